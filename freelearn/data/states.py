@@ -1,0 +1,106 @@
+"""States: what the bed imposed on which actuator, as SI tensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.units import DEG, KPA, MM, NMM
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class States:
+    """N configurations of actuators: design, kinematic state and pressure. All tensors are (N,), float64.
+
+    fiber_angle Γ [rad], reference_length L [m], inner_radius R_i [m], outer_radius R_o [m]: the unloaded design.
+    length l [m], twist φ [rad], pressure P [Pa gauge]: the imposed state q = (l, φ) and the fluid's pressure.
+    sample: the actuator's number (int64). direction: +1 where the pressure rose to reach the row, −1 where it
+    fell, 0 for the first step of a kinematic state.
+    """
+
+    fiber_angle: Tensor
+    reference_length: Tensor
+    inner_radius: Tensor
+    outer_radius: Tensor
+    length: Tensor
+    twist: Tensor
+    pressure: Tensor
+    sample: Tensor
+    direction: Tensor
+
+    def __len__(self) -> int:
+        return self.length.shape[0]
+
+    def __getitem__(self, rows: Tensor | slice) -> States:
+        return States(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+
+    def replace(self, **changes: Tensor) -> States:
+        return replace(self, **changes)
+
+    def detach(self) -> States:
+        return States(**{f.name: getattr(self, f.name).detach() for f in fields(self)})
+
+    def to(self, device: torch.device | str) -> States:
+        return States(**{f.name: getattr(self, f.name).to(device) for f in fields(self)})
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame) -> States:
+        """From a measurement table in engineering units (see contract: one row per configuration)."""
+
+        def column(name: str, factor: float = 1.0) -> Tensor:
+            return torch.as_tensor(table[name].to_numpy(dtype=np.float64) * factor)
+
+        reference = column("length_mm", MM)
+        return cls(
+            fiber_angle=column("gamma_deg", DEG),
+            reference_length=reference,
+            inner_radius=column("inner_radius_mm", MM),
+            outer_radius=column("outer_radius_mm", MM),
+            length=reference + column("elongation_mm", MM),
+            twist=column("twist_deg", DEG),
+            pressure=column("pressure_kpa", KPA),
+            sample=torch.as_tensor(table["sample"].to_numpy(dtype=np.int64)),
+            direction=torch.as_tensor(pressure_direction(table)),
+        )
+
+
+def measured_loads(table: pd.DataFrame) -> Tensor:
+    """Measured force and moment of a table: (N, 2) N, N·m."""
+    return torch.as_tensor(
+        np.stack([table["force_n"].to_numpy(np.float64), table["moment_nmm"].to_numpy(np.float64) * NMM], axis=1)
+    )
+
+
+def kinematic_state(table: pd.DataFrame) -> np.ndarray:
+    """Number of the kinematic state that each row belongs to: (N,) int64, in order of first appearance.
+
+    A state is one visit of the bed to a length and twist: its rows share sample and twist, and `step` counts
+    up in them. A repeat of a state later in the file is a visit, and so a state, of its own: it has its own
+    position error. The length is left out of the comparison where the step keeps counting, because real beds
+    creep while the pressure changes; a new count starts a new state.
+    """
+    sample, twist = table["sample"].to_numpy(), table["twist_deg"].to_numpy()
+    elongation, step = table["elongation_mm"].to_numpy(), table["step"].to_numpy()
+    new = np.ones(len(table), dtype=bool)
+    same_place = (sample[1:] == sample[:-1]) & (twist[1:] == twist[:-1])
+    counting = step[1:] > step[:-1]
+    same_length = elongation[1:] == elongation[:-1]
+    # Without a usable count (all steps equal) only an unchanged length keeps rows together.
+    new[1:] = ~(same_place & (counting | (same_length & (step[1:] == step[:-1]))))
+    return np.cumsum(new) - 1
+
+
+def pressure_direction(table: pd.DataFrame) -> np.ndarray:
+    """Sign of the pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step."""
+    state = kinematic_state(table)
+    pressure = table["pressure_kpa"].to_numpy(dtype=np.float64)
+    direction = np.zeros(len(table))
+    direction[1:] = np.where(state[1:] == state[:-1], np.sign(np.diff(pressure)), 0.0)
+    return direction

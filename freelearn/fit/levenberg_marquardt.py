@@ -1,0 +1,198 @@
+"""Nonlinear least squares by the Levenberg-Marquardt method, several starts at a time.
+
+The loss is the sum of squared residuals ‖r(x)‖².  Steps come from a trust region (see `trust_region`), whose
+radius follows the ratio of actual to predicted reduction as in MINPACK (Moré, Garbow and Hillstrom, User Guide for
+MINPACK-1, ANL-80-74, 1980).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from freelearn.fit.search import Point, Result, State, Status, put, take
+from freelearn.fit.trust_region import linear_model, trial_point
+
+EPS = torch.finfo(torch.float64).eps
+# A sum of squares may change by this fraction through rounding alone.
+ROUNDING = 64 * EPS
+SMALLEST_GAIN = 1e-4
+SHORTEST_RADIUS = 1e-150
+
+Function = Callable[[Tensor], Tensor]
+
+
+class LevenbergMarquardt:
+    """Minimiser of ‖r(x)‖² for a vector of residuals r, optionally within a box.
+
+    Args:
+        residual: r, from parameters (p,) to residuals (m,), in pure torch, float64.
+        jacobian: ∂r/∂x, from parameters (p,) to (m, p); by default forward-mode differentiation of `residual`.
+        lower, upper: bounds (p,) of the parameters, ±inf where there is none; a start outside is moved onto them.
+        gtol: converged when |Jⱼ·r| ≤ gtol ‖Jⱼ‖ ‖r‖ for every free parameter j.
+        ftol: converged when the reduction of the loss, and the largest the linear model can offer at any radius,
+            are both at most ftol times the loss.
+        xtol: converged when the unconstrained step p has ‖J p‖ ≤ xtol ‖D x‖, D the norms of J's columns: the
+            residuals it changes are then below what a relative change xtol of the parameters does.
+        max_iterations: most trial steps per member.
+
+    With several members (rows of x) residual and Jacobian run under `torch.func.vmap`; with one they are called
+    directly.  Each member has its own trust region and status, and stays as it is once it has finished.  Steps that
+    raise the loss or meet residuals or Jacobians that are not finite are never taken.
+
+    Raises:
+        ValueError: a bound or start of the wrong shape or type, lower > upper, or a residual that is not a vector.
+    """
+
+    def __init__(
+        self,
+        residual: Function,
+        jacobian: Function | None = None,
+        *,
+        lower: Tensor | None = None,
+        upper: Tensor | None = None,
+        gtol: float = 1e-12,
+        ftol: float = 1e-15,
+        xtol: float = 1e-15,
+        max_iterations: int = 1000,
+    ) -> None:
+        self.residual = residual
+        self.jacobian = torch.func.jacfwd(residual) if jacobian is None else jacobian
+        bounded = lower if lower is not None else upper
+        self.lower, self.upper = lower, upper
+        if bounded is not None:
+            self.lower = torch.full_like(bounded, -torch.inf) if lower is None else lower
+            self.upper = torch.full_like(bounded, torch.inf) if upper is None else upper
+            if self.lower.shape != self.upper.shape or not bool((self.lower <= self.upper).all()):
+                raise ValueError("lower and upper need the same shape, and lower ≤ upper everywhere")
+        self.gtol, self.ftol, self.xtol = gtol, ftol, xtol
+        self.max_iterations = max_iterations
+
+    def solve(self, x0: Tensor) -> Result:
+        """Run all members to their end from x0 (p,) or (members, p); the result has x0's shape."""
+        state = self.init(x0)
+        while state.running:
+            state = self.step(state)
+        result = state.result()
+        return result if x0.ndim == 2 else result.member(0)
+
+    @torch.no_grad()
+    def init(self, x0: Tensor) -> State:
+        """State at the starts x0 (p,) or (members, p)."""
+        x = torch.atleast_2d(x0.detach()).clone()
+        if x.ndim != 2 or x.dtype != torch.float64:
+            raise ValueError(f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}")
+        if self.lower is not None:
+            if self.lower.shape != x.shape[1:]:
+                raise ValueError(f"bounds of shape {tuple(self.lower.shape)} do not fit {x.shape[1]} parameters")
+            x = x.clamp(self.lower, self.upper)
+        residual = _evaluate(self.residual, x)
+        if residual.ndim != 2:
+            raise ValueError(f"residual must return a vector (m,), not shape {tuple(residual.shape[1:])}")
+        point, valid = self._linearise(x, residual, torch.zeros_like(x))
+        distance = torch.linalg.vector_norm(point.model.scale * x, dim=-1)
+        counts = torch.zeros(x.shape[0], dtype=torch.int64, device=x.device)
+        status = torch.where(valid, self._assess(point, counts), int(Status.INVALID_START))
+        radius = torch.where(distance > 0, distance, 1.0)
+        return State(point, radius, status, counts, counts + 1, counts + 1)
+
+    @torch.no_grad()
+    def step(self, state: State) -> State:
+        """Try one step for every running member; the others are returned untouched."""
+        running = state.status == Status.RUNNING
+        if running.all():
+            return self._advance(state)
+        rows = running.nonzero().squeeze(-1)
+        return put(state, rows, self._advance(take(state, rows))) if len(rows) else state
+
+    def _advance(self, state: State) -> State:
+        old = state.point
+        x = trial_point(old.model, old.x, state.radius, self.lower, self.upper)
+        residual = _evaluate(self.residual, x)
+        # As a difference of squares the reduction keeps digits that the difference of the two sums would lose.
+        actual = ((old.residual - residual) * (old.residual + residual)).sum(-1)
+        predicted = old.model.predicted_reduction(x - old.x)
+        loss = residual.square().sum(-1)
+        better = (actual > 0) & (loss <= old.loss) & (predicted > 0) & (actual >= SMALLEST_GAIN * predicted)
+        point, moved = self._move(old, x, residual, better)
+        gain = torch.where(moved | ~better, actual / predicted, -torch.inf)
+        radius = self._radius(state, x - old.x, gain, actual)
+        iterations = state.iterations + 1
+        status = self._assess(point, iterations)
+        stuck = ~moved & (
+            (radius <= EPS * torch.linalg.vector_norm(old.model.scale * old.x, dim=-1).clamp(min=SHORTEST_RADIUS))
+            | (x == old.x).all(-1)
+        )
+        status = torch.where(stuck & (status == Status.RUNNING), int(Status.NO_PROGRESS), status)
+        offered = old.model.attainable() / old.loss
+        flat = (offered <= self.ftol) & (actual <= self.ftol * old.loss)
+        # A refused step that promised no more than rounding can hide says the same.
+        flat = torch.where(moved, flat, offered <= max(self.ftol, ROUNDING))
+        unsettled = (status != Status.CONVERGED_GRADIENT) & (status != Status.CONVERGED_STEP)
+        status = torch.where(flat & unsettled, int(Status.CONVERGED_LOSS), status)
+        evaluations, derivatives = state.evaluations + 1, state.jacobian_evaluations + better
+        return State(point, radius, status, iterations, evaluations, derivatives)
+
+    def _move(self, old: Point, x: Tensor, residual: Tensor, better: Tensor) -> tuple[Point, Tensor]:
+        """Points of the members whose trial is better and has a finite Jacobian, the old points of the rest."""
+        if better.all():
+            point, valid = self._linearise(x, residual, old.norms)
+            if valid.all():
+                return point, valid
+        rows = better.nonzero().squeeze(-1)
+        if not len(rows):
+            return old, better
+        point, valid = self._linearise(x[rows], residual[rows], old.norms[rows])
+        moved = better.clone()
+        moved[rows] = valid
+        return put(old, rows[valid], take(point, valid)), moved
+
+    def _linearise(self, x: Tensor, residual: Tensor, norms: Tensor) -> tuple[Point, Tensor]:
+        """Point at x (members, p) and whether all there is finite; where it is not the model is all zeros.
+
+        `norms` are the largest column norms so far: as in MINPACK the scale D of a parameter never falls.
+        """
+        jacobian = _evaluate(self.jacobian, x)
+        columns = torch.linalg.vector_norm(jacobian, dim=-2)
+        loss = residual.square().sum(-1)
+        valid = loss.isfinite() & columns.isfinite().all(-1)
+        if not valid.all():
+            loss = torch.where(loss.isfinite(), loss, torch.inf)
+            jacobian = torch.where(valid[:, None, None], jacobian, 0.0)
+            columns = torch.where(valid[:, None], columns, 0.0)
+        norms = torch.maximum(norms, columns)
+        usable = torch.where(valid[:, None], residual, 0.0)
+        model, gradient = linear_model(jacobian, usable, columns, norms, x, self.lower, self.upper)
+        size = torch.linalg.vector_norm(columns * x, dim=-1)
+        change = model.attainable().sqrt() / size
+        return Point(x, residual, loss, jacobian, norms, gradient, change, model), valid
+
+    def _assess(self, point: Point, iterations: Tensor) -> Tensor:
+        """Status (members,) that the points themselves give."""
+        status = torch.where(iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), int(Status.RUNNING))
+        status = torch.where(point.change <= self.xtol, int(Status.CONVERGED_STEP), status)
+        return torch.where(point.gradient <= self.gtol, int(Status.CONVERGED_GRADIENT), status)
+
+    def _radius(self, state: State, step: Tensor, gain: Tensor, actual: Tensor) -> Tensor:
+        """Next radius (members,) after a step whose ratio of actual to predicted reduction is `gain`."""
+        model = state.point.model
+        length = torch.linalg.vector_norm(model.scale * step, dim=-1)
+        radius = torch.where(state.iterations == 0, torch.minimum(state.radius, length), state.radius)
+        # Where the loss rose, the parabola through slope and values has its minimum at this fraction of the step.
+        slope = model.slope(step)
+        fraction = (0.5 * slope / (slope + 0.5 * actual)).clamp(0.1, 0.5)
+        fraction = torch.where(actual >= 0, 0.5, fraction).nan_to_num(nan=0.1)
+        shorter = fraction * torch.minimum(radius, 10.0 * length)
+        inside = length < 0.99 * radius
+        kept = torch.where((gain >= 0.75) | inside, 2.0 * length, radius)
+        return torch.where(gain > 0.25, kept, shorter)
+
+
+def _evaluate(function: Function, x: Tensor) -> Tensor:
+    """Values of the function for all rows of x (members, p)."""
+    if x.shape[0] == 1:
+        # Called directly: data-dependent early exits inside the function work, and pay, only outside vmap.
+        return function(x[0]).detach().unsqueeze(0)
+    return torch.func.vmap(function, randomness="error")(x).detach()

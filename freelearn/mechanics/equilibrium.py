@@ -1,0 +1,109 @@
+"""Radial equilibrium: the inner radius at which the wall carries the pressure."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.mechanics.energy import EnergySum
+from freelearn.mechanics.tube import Deformation, Tube
+
+# Beyond this inner radius (in reference radii) a tube counts as ballooned: no equilibrium.
+BALLOON = 2.5
+# Points through the wall for the first search; its answer is within about 1e-5 of the full quadrature's.
+COARSE_POINTS = 3
+# A Newton step this small (relative to u) leaves an error of about its square, which the differentiable step
+# in `inflate` squares once more.
+TOLERANCE = 1e-4
+# Largest change of u = r_i² in one iteration, as a factor.
+GROWTH = 1.6
+MAX_ITERATIONS = 60
+
+
+class Inflated(NamedTuple):
+    """A tube at its equilibrium: u = r_i² (N,) m² and whether it is one (N,). If not, u is the ballooning bound."""
+
+    tube: Tube
+    u: Tensor
+    found: Tensor
+
+
+def inflate(states: States, energy: EnergySum) -> Inflated:
+    """Radial equilibrium of every row, with exact first derivatives, forward, reverse and under vmap.
+
+    By the implicit function theorem du = −(∂P_wall/∂θ dθ − dP)/(∂P_wall/∂u). One more Newton step from the
+    solution, with its slope cut from the derivative, has just this derivative, and polishes u besides.
+    Source: Krantz & Parks, The Implicit Function Theorem, 2003.
+    """
+    tube = Tube.from_states(states)
+    still_energy, pressure = energy.detach(), states.pressure.detach()
+    with torch.no_grad():
+        coarse = Tube.from_states(states.detach(), COARSE_POINTS)
+        u, _ = _search(coarse, still_energy, pressure, coarse.reference_u / coarse.axial)
+        u, found = _search(tube.detach(), still_energy, pressure, u)
+        u = u.detach()
+    carried, slope = pressure_and_slope(tube, energy, u)
+    # Without an equilibrium the row stays at the bound: no step and no derivative through u.
+    gain = found / torch.where(found, slope.detach(), 1.0)
+    return Inflated(tube, u - (carried - states.pressure) * gain, found)
+
+
+def pressure_and_slope(tube: Tube, energy: EnergySum, u: Tensor) -> tuple[Tensor, Tensor]:
+    """Pressure that the wall carries at inner radius √u, P = ∫ (σθθ − σrr)/r dr [Pa], and dP/du [Pa/m²]: (N,).
+
+    Invariant by invariant (σθθ − σrr)/(2r²) = Σ Ψᵢ ∂Iᵢ/∂u: the pressure's work is the change of the energy.
+    """
+    at = Deformation(tube, u)
+    gradient, rate = energy.gradient_rate(at)
+    value: Tensor | float = 0.0
+    slope: Tensor | float = 0.0
+    for name, psi in gradient.items():
+        share = at.rate(name)
+        value = value + psi * share
+        if name in rate:
+            slope = slope + rate[name] * share
+        if name != "i4":  # I₄ is linear in u
+            slope = slope + psi * at.curvature(name)
+    return (tube.weight * value).sum(-2), (tube.weight * slope).sum(-2)
+
+
+def _search(tube: Tube, energy: EnergySum, pressure: Tensor, start: Tensor) -> tuple[Tensor, Tensor]:
+    """Newton's method inside a bracket, all rows at once, no derivatives: (u, found), both (N,).
+
+    The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
+    equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
+    can carry passes a maximum (a limit point) on the way.
+    """
+    ceiling = (BALLOON**2 * tube.reference_u).expand_as(pressure)
+    low, high = 1e-4 * ceiling, ceiling
+    u = start.expand_as(pressure)
+    lost = torch.zeros_like(u, dtype=torch.bool)
+    for _ in range(MAX_ITERATIONS):
+        value, slope = pressure_and_slope(tube, energy, u)
+        excess = value - pressure
+        short = excess < 0
+        # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead.
+        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > tube.reference_u))))
+        low = torch.where(short, u, low)
+        high = torch.where(short, high, u)
+        # Bounded steps, so that a limit point is met and not jumped over; bisection along a falling branch.
+        newton = torch.minimum(torch.maximum(u - excess / slope, u / GROWTH), u * GROWTH)
+        target = torch.where(slope > 0, newton, (low + high) / 2)
+        target = torch.maximum(torch.minimum(target, high), low)
+        done = lost | ((target - u).abs() <= TOLERANCE * u)
+        u = target
+        if _all(done):
+            break
+    found = done & ~lost
+    return torch.where(found, u, ceiling), found
+
+
+def _all(mask: Tensor) -> bool:
+    """Whether all rows are done. Inside vmap nobody can know, and the loop runs its full length."""
+    try:
+        return bool(mask.all())
+    except RuntimeError:
+        return False

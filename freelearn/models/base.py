@@ -1,0 +1,168 @@
+"""What every model is: the chain from an imposed state to the loads that the sensors show."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import torch
+from torch import Tensor, nn
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.errors import UserError
+from freelearn.models.parameter import Parameter
+from freelearn.models.prediction import Prediction
+
+# Rows predicted at once: the temporaries of one block stay in a core's cache.
+BLOCK = 6144
+
+Values = dict[str, Tensor]
+
+
+class Model(nn.Module):
+    """boundary → geometry → loads of the structure → dissipation → measurement, with the named effects inside.
+
+    A model's physical parameters are scalars in SI. What a fit moves are the raw parameters, one unbounded (or
+    box-bounded) number each; `physical` turns them into values. Everything is a function of a flat raw vector,
+    so that fits, Jacobians and batches of restarts (vmap) need nothing else.
+    """
+
+    name: str
+    # Whether a fit needs rows held back to know when to stop.
+    needs_validation = False
+
+    def __init__(
+        self,
+        declared: Sequence[Parameter],
+        effects: Sequence[Effect] = (),
+        weights: Mapping[str, tuple[int, ...]] | None = None,
+    ) -> None:
+        """declared: the model's own physical parameters. weights: shapes of parameters without physical meaning."""
+        super().__init__()
+        self.weights = dict(weights or {})
+        self.effects = tuple(effects)
+        self.declared = {p.name: p for p in declared}
+        for effect in self.effects:
+            self.declared |= {f"{effect.name}.{p.name}": p for p in effect.parameters}
+        self.raw = nn.ParameterDict()
+
+    # --- parameters ------------------------------------------------------------------------------------------
+
+    def set_values(self, values: Mapping[str, float]) -> None:
+        """Sets physical parameters by name, in SI; those not named keep their value. Raises UserError."""
+        for name, value in values.items():
+            if name not in self.declared:
+                raise UserError(_unknown(f"parameter of model {self.name}", name, self.declared))
+            spec = self.declared[name]
+            if not spec.allows(value):
+                limits = f"{max(spec.lower, 0) if spec.log else spec.lower:g} … {spec.upper:g}"
+                raise UserError(f"{name} = {value:g} {spec.unit} is not possible: choose a value in {limits}.")
+        now = self.scalars() if len(self.raw) else {}
+        wanted = {n: p.start for n, p in self.declared.items()} | now | {n: float(v) for n, v in values.items()}
+        if not len(self.raw):
+            for name, shape in self.weights.items():
+                self.raw[name] = nn.Parameter(torch.zeros(shape, dtype=torch.float64))
+        for name, tensor in self.to_raw(wanted).items():
+            # A dot would read as a submodule in the parameter's name.
+            self.raw[name.replace(".", "__")] = nn.Parameter(tensor)
+
+    def scalars(self) -> dict[str, float]:
+        """The declared physical parameters as numbers, in SI."""
+        with torch.no_grad():
+            values = self.values()
+        return {name: float(values[name]) for name in self.declared}
+
+    def values(self) -> Values:
+        """The physical parameters in SI, by name."""
+        return self.physical(self.vector())
+
+    def vector(self) -> Tensor:
+        """All raw parameters as one vector, (p,)."""
+        return torch.cat([p.reshape(-1) for p in self.raw.values()]) if len(self.raw) else torch.zeros(0)
+
+    def set_vector(self, vector: Tensor) -> None:
+        start = 0
+        for p in self.raw.values():
+            p.data.copy_(vector[start : start + p.numel()].reshape(p.shape))
+            start += p.numel()
+
+    def labels(self) -> list[str]:
+        """A name for every entry of the raw vector: hidden_weight[0,3], C1, …"""
+        names = [
+            f"{name}[{','.join(map(str, index))}]"
+            for name, shape in self.weights.items()
+            for index in product(*map(range, shape))
+        ]
+        return [*names, *self.declared]
+
+    def raw_bounds(self) -> tuple[Tensor, Tensor]:
+        """Lower and upper bounds of the raw vector, each (p,)."""
+        free = [(-math.inf, math.inf)] * self._weight_count
+        pairs = free + [p.raw_bounds for p in self.declared.values()]
+        bounds = torch.tensor(pairs, dtype=torch.float64).reshape(-1, 2)
+        return bounds[:, 0], bounds[:, 1]
+
+    def to_raw(self, values: Mapping[str, float]) -> dict[str, Tensor]:
+        """Raw parameters from the declared physical ones."""
+        return {name: p.to_raw(values[name]) for name, p in self.declared.items()}
+
+    def physical(self, vector: Tensor) -> Values:
+        """Weights and physical parameters (SI) from a raw vector (p,), differentiable."""
+        values: Values = {}
+        start = 0
+        for name, shape in self.weights.items():
+            size = math.prod(shape)
+            values[name] = vector[start : start + size].reshape(shape)
+            start += size
+        for i, (name, p) in enumerate(self.declared.items(), start):
+            values[name] = p.to_physical(vector[i])
+        return values
+
+    @property
+    def _weight_count(self) -> int:
+        return sum(math.prod(shape) for shape in self.weights.values())
+
+    # --- the chain -------------------------------------------------------------------------------------------
+
+    def forward(self, states: States, values: Values | None = None) -> Prediction:
+        """Loads of N states: States → loads (N, 2) N, N·m and status (N,)."""
+        values = self.values() if values is None else values
+        if len(states) > BLOCK:
+            blocks = [self._chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
+            return Prediction(torch.cat([b.loads for b in blocks]), torch.cat([b.status for b in blocks]))
+        return self._chain(states, values)
+
+    def _chain(self, states: States, values: Values) -> Prediction:
+        for effect in self.effects:
+            states = effect.impose(states, effect.own(values))
+        shaped = states
+        for effect in self.effects:
+            shaped = effect.reshape(shaped, effect.own(values))
+        loads, status = self.structure(shaped, values)
+        for effect in self.effects:
+            loads = effect.dissipate(loads, states, effect.own(values))
+        for effect in self.effects:
+            loads = effect.sense(loads, states, effect.own(values))
+        return Prediction(loads, status)
+
+    def structure(self, states: States, values: Values) -> Prediction:
+        """Loads of the ideal actuator at the state that was really imposed. The one method a model must write."""
+        raise NotImplementedError
+
+    # --- what a fit asks -------------------------------------------------------------------------------------
+
+    def prepare(self, states: States, loads: Tensor) -> None:
+        """Looks at the training rows before a fit (input scaling). Nothing by default."""
+
+    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+        """Raw vectors from which a fit may start: (members, p)."""
+        return self.vector().detach().expand(members, -1).clone()
+
+
+def _unknown(what: str, name: str, known: Mapping[str, object]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    return f"Unknown {what}: {name!r}.{hint} Known: {', '.join(known)}."

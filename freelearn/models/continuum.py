@@ -1,0 +1,72 @@
+"""The paper's continuum model: a thick incompressible rubber tube with an extensible helical fibre."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
+from freelearn.mechanics.equilibrium import inflate
+from freelearn.mechanics.loads import tube_loads
+from freelearn.models.base import Model, Values
+from freelearn.models.parameter import Parameter
+from freelearn.models.prediction import Prediction, Status
+
+# What the paper fixes for the constituents (Sedal et al. 2018) [Pa].
+CONSTITUENT = {"C1": 5e5, "C2": 1e6}
+
+# Where a fit looks for its start: C1 and C2 on this grid [Pa], on at most this many rows.
+START_DECADES = torch.linspace(4, 8, 9, dtype=torch.float64)
+START_ROWS = 128
+
+
+class Continuum(Model):
+    """Ψ = C1/2 (I₁ − 3) + C2/2 (I₄ − 1)², thick wall in radial equilibrium with the pressure.
+
+    C1: shear modulus of the wall [Pa]; C2: stiffness of the fibre per wall volume [Pa]; both positive, fitted as
+    logarithms. Source: the paper's Section "Nonlinear Continuum Model"; Sedal et al. 2018.
+    """
+
+    name = "continuum"
+
+    def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect] = ()) -> None:
+        declared = [
+            Parameter("C1", "C₁", "Pa", start=1e5, lower=0.0, log=True, source="Sedal et al. 2018"),
+            Parameter("C2", "C₂", "Pa", start=1e6, lower=0.0, log=True, source="Sedal et al. 2018"),
+        ]
+        super().__init__(declared, effects)
+        self.set_values({"C1": C1, "C2": C2})
+
+    def energy(self, values: Values) -> EnergySum:
+        """The wall's strain energy: the paper's two terms, then those of the effects."""
+        base = [NeoHookean(values["C1"]), StandardFiber(values["C2"])]
+        extra = [term for e in self.effects for term in e.energy_terms(values)]
+        return EnergySum([*base, *extra])
+
+    def structure(self, states: States, values: Values) -> Prediction:
+        energy = self.energy(values)
+        tube, u, found = inflate(states, energy)
+        status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
+        return Prediction(tube_loads(tube, energy, u), status)
+
+    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+        """The model's own values and a coarse grid of C1 × C2, the best (by squared error) first.
+
+        A fit therefore does not depend on where its user started.
+        """
+        here = self.vector().detach()
+        grid = torch.cartesian_prod(START_DECADES, START_DECADES) * torch.log(torch.tensor(10.0, dtype=torch.float64))
+        candidates = torch.cat([here[None], here.expand(len(grid), -1)])
+        names = list(self.declared)
+        candidates[1:, [names.index("C1"), names.index("C2")]] = grid
+        some = slice(None, None, max(1, len(states) // START_ROWS))
+        states, loads = states[some], loads[some]
+        scale = loads.abs().amax(0)
+        with torch.no_grad():
+            errors = [((self(states, self.physical(x)).loads - loads) / scale).square().sum() for x in candidates]
+        best = torch.stack(errors).nan_to_num(nan=torch.inf).argsort()[:members]
+        return candidates[best]

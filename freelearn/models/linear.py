@@ -1,0 +1,88 @@
+"""The paper's linear lumped-parameter model: an inextensible fibre helix around fluid, and a stiffness matrix."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.errors import UserError
+from freelearn.models.base import Model, Values
+from freelearn.models.parameter import Parameter
+from freelearn.models.prediction import Prediction, Status
+
+# Fibres unwound to within this share of their angle Φ count as parallel to the axis.
+SINGULAR_SHARE = 0.02
+# A start on (or within this of) the edge of positive definiteness is moved this far inside.
+EDGE = 1e-3
+
+
+class Linear(Model):
+    """τ = J_Vᵀ P − K (l − L, φ), K = [[ka, kc], [kc, kb]] symmetric positive definite.
+
+    ka [N/m], kb [N·m/rad], kc [N/rad]. K = C Cᵀ with C = [[e^a, 0], [c, e^b]] is positive definite whatever a fit
+    does to (a, c, b) (the log-Cholesky form of Pinheiro & Bates 1996).
+    Fluid: V = π (l B² − l³)/(Φ + φ)² with B = L/cos Γ and Φ = (L/R_o) tan Γ (Bruder et al. 2018; the paper's Eq. linearVolume).
+    """
+
+    name = "linear"
+
+    def __init__(
+        self, ka: float = 1e3, kb: float = 1e-1, kc: float = 0.0, effects: Sequence[Effect] = ()
+    ) -> None:
+        declared = [
+            Parameter("ka", "kₐ", "N/m", start=1e3, lower=0.0),
+            Parameter("kb", "k_b", "N·m/rad", start=1e-1, lower=0.0),
+            Parameter("kc", "k_c", "N/rad", start=0.0),
+        ]
+        super().__init__(declared, effects)
+        self.set_values({"ka": ka, "kb": kb, "kc": kc})
+
+    def to_raw(self, values: Mapping[str, float]) -> dict[str, Tensor]:
+        ka, kb, kc = values["ka"], values["kb"], values["kc"]
+        if ka <= 0 or kb <= 0 or kc * kc > ka * kb * (1 + 1e-9):
+            raise UserError(
+                f"ka = {ka:g}, kb = {kb:g}, kc = {kc:g} do not make a positive definite stiffness matrix: "
+                "choose ka > 0, kb > 0 and kc² < ka·kb."
+            )
+        # Cholesky factors; a start such as the paper's ka = kb = kc = 1 lies on the edge, where b is −∞.
+        rest = max(kb - kc * kc / ka, EDGE * kb)
+        raw = super().to_raw(values)
+        raw |= {
+            "ka": torch.tensor(math.log(ka) / 2, dtype=torch.float64),
+            "kb": torch.tensor(math.log(rest) / 2, dtype=torch.float64),
+            "kc": torch.tensor(kc / math.sqrt(ka), dtype=torch.float64),
+        }
+        return raw
+
+    def raw_bounds(self) -> tuple[Tensor, Tensor]:
+        lower, upper = super().raw_bounds()
+        lower[:3], upper[:3] = -math.inf, math.inf
+        return lower, upper
+
+    def physical(self, vector: Tensor) -> Values:
+        values = super().physical(vector)
+        a, b, c = vector[0].exp(), vector[1].exp(), vector[2]
+        return values | {"ka": a * a, "kb": c * c + b * b, "kc": a * c}
+
+    def structure(self, states: States, values: Values) -> Prediction:
+        length, reference = states.length, states.reference_length
+        fiber2 = (reference / torch.cos(states.fiber_angle)) ** 2
+        wrap = reference / states.outer_radius * torch.tan(states.fiber_angle)
+        turned = wrap + states.twist
+        singular = turned.abs() < SINGULAR_SHARE * wrap
+        # The row is marked; a finite number keeps it from breaking a loss that it is not part of.
+        turned = torch.where(singular, SINGULAR_SHARE * wrap, turned)
+        stretch = length - reference
+        length2 = length * length
+        force = math.pi * (fiber2 - 3 * length2) / turned**2 * states.pressure
+        moment = -2 * math.pi * length * (fiber2 - length2) / turned**3 * states.pressure
+        force = force - values["ka"] * stretch - values["kc"] * states.twist
+        moment = moment - values["kc"] * stretch - values["kb"] * states.twist
+        status = torch.where(length2 > fiber2, Status.OVERSTRETCHED, Status.OK)
+        status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
+        return Prediction(torch.stack([force, moment], dim=-1), status)

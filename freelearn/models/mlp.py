@@ -1,0 +1,88 @@
+"""The paper's neural network: seven inputs, six tanh neurons, two loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.models.base import Model, Values
+from freelearn.models.prediction import Prediction, Status
+
+INPUTS, HIDDEN, OUTPUTS = 7, 6, 2
+# Order of the inputs; a checkpoint relies on it.
+INPUT_NAMES = ("length", "twist", "pressure", "fiber_angle", "reference_length", "inner_radius", "outer_radius")
+SHAPES: dict[str, tuple[int, ...]] = {
+    "hidden_weight": (HIDDEN, INPUTS),
+    "hidden_bias": (HIDDEN,),
+    "load_weight": (OUTPUTS, HIDDEN),
+    "load_bias": (OUTPUTS,),
+}
+
+
+class MLP(Model):
+    """loads = U tanh(W x + o) + b on inputs and loads scaled to [−1, 1]: 42 + 6 + 12 + 2 = 62 parameters.
+
+    The scaling is that of the training rows. An input that is constant in them is removed (scaled to zero), as
+    MATLAB does: a network trained on one sample ignores the design, and still runs on another sample.
+    """
+
+    name = "mlp"
+    needs_validation = True
+
+    def __init__(self, effects: Sequence[Effect] = ()) -> None:
+        super().__init__([], effects, SHAPES)
+        self.input_center: Tensor
+        self.input_gain: Tensor
+        self.load_center: Tensor
+        self.load_half_range: Tensor
+        self.register_buffer("input_center", torch.zeros(INPUTS, dtype=torch.float64))
+        # Zero removes an input.
+        self.register_buffer("input_gain", torch.ones(INPUTS, dtype=torch.float64))
+        self.register_buffer("load_center", torch.zeros(OUTPUTS, dtype=torch.float64))
+        self.register_buffer("load_half_range", torch.ones(OUTPUTS, dtype=torch.float64))
+        self.set_values({})
+
+    def structure(self, states: States, values: Values) -> Prediction:
+        x = (inputs(states) - self.input_center) * self.input_gain
+        hidden = torch.tanh(x @ values["hidden_weight"].T + values["hidden_bias"])
+        loads = hidden @ values["load_weight"].T + values["load_bias"]
+        loads = loads * self.load_half_range + self.load_center
+        return Prediction(loads, torch.full((len(states),), Status.OK, dtype=torch.uint8))
+
+    def prepare(self, states: States, loads: Tensor) -> None:
+        """Takes the input and load scaling from the training rows."""
+        x = inputs(states)
+        low, high = x.amin(0), x.amax(0)
+        half = (high - low) / 2
+        # Rounding of a constant column must not count as variation.
+        varies = half > 1e-9 * x.abs().amax(0)
+        self.input_center.copy_((low + high) / 2)
+        self.input_gain.copy_(torch.where(varies, 1 / torch.where(varies, half, 1.0), 0.0))
+        low, high = loads.amin(0), loads.amax(0)
+        self.load_center.copy_((low + high) / 2)
+        self.load_half_range.copy_(torch.where(high > low, (high - low) / 2, 1.0))
+
+    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+        """Nguyen-Widrow starts: the neurons' active ranges spread over the inputs' range (Nguyen & Widrow 1990)."""
+        active = int((self.input_gain != 0).sum())
+        magnitude = 0.7 * HIDDEN ** (1 / max(active, 1))
+
+        def uniform(*shape: int) -> Tensor:
+            return 2 * torch.rand(members, *shape, dtype=torch.float64, generator=generator) - 1
+
+        weight = uniform(HIDDEN, INPUTS) * (self.input_gain != 0)
+        weight = magnitude * weight / weight.norm(dim=-1, keepdim=True).clamp_min(1e-12)
+        spread = torch.linspace(-1, 1, HIDDEN, dtype=torch.float64)
+        bias = magnitude * spread * torch.sign(weight[..., 0] + 1e-300)
+        blocks = [weight, bias, uniform(OUTPUTS, HIDDEN), uniform(OUTPUTS)]
+        network = torch.cat([b.reshape(members, -1) for b in blocks], dim=1)
+        return torch.cat([network, super().starts(states, loads, members, generator)[:, network.shape[1] :]], dim=1)
+
+
+def inputs(states: States) -> Tensor:
+    """The network's unscaled inputs, (N, 7), SI, in the order of INPUT_NAMES."""
+    return torch.stack([getattr(states, name) for name in INPUT_NAMES], dim=-1)

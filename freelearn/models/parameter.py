@@ -1,0 +1,45 @@
+"""A physical parameter: what it is called, what it may be, and the unbounded number that a fit moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Declaration of one scalar physical parameter, in SI.
+
+    start: value before any fit. none: value at which it has no effect (None for a parameter without one).
+    lower, upper: bounds that the fit respects. log: the fit moves the logarithm, so the value stays positive
+    and its scale does not matter. source: where the standard form comes from.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    start: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    none: float | None = None
+    log: bool = False
+    source: str = ""
+
+    def to_raw(self, value: float) -> Tensor:
+        raw = math.log(value) if self.log else value
+        return torch.tensor(raw, dtype=torch.float64)
+
+    def to_physical(self, raw: Tensor) -> Tensor:
+        return raw.exp() if self.log else raw
+
+    def allows(self, value: float) -> bool:
+        return math.isfinite(value) and self.lower <= value <= self.upper and not (self.log and value <= 0)
+
+    @property
+    def raw_bounds(self) -> tuple[float, float]:
+        if self.log:
+            return -math.inf, math.inf
+        return self.lower, self.upper
