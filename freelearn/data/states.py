@@ -66,7 +66,7 @@ class States:
             length=reference + column("elongation_mm", MM),
             twist=column("twist_deg", DEG),
             pressure=column("pressure_kpa", KPA),
-            sample=torch.as_tensor(table["sample"].to_numpy(dtype=np.int64)),
+            sample=torch.tensor(table["sample"].to_numpy(dtype=np.int64)),
             direction=torch.as_tensor(pressure_direction(table)),
         )
 

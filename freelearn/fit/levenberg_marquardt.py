@@ -1,8 +1,8 @@
 """Nonlinear least squares by the Levenberg-Marquardt method, several starts at a time.
 
 The loss is the sum of squared residuals ‖r(x)‖².  Steps come from a trust region (see `trust_region`), whose
-radius follows the ratio of actual to predicted reduction as in MINPACK (Moré, Garbow and Hillstrom, User Guide for
-MINPACK-1, ANL-80-74, 1980).
+radius follows the ratio of actual to predicted reduction as in MINPACK (Moré, Garbow and Hillstrom, User
+Guide for MINPACK-1, ANL-80-74, 1980).
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ class LevenbergMarquardt:
 
     Args:
         residual: r, from parameters (p,) to residuals (m,), in pure torch, float64.
-        jacobian: ∂r/∂x, from parameters (p,) to (m, p); by default forward-mode differentiation of `residual`.
-        lower, upper: bounds (p,) of the parameters, ±inf where there is none; a start outside is moved onto them.
+        jacobian: ∂r/∂x, from parameters (p,) to (m, p); by default `residual` is differentiated forward.
+        lower, upper: bounds (p,) of the parameters, ±inf where there is none; starts outside are moved onto them.
         gtol: converged when |Jⱼ·r| ≤ gtol ‖Jⱼ‖ ‖r‖ for every free parameter j.
-        ftol: converged when the reduction of the loss, and the largest the linear model can offer at any radius,
-            are both at most ftol times the loss.
+        ftol: converged when the reduction of the loss, and the largest the linear model can offer at any
+            radius, are both at most ftol times the loss; the default is below what rounding lets a step show.
         xtol: converged when the unconstrained step p has ‖J p‖ ≤ xtol ‖D x‖, D the norms of J's columns: the
             residuals it changes are then below what a relative change xtol of the parameters does.
         max_iterations: most trial steps per member.
 
-    With several members (rows of x) residual and Jacobian run under `torch.func.vmap`; with one they are called
-    directly.  Each member has its own trust region and status, and stays as it is once it has finished.  Steps that
-    raise the loss or meet residuals or Jacobians that are not finite are never taken.
+    While several members (rows of x) run, residual and Jacobian go through `torch.func.vmap`; a single one calls
+    them directly.  Each member has its own trust region and status, and stays as it is once it has finished.
+    Steps that raise the loss, or meet residuals or Jacobians that are not finite, are never taken.
 
     Raises:
-        ValueError: a bound or start of the wrong shape or type, lower > upper, or a residual that is not a vector.
+        ValueError: a bound or start of wrong shape or type, lower > upper, or a residual that is no vector.
     """
 
     def __init__(
@@ -54,9 +54,9 @@ class LevenbergMarquardt:
         lower: Tensor | None = None,
         upper: Tensor | None = None,
         gtol: float = 1e-12,
-        ftol: float = 1e-15,
+        ftol: float = 1e-19,
         xtol: float = 1e-15,
-        max_iterations: int = 1000,
+        max_iterations: int = 2000,
     ) -> None:
         self.residual = residual
         self.jacobian = torch.func.jacfwd(residual) if jacobian is None else jacobian
@@ -83,10 +83,14 @@ class LevenbergMarquardt:
         """State at the starts x0 (p,) or (members, p)."""
         x = torch.atleast_2d(x0.detach()).clone()
         if x.ndim != 2 or x.dtype != torch.float64:
-            raise ValueError(f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}")
+            raise ValueError(
+                f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}"
+            )
         if self.lower is not None:
             if self.lower.shape != x.shape[1:]:
-                raise ValueError(f"bounds of shape {tuple(self.lower.shape)} do not fit {x.shape[1]} parameters")
+                raise ValueError(
+                    f"bounds of shape {tuple(self.lower.shape)} do not fit {x.shape[1]} parameters"
+                )
             x = x.clamp(self.lower, self.upper)
         residual = _evaluate(self.residual, x)
         if residual.ndim != 2:
@@ -94,7 +98,7 @@ class LevenbergMarquardt:
         point, valid = self._linearise(x, residual, torch.zeros_like(x))
         distance = torch.linalg.vector_norm(point.model.scale * x, dim=-1)
         counts = torch.zeros(x.shape[0], dtype=torch.int64, device=x.device)
-        status = torch.where(valid, self._assess(point, counts), int(Status.INVALID_START))
+        status = torch.where(valid, self._stationary(point, counts), int(Status.INVALID_START))
         radius = torch.where(distance > 0, distance, 1.0)
         return State(point, radius, status, counts, counts + 1, counts + 1)
 
@@ -111,32 +115,20 @@ class LevenbergMarquardt:
         old = state.point
         x = trial_point(old.model, old.x, state.radius, self.lower, self.upper)
         residual = _evaluate(self.residual, x)
-        # As a difference of squares the reduction keeps digits that the difference of the two sums would lose.
+        # Taken as one sum, the reduction keeps digits that the difference of the two losses would lose.
         actual = ((old.residual - residual) * (old.residual + residual)).sum(-1)
         predicted = old.model.predicted_reduction(x - old.x)
         loss = residual.square().sum(-1)
         better = (actual > 0) & (loss <= old.loss) & (predicted > 0) & (actual >= SMALLEST_GAIN * predicted)
         point, moved = self._move(old, x, residual, better)
-        gain = torch.where(moved | ~better, actual / predicted, -torch.inf)
+        gain = torch.where(moved, actual / predicted, -torch.inf)
         radius = self._radius(state, x - old.x, gain, actual)
-        iterations = state.iterations + 1
-        status = self._assess(point, iterations)
-        stuck = ~moved & (
-            (radius <= EPS * torch.linalg.vector_norm(old.model.scale * old.x, dim=-1).clamp(min=SHORTEST_RADIUS))
-            | (x == old.x).all(-1)
-        )
-        status = torch.where(stuck & (status == Status.RUNNING), int(Status.NO_PROGRESS), status)
-        offered = old.model.attainable() / old.loss
-        flat = (offered <= self.ftol) & (actual <= self.ftol * old.loss)
-        # A refused step that promised no more than rounding can hide says the same.
-        flat = torch.where(moved, flat, offered <= max(self.ftol, ROUNDING))
-        unsettled = (status != Status.CONVERGED_GRADIENT) & (status != Status.CONVERGED_STEP)
-        status = torch.where(flat & unsettled, int(Status.CONVERGED_LOSS), status)
         evaluations, derivatives = state.evaluations + 1, state.jacobian_evaluations + better
-        return State(point, radius, status, iterations, evaluations, derivatives)
+        new = State(point, radius, state.status, state.iterations + 1, evaluations, derivatives)
+        return new._replace(status=self._assess(new, old, torch.where(moved, actual, 0.0), moved))
 
     def _move(self, old: Point, x: Tensor, residual: Tensor, better: Tensor) -> tuple[Point, Tensor]:
-        """Points of the members whose trial is better and has a finite Jacobian, the old points of the rest."""
+        """Points of members whose trial is better and has a finite Jacobian, old points of the rest; who moved."""
         if better.all():
             point, valid = self._linearise(x, residual, old.norms)
             if valid.all():
@@ -166,21 +158,37 @@ class LevenbergMarquardt:
         usable = torch.where(valid[:, None], residual, 0.0)
         model, gradient = linear_model(jacobian, usable, columns, norms, x, self.lower, self.upper)
         size = torch.linalg.vector_norm(columns * x, dim=-1)
-        change = model.attainable().sqrt() / size
-        return Point(x, residual, loss, jacobian, norms, gradient, change, model), valid
+        return Point(x, residual, loss, jacobian, norms, gradient, size, model), valid
 
-    def _assess(self, point: Point, iterations: Tensor) -> Tensor:
-        """Status (members,) that the points themselves give."""
-        status = torch.where(iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), int(Status.RUNNING))
-        status = torch.where(point.change <= self.xtol, int(Status.CONVERGED_STEP), status)
-        return torch.where(point.gradient <= self.gtol, int(Status.CONVERGED_GRADIENT), status)
+    def _assess(self, state: State, old: Point, actual: Tensor, moved: Tensor) -> Tensor:
+        """Status (members,) after a step from the point `old` that reduced the loss by `actual`."""
+        at, model = state.point, state.point.model
+        status = torch.where(
+            state.iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), state.status
+        )
+        distance = torch.linalg.vector_norm(model.scale * at.x, dim=-1)
+        stuck = ~moved & (state.radius <= EPS * distance.clamp(min=SHORTEST_RADIUS))
+        # Rounding the parameters alone moves the residuals by about EPS times `size`.
+        noise = ROUNDING * (at.loss + at.loss.sqrt() * at.size)
+        noisy = model.attainable() <= noise
+        stopped = torch.where(noisy, int(Status.CONVERGED_LOSS), int(Status.NO_PROGRESS))
+        status = torch.where(stuck, stopped, status)
+        flat = (old.model.attainable() <= self.ftol * old.loss) & (actual <= self.ftol * old.loss)
+        status = torch.where(flat, int(Status.CONVERGED_LOSS), status)
+        return self._stationary(at, status)
+
+    def _stationary(self, at: Point, status: Tensor) -> Tensor:
+        """The status (members,) given, or convergence where the point itself shows it."""
+        short = at.model.attainable().sqrt() <= self.xtol * at.size
+        status = torch.where(short, int(Status.CONVERGED_STEP), status)
+        return torch.where(at.gradient <= self.gtol, int(Status.CONVERGED_GRADIENT), status)
 
     def _radius(self, state: State, step: Tensor, gain: Tensor, actual: Tensor) -> Tensor:
         """Next radius (members,) after a step whose ratio of actual to predicted reduction is `gain`."""
         model = state.point.model
         length = torch.linalg.vector_norm(model.scale * step, dim=-1)
         radius = torch.where(state.iterations == 0, torch.minimum(state.radius, length), state.radius)
-        # Where the loss rose, the parabola through slope and values has its minimum at this fraction of the step.
+        # Where the loss rose, the parabola through slope and values is lowest at this fraction of the step.
         slope = model.slope(step)
         fraction = (0.5 * slope / (slope + 0.5 * actual)).clamp(0.1, 0.5)
         fraction = torch.where(actual >= 0, 0.5, fraction).nan_to_num(nan=0.1)

@@ -32,23 +32,23 @@ class Status(IntEnum):
 
 MESSAGES = {
     Status.RUNNING: "The search is still running.",
-    Status.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to every free Jacobian column to gtol.",
+    Status.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to all free Jacobian columns to gtol.",
     Status.CONVERGED_LOSS: "Converged: no step can lower the loss by more than ftol or rounding allow.",
     Status.CONVERGED_STEP: "Converged: the step left to take is below xtol in its effect on the residuals.",
-    Status.NO_PROGRESS: "Stopped without convergence: no step, however short, lowers the loss; the residuals may "
-    "be noisy, discontinuous or not finite nearby, or the Jacobian may not be theirs.",
+    Status.NO_PROGRESS: "Stopped without convergence: no step, however short, lowers the loss; the residuals "
+    "may be noisy, discontinuous or not finite nearby, or the Jacobian may not be theirs.",
     Status.MAX_ITERATIONS: "Stopped without convergence: the iteration limit was reached.",
-    Status.INVALID_START: "Not started: the residuals or their Jacobian are not finite at the starting point.",
+    Status.INVALID_START: "Not started: the residuals or their Jacobian are not finite at the start.",
 }
 
 
 class Point(NamedTuple):
     """A point x (members, p) with all that is known there.
 
-    `residual` (members, m); `loss` (members,) = ‖r‖², inf where r is not finite; `jacobian` (members, m, p), zero
-    where not finite; `norms` (members, p), largest norms of its columns so far; `gradient` (members,), largest
-    cosine between r and the columns of free parameters; `change` (members,), the full step's effect on the
-    residuals relative to that of the parameters; `model`, the trust region's view of the Jacobian.
+    `residual` (members, m); `loss` (members,) = ‖r‖², inf where r is not finite; `jacobian` (members, m, p),
+    zero where not finite; `norms` (members, p), largest norms of its columns so far; `gradient` (members,),
+    largest cosine between r and the columns of free parameters; `size` (members,) = ‖D x‖, D the norms of the
+    columns here; `model`, the trust region's view of the Jacobian.
     """
 
     x: Tensor
@@ -57,7 +57,7 @@ class Point(NamedTuple):
     jacobian: Tensor
     norms: Tensor
     gradient: Tensor
-    change: Tensor
+    size: Tensor
     model: LinearModel
 
 
@@ -65,8 +65,8 @@ class Result(NamedTuple):
     """Outcome of a search; the leading axis `members` is absent when a single start (p,) was given.
 
     `x` (members, p); `loss` (members,) = ‖r‖²; `residual` (members, m) and `jacobian` (members, m, p) at x;
-    `gradient` (members,), largest cosine between r and a free column of J; `status` (members,), `Status` values;
-    `iterations`, trial steps; `evaluations` of the residual; `jacobian_evaluations`.
+    `gradient` (members,), largest cosine between r and a free column of J; `status` (members,), `Status`
+    values; `iterations`, trial steps; `evaluations` of the residual; `jacobian_evaluations`.
     """
 
     x: Tensor
@@ -130,6 +130,7 @@ def put(record: Record, rows: Tensor, members: Record) -> Record:
     """Copy of a (nested) named tuple of tensors with the members of these rows replaced."""
     tree: Any = record
     new: Any = members
-    if isinstance(tree, Tensor):
-        return torch.index_put(tree, (rows,), new)  # type: ignore[return-value]
+    if isinstance(record, Tensor):
+        tree = torch.index_put(record, (rows,), new)
+        return tree
     return type(tree)(*(put(part, rows, other) for part, other in zip(tree, new, strict=True)))

@@ -1,10 +1,10 @@
 """The trust-region subproblem of nonlinear least squares, solved in the basis of a small factor.
 
-Around a point the residuals are modelled as r + J p.  The step sought minimises ‖r + J p‖ over ‖D p‖ ≤ Δ, which
-is the least-squares solution of the stacked system [J; √λ D] p ≈ [-r; 0] for the λ ≥ 0 that meets the radius Δ
-(Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics 630, 1978).
-The normal matrix JᵀJ is never formed: one QR factorisation reduces J to R (at most p × p), and one singular value
-decomposition of R D⁻¹ makes the stacked system diagonal for every λ at once.  All arrays lead with `members`.
+Around a point the residuals are modelled as r + J p.  The step sought minimises ‖r + J p‖ over ‖D p‖ ≤ Δ,
+which is the least-squares solution of the stacked system [J; √λ D] p ≈ [-r; 0] for the λ ≥ 0 that meets the
+radius Δ (Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics
+630, 1978).  The normal matrix JᵀJ is never formed: one QR factorisation reduces J to R (at most p × p), and one
+singular value decomposition of R D⁻¹ makes the stacked system diagonal for every λ.  Arrays lead with `members`.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Basis(NamedTuple):
 class LinearModel(NamedTuple):
     """The residuals' linear model at a point, reduced by QR.
 
-    `factor` is R (members, k, p) with k = min(m, p); `projection` is Qᵀ r (members, k); `scale` is the diagonal of
-    D (members, p), positive; `free` (members, p) tells which parameters may move; `basis` diagonalises the model
-    restricted to the free parameters.
+    `factor` is R (members, k, p) with k = min(m, p); `projection` is Qᵀ r (members, k); `scale` is the diagonal
+    of D (members, p), positive; `free` (members, p) tells which parameters may move; `basis` diagonalises the
+    model restricted to the free parameters.
     """
 
     factor: Tensor
@@ -73,8 +73,8 @@ def triangular_factor(jacobian: Tensor, residual: Tensor) -> tuple[Tensor, Tenso
 def decompose(factor: Tensor, projection: Tensor, scale: Tensor, free: Tensor) -> Basis:
     """Basis of R D⁻¹ restricted to the free parameters.
 
-    Directions whose singular value is zero to rounding are given no right-hand side: the step has no component in
-    them, which makes it the shortest of all minimisers.
+    Directions whose singular value is zero to rounding are given no right-hand side: the step has no component
+    in them, which makes it the shortest of all minimisers.
     """
     scaled = factor * (free / scale).unsqueeze(-2)
     left, singular, right = torch.linalg.svd(scaled, full_matrices=False)
@@ -96,9 +96,9 @@ def linear_model(
 ) -> tuple[LinearModel, Tensor]:
     """Model of r (members, m) with Jacobian J (members, m, p) at x (members, p), and its gradient.
 
-    `columns` are the norms of J's columns and `norms` the scales D asked for (both (members, p)), 1 taken for 0.
-    A parameter is held when its column is zero, or when it lies on a bound and the descent points out of the box.
-    The gradient (members,) is the largest cosine between r and the columns of the free parameters, 0 for r = 0.
+    `columns` are the norms of J's columns, `norms` the scales D asked for (both (members, p)), 1 taken for 0.
+    A parameter is held when its column is zero, or when it lies on a bound and descent points out of the box.
+    The gradient (members,) is the largest cosine between r and the columns of free parameters, 0 for r = 0.
     """
     factor, projection = triangular_factor(jacobian, residual)
     slope = apply(factor.mT, projection)
@@ -112,10 +112,10 @@ def linear_model(
 
 
 def damped_step(basis: Basis, radius: Tensor) -> Tensor:
-    """Scaled step D p (members, p) of the smallest λ ≥ 0 with ‖D p‖ ≤ Δ, Δ = radius (members,), to 0.1 percent.
+    """Scaled step D p (members, p) of the smallest λ ≥ 0 with ‖D p‖ ≤ Δ, Δ = radius (members,), to 0.1 %.
 
-    Newton's method runs on 1/‖D p(λ)‖ - 1/Δ, which is nearly linear in λ; from λ = 0 its iterates rise towards the
-    root and never pass it, so no bracket is needed (Conn, Gould and Toint, Trust-Region Methods, section 7.3).
+    Newton's method runs on 1/‖D p(λ)‖ - 1/Δ, which is nearly linear in λ; from λ = 0 its iterates rise towards
+    the root and never pass it, so no bracket is needed (Conn, Gould, Toint, Trust-Region Methods, section 7.3).
     """
     squares = basis.singular.square()
     numerator = basis.singular * basis.projected
@@ -128,7 +128,7 @@ def damped_step(basis: Basis, radius: Tensor) -> Tensor:
         outside = excess > RADIUS_TOLERANCE
         if not outside.any():
             break
-        # The weights are formed first: the squares of the components may overflow, those of the weights cannot.
+        # The weights come first: the squares of the components may overflow, those of the weights cannot.
         weight = component / norm.clamp(min=torch.finfo(norm.dtype).tiny).unsqueeze(-1)
         increment = excess / (weight.square() / denominator).sum(-1)
         damping = torch.where(outside, damping + increment, damping)

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -33,6 +34,8 @@ class Model(nn.Module):
     name: str
     # Whether a fit needs rows held back to know when to stop.
     needs_validation = False
+    # Whether a fit may end in different minima from different starts, so that restarts help.
+    needs_restarts = False
 
     def __init__(
         self,
@@ -125,6 +128,11 @@ class Model(nn.Module):
     def _weight_count(self) -> int:
         return sum(math.prod(shape) for shape in self.weights.values())
 
+    def description(self) -> dict[str, Any]:
+        """Everything needed to rebuild the model, as plain containers and tensors (see models.checkpoint)."""
+        state = {name: tensor.detach().clone() for name, tensor in self.state_dict().items()}
+        return {"model": self.name, "effects": [e.name for e in self.effects], "state": state}
+
     # --- the chain -------------------------------------------------------------------------------------------
 
     def forward(self, states: States, values: Values | None = None) -> Prediction:
@@ -151,6 +159,10 @@ class Model(nn.Module):
     def structure(self, states: States, values: Values) -> Prediction:
         """Loads of the ideal actuator at the state that was really imposed. The one method a model must write."""
         raise NotImplementedError
+
+    def remarks(self) -> list[str]:
+        """Sentences on the present parameters that a reader of a fit should know. None by default."""
+        return []
 
     # --- what a fit asks -------------------------------------------------------------------------------------
 

@@ -19,6 +19,8 @@ from freelearn.models.prediction import Prediction, Status
 SINGULAR_SHARE = 0.02
 # A start on (or within this of) the edge of positive definiteness is moved this far inside.
 EDGE = 1e-3
+# A fitted K whose determinant is below this share of ka·kb is at the edge.
+AT_EDGE = 1e-6
 
 
 class Linear(Model):
@@ -68,6 +70,16 @@ class Linear(Model):
         values = super().physical(vector)
         a, b, c = vector[0].exp(), vector[1].exp(), vector[2]
         return values | {"ka": a * a, "kb": c * c + b * b, "kc": a * c}
+
+    def remarks(self) -> list[str]:
+        """Says when K sits at the edge of positive definiteness, where the constrained optimum of a fit may lie."""
+        k = self.scalars()
+        if k["ka"] * k["kb"] - k["kc"] ** 2 < AT_EDGE * k["ka"] * k["kb"]:
+            return [
+                "K is at the edge of positive definiteness (kc² ≈ ka·kb): without that constraint the rows would "
+                "prefer a wall that gives energy away, so the model lacks something here."
+            ]
+        return []
 
     def structure(self, states: States, values: Values) -> Prediction:
         length, reference = states.length, states.reference_length

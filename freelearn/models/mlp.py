@@ -32,6 +32,7 @@ class MLP(Model):
 
     name = "mlp"
     needs_validation = True
+    needs_restarts = True
 
     def __init__(self, effects: Sequence[Effect] = ()) -> None:
         super().__init__([], effects, SHAPES)

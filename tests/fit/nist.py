@@ -1,7 +1,7 @@
-"""The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, read from their .dat files.
+"""The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, from their .dat files.
 
-Source: National Institute of Standards and Technology, StRD, https://www.itl.nist.gov/div898/strd/.  The files are
-read where they lie, in `nist_strd` of $FREELEARN_SHARED_DATA or of the `shared/data` beside the repository.
+Source: National Institute of Standards and Technology, StRD, https://www.itl.nist.gov/div898/strd/.  The files
+are read where they lie, in `nist_strd` of $FREELEARN_SHARED_DATA or of the `shared/data` beside the repository.
 """
 
 from __future__ import annotations
@@ -45,7 +45,9 @@ def read(name: str) -> Problem:
     text = (folder() / f"{name}.dat").read_text()
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
     row = rf"^\s*b\d+\s*=\s*({number})\s+({number})\s+({number})\s+{number}\s*$"
-    values = torch.tensor([[float(v) for v in match] for match in re.findall(row, text, re.M)], dtype=torch.float64)
+    values = torch.tensor(
+        [[float(v) for v in match] for match in re.findall(row, text, re.M)], dtype=torch.float64
+    )
     rss = re.search(rf"Residual Sum of Squares:\s*({number})", text)
     span = re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", text)
     if rss is None or span is None or not len(values):

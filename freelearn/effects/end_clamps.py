@@ -1,0 +1,22 @@
+"""Ends tied to their fittings: a shorter part of the tube does all the deforming."""
+
+from types import SimpleNamespace
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.models.parameter import Parameter
+
+
+class EndClamps(Effect):
+    """A length c at each end is held: L and l both shrink by 2c, so stretch and twist rate grow.
+
+    Source: end fittings of McKibben actuators, Tondu & Lopez (2000).
+    """
+
+    name = "end_clamps"
+    models = ("continuum", "linear")
+    parameters = (Parameter("held_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0),)
+
+    def reshape(self, states: States, p: SimpleNamespace) -> States:
+        held = 2 * p.held_length
+        return states.replace(reference_length=states.reference_length - held, length=states.length - held)

@@ -1,0 +1,26 @@
+"""Fibre that buckles: threads carry tension, and only part of the compression."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+
+import torch
+from torch import Tensor
+
+from freelearn.effects.base import Effect
+from freelearn.models.parameter import Parameter
+
+
+class FiberTensionOnly(Effect):
+    """ΔΨ = −s C2/2 (I₄ − 1)² where I₄ < 1: a share s of the fibre's compressive stress is lost.
+
+    Source: Holzapfel, Gasser & Ogden (2000) switch fibres off in compression (s = 1).
+    """
+
+    name = "fiber_tension_only"
+    models = ("continuum",)
+    parameters = (Parameter("share", "s", "1", start=0.5, lower=0.0, upper=1.0, none=0.0),)
+    depends_on = ("i4",)
+
+    def psi(self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]) -> Tensor:
+        slack = torch.clamp(1 - invariants[0], min=0)
+        return -p.share * material["C2"] / 2 * slack**2

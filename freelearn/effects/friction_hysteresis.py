@@ -1,0 +1,25 @@
+"""Friction of fibres and seals: the load lags behind the pressure."""
+
+from types import SimpleNamespace
+
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect, columns
+from freelearn.models.parameter import Parameter
+
+
+class FrictionHysteresis(Effect):
+    """A constant force F_f and moment M_f against the direction in which the pressure changed.
+
+    Source: Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles.
+    """
+
+    name = "friction_hysteresis"
+    parameters = (
+        Parameter("force", "F_f", "N", start=0.0, none=0.0),
+        Parameter("moment", "M_f", "N·m", start=0.0, none=0.0),
+    )
+
+    def dissipate(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
+        return loads - states.direction[:, None] * columns(p.force, p.moment)

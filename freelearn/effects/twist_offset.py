@@ -1,0 +1,17 @@
+"""A twist that is not zero when the bed says zero."""
+
+from types import SimpleNamespace
+
+from freelearn.data.states import States
+from freelearn.effects.base import Effect
+from freelearn.models.parameter import Parameter
+
+
+class TwistOffset(Effect):
+    """φ imposed = φ read + φ₀ (mounting error of the rotational servo)."""
+
+    name = "twist_offset"
+    parameters = (Parameter("angle", "φ₀", "rad", start=0.0, lower=-1.0, upper=1.0, none=0.0),)
+
+    def impose(self, states: States, p: SimpleNamespace) -> States:
+        return states.replace(twist=states.twist + p.angle)

@@ -1,0 +1,21 @@
+"""Rubber that stiffens at large stretch."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+
+from torch import Tensor
+
+from freelearn.effects.base import Effect
+from freelearn.models.parameter import Parameter
+
+
+class WallStiffening(Effect):
+    """ΔΨ = C20 (I₁ − 3)², the second term of Yeoh's energy (Yeoh 1993)."""
+
+    name = "wall_stiffening"
+    models = ("continuum",)
+    parameters = (Parameter("C20", "C₂₀", "Pa", start=1e4, lower=0.0, none=0.0),)
+    depends_on = ("i1",)
+
+    def psi(self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]) -> Tensor:
+        return p.C20 * (invariants[0] - 3) ** 2

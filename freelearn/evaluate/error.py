@@ -1,0 +1,33 @@
+"""The paper's error metric."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+
+class Error(NamedTuple):
+    """E = sqrt(E_force² + E_moment²), each a share of the largest measured load of the set; n rows scored."""
+
+    E: float
+    E_force: float
+    E_moment: float
+    n: int
+
+
+def load_scale(measured: Tensor) -> Tensor:
+    """Largest |force| and |moment| of a set, (2,) N, N·m: what E is normalised by. Zero loads scale by one."""
+    largest = measured.abs().amax(0)
+    return torch.where(largest > 0, largest, 1.0)
+
+
+def score(measured: Tensor, predicted: Tensor, usable: Tensor) -> Error:
+    """Error of predictions (N, 2) on the rows marked usable; the loads' maxima are those of all N measured rows.
+
+    E = sqrt(mean(((F − F̂)/max|F|)² + ((M − M̂)/max|M|)²)) (the paper's Eq. errorObj). NaN without usable rows.
+    """
+    scaled = ((predicted - measured) / load_scale(measured))[usable]
+    force, moment = scaled.square().mean(0).tolist() if len(scaled) else (float("nan"),) * 2
+    return Error((force + moment) ** 0.5, force**0.5, moment**0.5, len(scaled))

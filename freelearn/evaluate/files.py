@@ -1,0 +1,123 @@
+"""The files of one run. Each is written beside its place and renamed, `results.json` last: it marks a whole run."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.evaluate.run import Run
+from freelearn.fit.report import fit_report
+from freelearn.models.build import save_checkpoint
+from freelearn.models.prediction import Status
+from freelearn.units import NMM
+
+
+def check_folder(folder: Path) -> None:
+    """Makes the run's folder and sees that it can be written to. Raises UserError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as problem:
+        raise UserError(f"Cannot write to the output folder {folder}: {problem.strerror}. Set hydra.run.dir=…") from None
+
+
+def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+    """Calls `write` on a name beside `path`, then renames: readers see all of the file or none."""
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        write(beside)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_run(run: Run, folder: Path, seed: int, provenance: dict[str, Any]) -> None:
+    """Writes predictions.csv, fit_report.txt, checkpoint.ckpt and results.json."""
+    write_whole(folder / "predictions.csv", lambda p: predictions(run).to_csv(p, index=False, float_format="%.10g"))
+    write_whole(folder / "fit_report.txt", lambda p: _write_text(p, report(run)))
+    save_checkpoint(run.model, folder / "checkpoint.ckpt")
+    text = json.dumps(results(run, seed, provenance), indent=2, allow_nan=False)
+    write_whole(folder / "results.json", lambda p: _write_text(p, text + "\n"))
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def predictions(run: Run) -> pd.DataFrame:
+    """The measurement table with `split`, `status` and predicted loads; these are blank without an equilibrium."""
+    table = run.table.copy()
+    status = run.prediction.status.numpy()
+    loads = np.where((status == Status.NO_EQUILIBRIUM)[:, None], np.nan, run.prediction.loads.numpy())
+    table["split"] = run.labels
+    table["force_pred_n"] = loads[:, 0]
+    table["moment_pred_nmm"] = loads[:, 1] / NMM
+    table["status"] = np.array([s.name.lower() for s in Status])[status]
+    return table
+
+
+def counts(run: Run) -> dict[str, int]:
+    """Rows of the table: all, used by the fit, buckled, and un-buckled ones without a valid prediction, by reason."""
+    buckled = (run.table["buckled"] == 1).to_numpy()
+    status = run.prediction.status.numpy()[~buckled]
+    used = run.found.residuals // 2 if run.found else 0
+    reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
+    return {"rows": len(run.table), "used": used, "buckled": int(buckled.sum()), **reasons}
+
+
+def results(run: Run, seed: int, provenance: dict[str, Any]) -> dict[str, Any]:
+    """Everything in results.json. Numbers that do not exist are null."""
+    return {
+        "model": run.model.name,
+        "train": run.train,
+        "fit": run.method,
+        "effects": [e.name for e in run.model.effects],
+        "seed": seed,
+        "parameters": _parameters(run),
+        "tests": {name: {k: _number(v) for k, v in e._asdict().items()} for name, e in run.errors.items()},
+        "counts": counts(run),
+        "seconds": run.seconds,
+        "outcome": run.message,
+        "data": provenance,
+    }
+
+
+def _parameters(run: Run) -> dict[str, dict[str, Any]]:
+    units = {name: p.unit for name, p in run.model.declared.items()}
+    if run.found is None:
+        return {n: {"value": v, "stderr": None, "unit": units[n]} for n, v in run.model.scalars().items()}
+    found = run.found
+    return {
+        name: {
+            "value": float(found.values[i]),
+            "stderr": _number(found.stderr[i]),
+            "unit": units.get(name, ""),
+            "stderr_independent": _number(found.stderr_independent[i]),
+        }
+        for i, name in enumerate(found.names)
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if isinstance(value, int) else float(value) if math.isfinite(value) else None
+
+
+def report(run: Run) -> str:
+    """Text of fit_report.txt."""
+    if run.found is None:
+        values = "\n".join(
+            f"    {n:<22} {v:>14.8g}  {run.model.declared[n].unit}" for n, v in run.model.scalars().items()
+        )
+        return f"[[Model]]\n    {run.model.name}\n[[Variables]] (nothing was fitted)\n{values}\n"
+    epochs = run.history[-1][0] if run.history else 0
+    return fit_report(run.model, run.found, run.start, run.method, run.message, epochs, counts(run))

@@ -1,0 +1,153 @@
+"""Fitting a model to training rows: starts, the run by Lightning, and the rows that have to stay out."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import lightning as L
+import numpy as np
+import torch
+from lightning.pytorch.loggers import TensorBoardLogger
+from torch import Tensor
+
+from freelearn.data.module import FitData
+from freelearn.errors import UserError
+from freelearn.fit.algorithm import OPTIMIZERS, Algorithm, GradientEpochs, LevenbergMarquardtEpochs
+from freelearn.fit.fitting import Fitting
+from freelearn.fit.problem import Problem, Rows
+from freelearn.models.base import Model
+from freelearn.models.prediction import Status
+
+LEVENBERG_MARQUARDT = "levenberg_marquardt"
+# Rows that lose their meaning at the solution leave the loss and the fit goes on; more rounds than this never helped.
+ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How to fit. restarts: members fitted side by side, the best kept. patience: epochs without a better
+    validation error before a member stops. The last four belong to the gradient algorithms."""
+
+    name: str
+    max_epochs: int
+    restarts: int
+    patience: int
+    tolerance: float = 1e-10
+    learning_rate: float = 1e-2
+    batch_size: int = 128
+    weight_decay: float = 0.0
+
+
+@dataclass(frozen=True)
+class FitOutcome:
+    """kept: training rows that took part, (N,) bool. start: raw vector (p,) the winner began at. history: epoch,
+    training and validation error. module: the Lightning module, for its checkpoint."""
+
+    kept: np.ndarray
+    start: Tensor
+    history: list[tuple[int, float, float]]
+    message: str
+    trainer: L.Trainer
+
+
+def fit(
+    model: Model,
+    train: Rows,
+    validation: Rows,
+    options: FitOptions,
+    seed: int,
+    folder: Path | None = None,
+    progress: L.Callback | None = None,
+) -> FitOutcome:
+    """Fits `model` in place. Raises UserError when there are too few rows.
+
+    Rows for which the model has no answer at the solution (no equilibrium, singular, overstretched) leave the loss,
+    and the fit goes on from there with the rest, until no further row does. During a search such a row keeps the
+    finite loads of its bound, so leaving the loss is never a way to lower it.
+    """
+    generator = torch.Generator().manual_seed(seed)
+    kept = torch.ones(len(train), dtype=torch.bool)
+    held = torch.ones(len(validation), dtype=torch.bool)
+    history: list[tuple[int, float, float]] = []
+    start = model.vector().detach().clone()
+    for attempt in range(ROUNDS):
+        rows, validation_rows = train[kept], validation[held]
+        _check_count(model, len(rows), len(train))
+        if attempt == 0:
+            model.prepare(rows.states, rows.loads)
+            members = options.restarts if model.needs_restarts else 1
+            starts = model.starts(rows.states, rows.loads, members, generator)
+            start = starts[0].clone()
+        else:
+            starts = model.vector().detach()[None]
+        module = Fitting(
+            model, lambda problem, at=starts: _algorithm(problem, at, options, generator), options.max_epochs, options.patience
+        )
+        trainer = _trainer(folder, progress)
+        with warnings.catch_warnings():
+            # One batch of everything needs no loader workers; Lightning advises them at every fit.
+            warnings.simplefilter("ignore")
+            trainer.fit(module, datamodule=FitData(rows, validation_rows))
+        offset = history[-1][0] + 1 if history else 0
+        history += [(epoch + offset, *errors) for epoch, *errors in module.history]  # type: ignore[misc]
+        bad = kept & ~_ok(model, train)
+        bad_held = held & ~_ok(model, validation)
+        if not bool(bad.any() or bad_held.any()):
+            break
+        kept &= ~bad
+        held &= ~bad_held
+    assert module.algorithm is not None
+    return FitOutcome(kept.numpy(), start, history, module.algorithm.message, trainer)
+
+
+def _ok(model: Model, rows: Rows) -> Tensor:
+    with torch.no_grad():
+        return model(rows.states).status == Status.OK
+
+
+def _check_count(model: Model, rows: int, offered: int) -> None:
+    parameters = len(model.vector())
+    if rows < parameters:
+        lost = f" ({offered - rows} of {offered} have no valid prediction)" if offered > rows else ""
+        raise UserError(
+            f"Model {model.name} has {parameters} parameters but the training set has only {rows} usable rows{lost}: "
+            "choose a larger training set or a smaller model."
+        )
+
+
+def _algorithm(problem: Problem, start: Tensor, options: FitOptions, generator: torch.Generator) -> Algorithm:
+    if options.name == LEVENBERG_MARQUARDT:
+        return LevenbergMarquardtEpochs(problem, start, options.max_epochs, options.tolerance)
+    if options.name not in OPTIMIZERS:
+        known = ", ".join([LEVENBERG_MARQUARDT, *OPTIMIZERS, "none"])
+        raise UserError(f"Unknown fit {options.name!r}: choose one of {known}.")
+    return GradientEpochs(
+        options.name,
+        problem,
+        start,
+        options.max_epochs,
+        options.learning_rate,
+        options.batch_size,
+        options.weight_decay,
+        generator,
+    )
+
+
+def _trainer(folder: Path | None, progress: L.Callback | None) -> L.Trainer:
+    # Lightning announces devices and tips at every start; the table at the end says what users need.
+    logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
+    return L.Trainer(
+        max_epochs=-1,
+        accelerator="cpu",
+        devices=1,
+        logger=TensorBoardLogger(folder, name="", version="") if folder else False,
+        callbacks=[progress] if progress else None,
+        enable_checkpointing=False,
+        enable_model_summary=False,
+        enable_progress_bar=False,
+        log_every_n_steps=1,
+        default_root_dir=folder,
+    )

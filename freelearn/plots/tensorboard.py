@@ -1,0 +1,90 @@
+"""The figures and summaries of a run in TensorBoard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import torch
+from torch.utils.tensorboard import SummaryWriter
+
+from freelearn.data.states import States
+from freelearn.evaluate.run import Run
+from freelearn.models.prediction import Status
+from freelearn.plots.canvas import to_rgb
+from freelearn.plots.curves import curves
+from freelearn.plots.parity import parity
+from freelearn.plots.residual_map import residual_map
+from freelearn.plots.states import pick_states
+from freelearn.units import NMM
+
+CURVE_POINTS = 60
+
+
+def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) -> None:
+    """Writes errors by test set, hyperparameters, and the parity, residual and load-curve figures."""
+    title = f"{run.model.name} fitted on {run.train}"
+    with SummaryWriter(str(folder)) as writer:
+        for name, error in run.errors.items():
+            writer.add_scalar(f"test/{name}", error.E, 0)
+        own = _training_samples(run, predictions)
+        for tag, figure in (
+            ("parity", parity(own, title, simulated)),
+            ("residual_map", residual_map(predictions, title, simulated)),
+        ):
+            writer.add_image(tag, to_rgb(figure), dataformats="HWC")
+        for sample, elongation, twist in pick_states(own):
+            here = (predictions[["sample", "elongation_mm", "twist_deg"]] == (sample, elongation, twist)).all(axis=1)
+            measured = predictions[here]
+            place = f"sample {sample}, {elongation:+.3g} mm, {twist:+.4g}°"
+            figure = curves(measured, model_curve(run, measured), f"{title}: {place}", simulated)
+            writer.add_image(f"curves/{place}", to_rgb(figure), dataformats="HWC")
+        _log_hyperparameters(writer, run)
+
+
+def _training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
+    from freelearn.data.sets import samples_of
+
+    if run.found is None:
+        return predictions
+    sample = predictions["sample"].to_numpy()
+    return predictions[np.isin(sample, samples_of(run.train, sample))]
+
+
+def model_curve(run: Run, measured: pd.DataFrame) -> pd.DataFrame:
+    """Predicted loads from zero to a little beyond the highest pressure at the state of `measured`.
+
+    Columns pressure_kpa, force_pred_n, moment_pred_nmm, extrapolated (outside the measured, un-buckled pressures).
+    """
+    fitted = measured.loc[measured["buckled"] == 0, "pressure_kpa"]
+    top = max(measured["pressure_kpa"].max(), 0.0)
+    pressure = np.union1d(np.linspace(min(0.0, fitted.min()), top, CURVE_POINTS), [fitted.min(), fitted.max()])
+    rows = measured.iloc[[0] * len(pressure)].assign(pressure_kpa=pressure)
+    with torch.no_grad():
+        loads, status = run.model(States.from_table(rows).replace(direction=torch.zeros(len(pressure)).double()))
+    loads[status == Status.NO_EQUILIBRIUM] = torch.nan
+    return pd.DataFrame(
+        {
+            "pressure_kpa": pressure,
+            "force_pred_n": loads[:, 0].numpy(),
+            "moment_pred_nmm": loads[:, 1].numpy() / NMM,
+            "extrapolated": (pressure < fitted.min()) | (pressure > fitted.max()),
+        }
+    )
+
+
+def _log_hyperparameters(writer: SummaryWriter, run: Run) -> None:
+    from torch.utils.tensorboard.summary import hparams
+
+    settings = {
+        "model": run.model.name,
+        "train": run.train,
+        "fit": run.method,
+        "effects": ",".join(e.name for e in run.model.effects),
+    }
+    metrics = {f"test/{name}": e.E for name, e in run.errors.items()}
+    # add_hparams would open a second event file in a folder of its own.
+    writer_file = writer._get_file_writer()
+    for summary in hparams(settings, metrics):
+        writer_file.add_summary(summary)
