@@ -42,10 +42,11 @@ class LevenbergMarquardtEpochs:
         lower, upper = problem.model.raw_bounds()
         self.solver = LevenbergMarquardt(
             problem.residual,
+            problem.jacobian,
             lower=lower,
             upper=upper,
             gtol=tolerance,
-            ftol=tolerance**2,
+            ftol=tolerance,
             xtol=tolerance,
             max_iterations=max_epochs,
         )

@@ -30,7 +30,7 @@ class LevenbergMarquardt:
     Args:
         residual: r, from parameters (p,) to residuals (m,), in pure torch, float64.
         jacobian: ∂r/∂x, from parameters (p,) to (m, p); by default `residual` is differentiated forward.
-        lower, upper: bounds (p,) of the parameters, ±inf where there is none; starts outside are moved onto them.
+        lower, upper: bounds (p,) of the parameters, ±inf where there is none; starts outside are moved in.
         gtol: converged when |Jⱼ·r| ≤ gtol ‖Jⱼ‖ ‖r‖ for every free parameter j.
         ftol: converged when the reduction of the loss, and the largest the linear model can offer at any
             radius, are both at most ftol times the loss; the default is below what rounding lets a step show.
@@ -38,12 +38,12 @@ class LevenbergMarquardt:
             residuals it changes are then below what a relative change xtol of the parameters does.
         max_iterations: most trial steps per member.
 
-    While several members (rows of x) run, residual and Jacobian go through `torch.func.vmap`; a single one calls
-    them directly.  Each member has its own trust region and status, and stays as it is once it has finished.
+    While several members (rows of x) run, residual and Jacobian go through `torch.func.vmap`; a single one
+    calls them directly.  Each member has its own trust region and status, and stays put once it has finished.
     Steps that raise the loss, or meet residuals or Jacobians that are not finite, are never taken.
 
     Raises:
-        ValueError: a bound or start of wrong shape or type, lower > upper, or a residual that is no vector.
+        ValueError: a bound or start of wrong shape, a start not float64, lower > upper, a residual no vector.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class LevenbergMarquardt:
         return new._replace(status=self._assess(new, old, torch.where(moved, actual, 0.0), moved))
 
     def _move(self, old: Point, x: Tensor, residual: Tensor, better: Tensor) -> tuple[Point, Tensor]:
-        """Points of members whose trial is better and has a finite Jacobian, old points of the rest; who moved."""
+        """Trial points of members where they are better and finite, old points of the rest; who moved."""
         if better.all():
             point, valid = self._linearise(x, residual, old.norms)
             if valid.all():

@@ -5,7 +5,6 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, NamedTuple, TypeVar
 
-import torch
 from torch import Tensor
 
 from freelearn.fit.trust_region import LinearModel
@@ -32,7 +31,7 @@ class Status(IntEnum):
 
 MESSAGES = {
     Status.RUNNING: "The search is still running.",
-    Status.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to all free Jacobian columns to gtol.",
+    Status.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to every free column of J to gtol.",
     Status.CONVERGED_LOSS: "Converged: no step can lower the loss by more than ftol or rounding allow.",
     Status.CONVERGED_STEP: "Converged: the step left to take is below xtol in its effect on the residuals.",
     Status.NO_PROGRESS: "Stopped without convergence: no step, however short, lowers the loss; the residuals "
@@ -123,14 +122,15 @@ class State(NamedTuple):
 def take(record: Record, rows: Tensor | int) -> Record:
     """The given members of a (nested) named tuple of tensors."""
     tree: Any = record
-    return tree[rows] if isinstance(tree, Tensor) else type(tree)(*(take(part, rows) for part in tree))
+    if isinstance(record, Tensor):
+        return tree[rows]
+    return type(tree)(*(take(part, rows) for part in tree))
 
 
 def put(record: Record, rows: Tensor, members: Record) -> Record:
     """Copy of a (nested) named tuple of tensors with the members of these rows replaced."""
     tree: Any = record
-    new: Any = members
+    parts: Any = members
     if isinstance(record, Tensor):
-        tree = torch.index_put(record, (rows,), new)
-        return tree
-    return type(tree)(*(put(part, rows, other) for part, other in zip(tree, new, strict=True)))
+        return tree.index_put((rows,), parts)
+    return type(tree)(*(put(part, rows, other) for part, other in zip(tree, parts, strict=True)))

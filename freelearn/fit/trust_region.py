@@ -3,8 +3,9 @@
 Around a point the residuals are modelled as r + J p.  The step sought minimises ‖r + J p‖ over ‖D p‖ ≤ Δ,
 which is the least-squares solution of the stacked system [J; √λ D] p ≈ [-r; 0] for the λ ≥ 0 that meets the
 radius Δ (Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics
-630, 1978).  The normal matrix JᵀJ is never formed: one QR factorisation reduces J to R (at most p × p), and one
-singular value decomposition of R D⁻¹ makes the stacked system diagonal for every λ.  Arrays lead with `members`.
+630, 1978).  The normal matrix JᵀJ is never formed: one QR factorisation reduces J to R (at most p × p), and
+one singular value decomposition of R D⁻¹ makes the stacked system diagonal for every λ.  The leading axis of
+all arrays is `members`.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ class Basis(NamedTuple):
 class LinearModel(NamedTuple):
     """The residuals' linear model at a point, reduced by QR.
 
-    `factor` is R (members, k, p) with k = min(m, p); `projection` is Qᵀ r (members, k); `scale` is the diagonal
-    of D (members, p), positive; `free` (members, p) tells which parameters may move; `basis` diagonalises the
-    model restricted to the free parameters.
+    `factor` is R (members, k, p) with k = min(m, p); `projection` is Qᵀ r (members, k); `scale` is the
+    diagonal of D (members, p), positive; `free` (members, p) tells which parameters may move; `basis`
+    diagonalises the model restricted to the free parameters.
     """
 
     factor: Tensor
@@ -73,8 +74,8 @@ def triangular_factor(jacobian: Tensor, residual: Tensor) -> tuple[Tensor, Tenso
 def decompose(factor: Tensor, projection: Tensor, scale: Tensor, free: Tensor) -> Basis:
     """Basis of R D⁻¹ restricted to the free parameters.
 
-    Directions whose singular value is zero to rounding are given no right-hand side: the step has no component
-    in them, which makes it the shortest of all minimisers.
+    Directions whose singular value is zero to rounding are given no right-hand side: the step has no
+    component in them, which makes it the shortest of all minimisers.
     """
     scaled = factor * (free / scale).unsqueeze(-2)
     left, singular, right = torch.linalg.svd(scaled, full_matrices=False)
@@ -114,8 +115,9 @@ def linear_model(
 def damped_step(basis: Basis, radius: Tensor) -> Tensor:
     """Scaled step D p (members, p) of the smallest λ ≥ 0 with ‖D p‖ ≤ Δ, Δ = radius (members,), to 0.1 %.
 
-    Newton's method runs on 1/‖D p(λ)‖ - 1/Δ, which is nearly linear in λ; from λ = 0 its iterates rise towards
-    the root and never pass it, so no bracket is needed (Conn, Gould, Toint, Trust-Region Methods, section 7.3).
+    Newton's method runs on 1/‖D p(λ)‖ - 1/Δ, which is nearly linear in λ; from λ = 0 its iterates rise
+    towards the root and never pass it, so no bracket is needed (Conn, Gould and Toint, Trust-Region Methods,
+    SIAM 2000, section 7.3).
     """
     squares = basis.singular.square()
     numerator = basis.singular * basis.projected

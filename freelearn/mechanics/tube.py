@@ -122,7 +122,7 @@ class Deformation:
 
     @property
     def i4(self) -> Tensor:
-        return torch.addcmul(self.tube.fiber_axial2, self.r2, self.tube.fiber_hoop2)
+        return self.r2 * self.tube.fiber_hoop2 + self.tube.fiber_axial2
 
     @property
     def i4_rate(self) -> Tensor:

@@ -113,7 +113,10 @@ class Model(nn.Module):
         return {name: p.to_raw(values[name]) for name, p in self.declared.items()}
 
     def physical(self, vector: Tensor) -> Values:
-        """Weights and physical parameters (SI) from a raw vector (p,), differentiable."""
+        """Weights and physical parameters (SI) from a raw vector (p,), differentiable.
+
+        A model without weights also takes one vector per row, (N, p), and gives its parameters as (N,).
+        """
         values: Values = {}
         start = 0
         for name, shape in self.weights.items():
@@ -121,7 +124,7 @@ class Model(nn.Module):
             values[name] = vector[start : start + size].reshape(shape)
             start += size
         for i, (name, p) in enumerate(self.declared.items(), start):
-            values[name] = p.to_physical(vector[i])
+            values[name] = p.to_physical(vector[..., i])
         return values
 
     @property

@@ -68,7 +68,7 @@ class Linear(Model):
 
     def physical(self, vector: Tensor) -> Values:
         values = super().physical(vector)
-        a, b, c = vector[0].exp(), vector[1].exp(), vector[2]
+        a, b, c = vector[..., 0].exp(), vector[..., 1].exp(), vector[..., 2]
         return values | {"ka": a * a, "kb": c * c + b * b, "kc": a * c}
 
     def remarks(self) -> list[str]:

@@ -1,7 +1,8 @@
 """The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, from their .dat files.
 
-Source: National Institute of Standards and Technology, StRD, https://www.itl.nist.gov/div898/strd/.  The files
-are read where they lie, in `nist_strd` of $FREELEARN_SHARED_DATA or of the `shared/data` beside the repository.
+Source: National Institute of Standards and Technology, StRD, https://www.itl.nist.gov/div898/strd/.
+The files are read where they lie, in `nist_strd` of $FREELEARN_SHARED_DATA or of the `shared/data` beside the
+repository.
 """
 
 from __future__ import annotations

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from itertools import pairwise
-from pathlib import Path
 
+import nist
 import numpy as np
 import pytest
 import torch
@@ -17,9 +16,6 @@ from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.search import Result, State, Status
-
-sys.path.insert(0, str(Path(__file__).parent))
-import nist  # noqa: E402
 
 T = torch.linspace(0.0, 3.0, 40, dtype=torch.float64)
 

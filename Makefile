@@ -1,0 +1,32 @@
+PYTHON ?= python3
+VENV := .venv
+RUN := $(VENV)/bin/python
+# One file says what is installed, so that a second `make` finds nothing to do.
+READY := $(VENV)/.installed
+
+.PHONY: setup demo test bench lint clean
+
+setup: $(READY)
+
+$(READY): pyproject.toml constraints.txt
+	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
+	$(RUN) -m pip install --quiet -c constraints.txt torch
+	$(RUN) -m pip install --quiet -c constraints.txt -e ".[test]"
+	touch $@
+
+demo: setup
+	$(RUN) train.py model=continuum train=sample3
+
+lint: setup
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+
+test: setup
+	$(RUN) -m pytest -n auto
+
+bench: setup
+	$(RUN) experiments/benchmark.py
+
+clean:
+	rm -rf $(VENV)
