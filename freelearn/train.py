@@ -13,7 +13,7 @@ from rich.console import Console
 
 from freelearn.data.virtual import simulate
 from freelearn.errors import UserError
-from freelearn.evaluate.files import check_folder, predictions, write_run
+from freelearn.evaluate.files import check_folder, write_run
 from freelearn.evaluate.run import Run, run
 from freelearn.fit.fit import FitOptions
 from freelearn.models.build import build_model

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ import torch
 from freelearn.data.states import States
 from freelearn.effects.registry import make_effects
 from freelearn.models.continuum import Continuum
-from freelearn.models.prediction import Status
+from freelearn.models.prediction import Prediction, Status
 from freelearn.units import KPA, MM, NMM
 
 # The paper's Table of fibre angles and dimensions: Γ [deg], L, R_i, R_o [mm].
@@ -58,14 +58,15 @@ def protocol() -> pd.DataFrame:
 
 def simulate(
     truth: Mapping[str, float],
-    effects: Mapping[str, Mapping[str, float]],
+    effects: Mapping[str, Mapping[str, float | Sequence[float]]],
     accuracy: Mapping[str, float],
     buckled_share: float,
     seed: int,
 ) -> pd.DataFrame:
     """A measurement table of the whole protocol, from a seed.
 
-    truth: C1, C2 [Pa]. effects: the physics beyond the continuum model, {effect: {parameter: SI value}}.
+    truth: C1, C2 [Pa]. effects: the physics beyond the continuum model, {effect: {parameter: SI value}}, a list
+    of values being one per sample.
     accuracy: one standard deviation of elongation_mm, twist_deg (one error per kinematic state), pressure_kpa,
     force_n, moment_nmm (each row), as in `data.accuracy`. buckled_share: share of all rows marked as buckled.
     """
@@ -83,10 +84,7 @@ def simulate(
     # The sensor errs, not the bed: the table shows a reading of the pressure that really acted.
     table["pressure_kpa"] += generator.normal(0, accuracy["pressure_kpa"], len(table))
 
-    model = Continuum(**truth, effects=make_effects(list(effects), "continuum"))
-    model.set_values({f"{e}.{p}": v for e, parameters in effects.items() for p, v in parameters.items()})
-    with torch.no_grad():
-        loads, status = model(States.from_table(actual))
+    loads, status = _true_loads(actual, truth, effects)
     table["force_n"] = loads[:, 0].numpy() + generator.normal(0, accuracy["force_n"], len(table))
     table["moment_nmm"] = loads[:, 1].numpy() / NMM + generator.normal(0, accuracy["moment_nmm"], len(table))
 
@@ -94,6 +92,26 @@ def simulate(
     # A ballooned tube gives no measurement: like a buckled one it never counts.
     table.loc[(status != Status.OK).numpy(), "buckled"] = 1
     return table
+
+
+def _true_loads(
+    actual: pd.DataFrame,
+    truth: Mapping[str, float],
+    effects: Mapping[str, Mapping[str, float | Sequence[float]]],
+) -> Prediction:
+    """Loads of every row at its actual state, sample by sample (the parameters may differ between samples)."""
+    model = Continuum(**truth, effects=make_effects(list(effects), "continuum"))
+    parts = []
+    for number in range(len(DESIGNS)):
+        values = {
+            f"{effect}.{name}": float(value if isinstance(value, int | float) else value[number])
+            for effect, parameters in effects.items()
+            for name, value in parameters.items()
+        }
+        model.set_values(values)
+        with torch.no_grad():
+            parts.append(model(States.from_table(actual[actual["sample"] == number + 1])))
+    return Prediction(torch.cat([p.loads for p in parts]), torch.cat([p.status for p in parts]))
 
 
 def _buckled(actual: pd.DataFrame, loads: np.ndarray, share: float, generator: np.random.Generator) -> np.ndarray:

@@ -16,7 +16,14 @@ from freelearn.errors import UserError
 
 EFFECTS: dict[str, type[Effect]] = {
     effect.name: effect
-    for effect in (FiberTensionOnly, WallStiffening, EndClamps, TwistOffset, FrictionHysteresis, SensorCrosstalk)
+    for effect in (
+        FiberTensionOnly,
+        WallStiffening,
+        EndClamps,
+        TwistOffset,
+        FrictionHysteresis,
+        SensorCrosstalk,
+    )
 }
 
 

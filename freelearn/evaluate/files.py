@@ -28,7 +28,9 @@ def check_folder(folder: Path) -> None:
         probe.touch()
         probe.unlink()
     except OSError as problem:
-        raise UserError(f"Cannot write to the output folder {folder}: {problem.strerror}. Set hydra.run.dir=…") from None
+        raise UserError(
+            f"Cannot write to the output folder {folder}: {problem.strerror}. Set hydra.run.dir=…"
+        ) from None
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:

@@ -22,8 +22,10 @@ OPTIMIZERS: Mapping[str, Callable[..., torch.optim.Optimizer]] = {
 class Algorithm(Protocol):
     """vectors: (members, p), where the members stand. finished: (members,). epochs: passes over the rows so far."""
 
-    vectors: Tensor
     epochs: int
+
+    @property
+    def vectors(self) -> Tensor: ...
 
     def advance(self) -> None:
         """Some more epochs for every member that has not finished."""
@@ -41,14 +43,15 @@ class LevenbergMarquardtEpochs:
     def __init__(self, problem: Problem, start: Tensor, max_epochs: int, tolerance: float) -> None:
         lower, upper = problem.model.raw_bounds()
         self.solver = LevenbergMarquardt(
-            problem.residual,
-            problem.jacobian,
+            problem.residuals,
+            problem.jacobians,
             lower=lower,
             upper=upper,
             gtol=tolerance,
             ftol=tolerance,
             xtol=tolerance,
             max_iterations=max_epochs,
+            batched=True,
         )
         self.state = self.solver.init(start)
         self.epochs = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import lightning as L
@@ -83,9 +84,8 @@ def fit(
             start = starts[0].clone()
         else:
             starts = model.vector().detach()[None]
-        module = Fitting(
-            model, lambda problem, at=starts: _algorithm(problem, at, options, generator), options.max_epochs, options.patience
-        )
+        make = partial(_algorithm, starts=starts, options=options, generator=generator)
+        module = Fitting(model, make, options.max_epochs, options.patience)
         trainer = _trainer(folder, progress)
         with warnings.catch_warnings():
             # One batch of everything needs no loader workers; Lightning advises them at every fit.
@@ -118,16 +118,16 @@ def _check_count(model: Model, rows: int, offered: int) -> None:
         )
 
 
-def _algorithm(problem: Problem, start: Tensor, options: FitOptions, generator: torch.Generator) -> Algorithm:
+def _algorithm(problem: Problem, starts: Tensor, options: FitOptions, generator: torch.Generator) -> Algorithm:
     if options.name == LEVENBERG_MARQUARDT:
-        return LevenbergMarquardtEpochs(problem, start, options.max_epochs, options.tolerance)
+        return LevenbergMarquardtEpochs(problem, starts, options.max_epochs, options.tolerance)
     if options.name not in OPTIMIZERS:
         known = ", ".join([LEVENBERG_MARQUARDT, *OPTIMIZERS, "none"])
         raise UserError(f"Unknown fit {options.name!r}: choose one of {known}.")
     return GradientEpochs(
         options.name,
         problem,
-        start,
+        starts,
         options.max_epochs,
         options.learning_rate,
         options.batch_size,

@@ -75,8 +75,8 @@ class Fitting(L.LightningModule):
 
     @staticmethod
     def _errors(problem: Problem, vectors: Tensor) -> Tensor:
-        errors = [problem.error(v) for v in vectors]
-        return torch.stack(errors).nan_to_num(nan=torch.inf)
+        squares = problem.residuals(vectors).square().sum(-1)
+        return (squares / len(problem.rows)).sqrt().nan_to_num(nan=torch.inf)
 
     def _log(self, leader: int) -> None:
         if not (self.logger and hasattr(self.logger, "experiment")):

@@ -37,6 +37,7 @@ class LevenbergMarquardt:
         xtol: converged when the unconstrained step p has ‖J p‖ ≤ xtol ‖D x‖, D the norms of J's columns: the
             residuals it changes are then below what a relative change xtol of the parameters does.
         max_iterations: most trial steps per member.
+        batched: `residual` and `jacobian` take all members at once, (members, p) → (members, m[, p]).
 
     While several members (rows of x) run, residual and Jacobian go through `torch.func.vmap`; a single one
     calls them directly.  Each member has its own trust region and status, and stays put once it has finished.
@@ -57,8 +58,10 @@ class LevenbergMarquardt:
         ftol: float = 1e-19,
         xtol: float = 1e-15,
         max_iterations: int = 2000,
+        batched: bool = False,
     ) -> None:
         self.residual = residual
+        self.batched = batched
         self.jacobian = torch.func.jacfwd(residual) if jacobian is None else jacobian
         bounded = lower if lower is not None else upper
         self.lower, self.upper = lower, upper
@@ -83,16 +86,12 @@ class LevenbergMarquardt:
         """State at the starts x0 (p,) or (members, p)."""
         x = torch.atleast_2d(x0.detach()).clone()
         if x.ndim != 2 or x.dtype != torch.float64:
-            raise ValueError(
-                f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}"
-            )
+            raise ValueError(f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}")
         if self.lower is not None:
             if self.lower.shape != x.shape[1:]:
-                raise ValueError(
-                    f"bounds of shape {tuple(self.lower.shape)} do not fit {x.shape[1]} parameters"
-                )
+                raise ValueError(f"bounds of shape {tuple(self.lower.shape)} do not fit {x.shape[1]} parameters")
             x = x.clamp(self.lower, self.upper)
-        residual = _evaluate(self.residual, x)
+        residual = self._evaluate(self.residual, x)
         if residual.ndim != 2:
             raise ValueError(f"residual must return a vector (m,), not shape {tuple(residual.shape[1:])}")
         point, valid = self._linearise(x, residual, torch.zeros_like(x))
@@ -114,7 +113,7 @@ class LevenbergMarquardt:
     def _advance(self, state: State) -> State:
         old = state.point
         x = trial_point(old.model, old.x, state.radius, self.lower, self.upper)
-        residual = _evaluate(self.residual, x)
+        residual = self._evaluate(self.residual, x)
         # Taken as one sum, the reduction keeps digits that the difference of the two losses would lose.
         actual = ((old.residual - residual) * (old.residual + residual)).sum(-1)
         predicted = old.model.predicted_reduction(x - old.x)
@@ -146,7 +145,7 @@ class LevenbergMarquardt:
 
         `norms` are the largest column norms so far: as in MINPACK the scale D of a parameter never falls.
         """
-        jacobian = _evaluate(self.jacobian, x)
+        jacobian = self._evaluate(self.jacobian, x)
         columns = torch.linalg.vector_norm(jacobian, dim=-2)
         loss = residual.square().sum(-1)
         valid = loss.isfinite() & columns.isfinite().all(-1)
@@ -163,9 +162,7 @@ class LevenbergMarquardt:
     def _assess(self, state: State, old: Point, actual: Tensor, moved: Tensor) -> Tensor:
         """Status (members,) after a step from the point `old` that reduced the loss by `actual`."""
         at, model = state.point, state.point.model
-        status = torch.where(
-            state.iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), state.status
-        )
+        status = torch.where(state.iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), state.status)
         distance = torch.linalg.vector_norm(model.scale * at.x, dim=-1)
         stuck = ~moved & (state.radius <= EPS * distance.clamp(min=SHORTEST_RADIUS))
         # Rounding the parameters alone moves the residuals by about EPS times `size`.
@@ -197,10 +194,11 @@ class LevenbergMarquardt:
         kept = torch.where((gain >= 0.75) | inside, 2.0 * length, radius)
         return torch.where(gain > 0.25, kept, shorter)
 
-
-def _evaluate(function: Function, x: Tensor) -> Tensor:
-    """Values of the function for all rows of x (members, p)."""
-    if x.shape[0] == 1:
-        # Called directly: data-dependent early exits inside the function work, and pay, only outside vmap.
-        return function(x[0]).detach().unsqueeze(0)
-    return torch.func.vmap(function, randomness="error")(x).detach()
+    def _evaluate(self, function: Function, x: Tensor) -> Tensor:
+        """Values of the function for all rows of x (members, p)."""
+        if self.batched:
+            return function(x).detach()
+        if x.shape[0] == 1:
+            # Called directly: data-dependent early exits inside the function work, and pay, only outside vmap.
+            return function(x[0]).detach().unsqueeze(0)
+        return torch.func.vmap(function, randomness="error")(x).detach()

@@ -43,26 +43,27 @@ class Problem:
         predicted = self.model(self.rows.states, self.model.physical(vector)).loads
         return ((predicted - self.rows.loads) / self.scale).reshape(-1)
 
-    def jacobian(self, vector: Tensor) -> Tensor:
-        """∂residual/∂vector: (2N, p).
+    def residuals(self, vectors: Tensor) -> Tensor:
+        """Residuals of several members: (members, p) → (members, 2N), in one batch."""
+        if len(vectors) == 1:  # outside vmap the radial equilibrium may stop as soon as it has converged
+            return self.residual(vectors[0])[None]
+        return torch.func.vmap(self.residual)(vectors)
 
-        A row's loads depend on the parameters alone, so giving each row its own copy of them lets two reverse
-        passes (force, moment) return every derivative at once; forward mode pays for each parameter.
+    def jacobians(self, vectors: Tensor) -> Tensor:
+        """∂residual/∂vector of several members: (members, p) → (members, 2N, p).
+
+        A row's loads depend on the parameters alone, so giving each row of each member its own copy of them lets
+        two reverse passes (force, moment) return every derivative at once; forward mode pays for each parameter.
         """
-        if self.model.weights:
-            return torch.func.jacfwd(self.residual)(vector)
-        states = self.rows.states
+        members, size = vectors.shape
+        count = len(self.rows)
         blocks = []
-        for first in range(0, len(self.rows), BLOCK):
-            block = states[slice(first, first + BLOCK)]
+        for rows in torch.arange(members * count).split(BLOCK):
+            states = self.rows.states[rows % count]
             with torch.enable_grad():
-                copies = vector.detach().expand(len(block), -1).clone().requires_grad_()
-                force, moment = self.model(block, self.model.physical(copies)).loads.unbind(-1)
+                copies = vectors.detach()[rows // count].requires_grad_()
+                force, moment = self.model.chain(states, self.model.physical(copies)).loads.unbind(-1)
                 (by_force,) = torch.autograd.grad(force.sum(), copies, retain_graph=True)
                 (by_moment,) = torch.autograd.grad(moment.sum(), copies)
             blocks.append(torch.stack([by_force / self.scale[0], by_moment / self.scale[1]], dim=1))
-        return torch.cat(blocks).reshape(-1, vector.shape[-1])
-
-    def error(self, vector: Tensor) -> Tensor:
-        """E at a raw vector, a scalar tensor."""
-        return (self.residual(vector).square().sum() / max(len(self.rows), 1)).sqrt()
+        return torch.cat(blocks).reshape(members, 2 * count, size)

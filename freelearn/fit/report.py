@@ -17,7 +17,13 @@ SHOW_CORRELATION = 0.1
 
 
 def fit_report(
-    model: Model, found: Uncertainty, start: Tensor, method: str, message: str, epochs: int, counts: dict[str, int]
+    model: Model,
+    found: Uncertainty,
+    start: Tensor,
+    method: str,
+    message: str,
+    epochs: int,
+    counts: dict[str, int],
 ) -> str:
     """Text with statistics, values ± standard errors, 95 % intervals, correlations and warnings.
 
@@ -49,7 +55,10 @@ def _statistics(
         ("Bayesian info crit", f"{per_residual + math.log(n) * p:.8g}"),
         *((f"rows {name}", count) for name, count in counts.items()),
     ]
-    lines = [f"[[Model]]\n    {model.name}" + "".join(f" + {e.name}" for e in model.effects), "[[Fit Statistics]]"]
+    lines = [
+        f"[[Model]]\n    {model.name}" + "".join(f" + {e.name}" for e in model.effects),
+        "[[Fit Statistics]]",
+    ]
     lines += [f"    {name:<22} = {value}" for name, value in rows]
     lines.append("    Residuals are loads divided by the training set's largest load; chi-square is in these units.")
     return "\n".join(lines)

@@ -139,9 +139,7 @@ def damped_step(basis: Basis, radius: Tensor) -> Tensor:
     return -apply(basis.right.mT, component)
 
 
-def trial_point(
-    model: LinearModel, x: Tensor, radius: Tensor, lower: Tensor | None, upper: Tensor | None
-) -> Tensor:
+def trial_point(model: LinearModel, x: Tensor, radius: Tensor, lower: Tensor | None, upper: Tensor | None) -> Tensor:
     """Point x + p (members, p) that the model proposes within the radius (members,) and the box.
 
     A parameter whose step would leave the box is placed on its bound, and the others are solved again with it

@@ -38,7 +38,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
     model = problem.model
     vector = model.vector().detach()
     names = model.labels()
-    jacobian = problem.jacobian(vector)
+    jacobian = problem.jacobians(vector[None])[0]
     with torch.no_grad():
         residual = problem.residual(vector)
     physical = _flat(model, vector)

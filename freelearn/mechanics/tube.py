@@ -30,8 +30,8 @@ class Tube:
     fixed. Incompressibility gives the current radius, r² = u + (R² − R_i²)/λz, from the one unknown
     u = r_i² [m²]. With k = φ/L and g = sin Γ/R + k cos Γ the fibre's circumferential stretch is r g.
 
-    (Q, N) tensors: weight (twice the quadrature weight times R/λz: 2 ∫ f r dr = Σ weight f) [m²], offset (R² − R_i²)/λz [m²],
-    radial (R/λz)² [m²], hoop 1/R² + k² [1/m²], fiber_hoop g [1/m].
+    (Q, N) tensors: weight (twice the quadrature weight times R/λz: 2 ∫ f r dr = Σ weight f) [m²],
+    offset (R² − R_i²)/λz [m²], radial (R/λz)² [m²], hoop 1/R² + k² [1/m²], fiber_hoop g [1/m].
     fiber_hoop2 is g². (N,) tensors: axial λz, axial2 λz², twist_rate k [1/m], fiber_axial λz cos Γ and its square
     fiber_axial2, reference_u R_i² [m²].
     """

@@ -115,13 +115,13 @@ class Model(nn.Module):
     def physical(self, vector: Tensor) -> Values:
         """Weights and physical parameters (SI) from a raw vector (p,), differentiable.
 
-        A model without weights also takes one vector per row, (N, p), and gives its parameters as (N,).
+        One vector per row, (N, p), gives one value per row: parameters (N,), weights (N, …).
         """
         values: Values = {}
         start = 0
         for name, shape in self.weights.items():
             size = math.prod(shape)
-            values[name] = vector[start : start + size].reshape(shape)
+            values[name] = vector[..., start : start + size].unflatten(-1, shape)
             start += size
         for i, (name, p) in enumerate(self.declared.items(), start):
             values[name] = p.to_physical(vector[..., i])
@@ -142,11 +142,12 @@ class Model(nn.Module):
         """Loads of N states: States → loads (N, 2) N, N·m and status (N,)."""
         values = self.values() if values is None else values
         if len(states) > BLOCK:
-            blocks = [self._chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
+            blocks = [self.chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
             return Prediction(torch.cat([b.loads for b in blocks]), torch.cat([b.status for b in blocks]))
-        return self._chain(states, values)
+        return self.chain(states, values)
 
-    def _chain(self, states: States, values: Values) -> Prediction:
+    def chain(self, states: States, values: Values) -> Prediction:
+        """`forward` in one block, with values that may differ from row to row."""
         for effect in self.effects:
             states = effect.impose(states, effect.own(values))
         shaped = states

@@ -28,14 +28,13 @@ class Linear(Model):
 
     ka [N/m], kb [N·m/rad], kc [N/rad]. K = C Cᵀ with C = [[e^a, 0], [c, e^b]] is positive definite whatever a fit
     does to (a, c, b) (the log-Cholesky form of Pinheiro & Bates 1996).
-    Fluid: V = π (l B² − l³)/(Φ + φ)² with B = L/cos Γ and Φ = (L/R_o) tan Γ (Bruder et al. 2018; the paper's Eq. linearVolume).
+    Fluid: V = π (l B² − l³)/(Φ + φ)² with B = L/cos Γ and Φ = (L/R_o) tan Γ (Bruder et al. 2018; the paper's
+    Eq. linearVolume).
     """
 
     name = "linear"
 
-    def __init__(
-        self, ka: float = 1e3, kb: float = 1e-1, kc: float = 0.0, effects: Sequence[Effect] = ()
-    ) -> None:
+    def __init__(self, ka: float = 1e3, kb: float = 1e-1, kc: float = 0.0, effects: Sequence[Effect] = ()) -> None:
         declared = [
             Parameter("ka", "kₐ", "N/m", start=1e3, lower=0.0),
             Parameter("kb", "k_b", "N·m/rad", start=1e-1, lower=0.0),

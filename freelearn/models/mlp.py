@@ -14,7 +14,15 @@ from freelearn.models.prediction import Prediction, Status
 
 INPUTS, HIDDEN, OUTPUTS = 7, 6, 2
 # Order of the inputs; a checkpoint relies on it.
-INPUT_NAMES = ("length", "twist", "pressure", "fiber_angle", "reference_length", "inner_radius", "outer_radius")
+INPUT_NAMES = (
+    "length",
+    "twist",
+    "pressure",
+    "fiber_angle",
+    "reference_length",
+    "inner_radius",
+    "outer_radius",
+)
 SHAPES: dict[str, tuple[int, ...]] = {
     "hidden_weight": (HIDDEN, INPUTS),
     "hidden_bias": (HIDDEN,),
@@ -49,8 +57,8 @@ class MLP(Model):
 
     def structure(self, states: States, values: Values) -> Prediction:
         x = (inputs(states) - self.input_center) * self.input_gain
-        hidden = torch.tanh(x @ values["hidden_weight"].T + values["hidden_bias"])
-        loads = hidden @ values["load_weight"].T + values["load_bias"]
+        hidden = torch.tanh(_apply(values["hidden_weight"], x) + values["hidden_bias"])
+        loads = _apply(values["load_weight"], hidden) + values["load_bias"]
         loads = loads * self.load_half_range + self.load_center
         return Prediction(loads, torch.full((len(states),), Status.OK, dtype=torch.uint8))
 
@@ -82,6 +90,11 @@ class MLP(Model):
         blocks = [weight, bias, uniform(OUTPUTS, HIDDEN), uniform(OUTPUTS)]
         network = torch.cat([b.reshape(members, -1) for b in blocks], dim=1)
         return torch.cat([network, super().starts(states, loads, members, generator)[:, network.shape[1] :]], dim=1)
+
+
+def _apply(weight: Tensor, x: Tensor) -> Tensor:
+    """Weight (o, i), or one weight per row (N, o, i), times rows x (N, i): (N, o)."""
+    return x @ weight.T if weight.ndim == 2 else torch.linalg.vecdot(weight, x[:, None, :])
 
 
 def inputs(states: States) -> Tensor:

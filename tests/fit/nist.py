@@ -46,9 +46,7 @@ def read(name: str) -> Problem:
     text = (folder() / f"{name}.dat").read_text()
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
     row = rf"^\s*b\d+\s*=\s*({number})\s+({number})\s+({number})\s+{number}\s*$"
-    values = torch.tensor(
-        [[float(v) for v in match] for match in re.findall(row, text, re.M)], dtype=torch.float64
-    )
+    values = torch.tensor([[float(v) for v in match] for match in re.findall(row, text, re.M)], dtype=torch.float64)
     rss = re.search(rf"Residual Sum of Squares:\s*({number})", text)
     span = re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", text)
     if rss is None or span is None or not len(values):

@@ -166,9 +166,7 @@ def test_rosenbrock_on_its_bound() -> None:
 
 
 def test_one_sided_bound_and_start_outside() -> None:
-    result = LevenbergMarquardt(lambda b: b - tensor(1.0, -3.0), lower=tensor(0.0, 0.0)).solve(
-        tensor(5.0, -7.0)
-    )
+    result = LevenbergMarquardt(lambda b: b - tensor(1.0, -3.0), lower=tensor(0.0, 0.0)).solve(tensor(5.0, -7.0))
     assert result.x.tolist() == [1.0, 0.0]
 
 
@@ -248,9 +246,7 @@ def test_fewer_residuals_than_parameters() -> None:
 
 def test_wrong_jacobian_is_no_progress_and_few_iterations_are_named() -> None:
     data = torch.exp(-T)
-    uphill = LevenbergMarquardt(
-        lambda b: b * torch.ones_like(T) - data, lambda b: -torch.ones(40, 1).double()
-    )
+    uphill = LevenbergMarquardt(lambda b: b * torch.ones_like(T) - data, lambda b: -torch.ones(40, 1).double())
     assert status(uphill.solve(tensor(3.0))) == Status.NO_PROGRESS
     short = LevenbergMarquardt(lambda b: torch.exp(-b * T) - data - 0.1 * T, max_iterations=2)
     result = short.solve(tensor(9.0))

@@ -1,0 +1,107 @@
+"""Warnings about columns whose numbers suggest another unit than their names say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pandas as pd
+
+from freelearn.units import DEG
+
+INCH_MM = 25.4
+PSI_KPA = 6.894757
+ATMOSPHERE_KPA = 101.3
+# The largest twist of a bed, ±120°, is 2.1 rad.
+LARGEST_TWIST_RAD = 2.2
+
+
+def unit_warnings(table: pd.DataFrame) -> list[str]:
+    """A sentence for each suspicion about a checked measurement table, with the value after conversion.
+
+    Suspicions only: nothing is converted, and an unusual actuator may be right as it is.
+    """
+    used = table[table["buckled"] == 0]
+    checks = (_lengths, _elongation, _angles, _pressure, _moment, _step)
+    return [warning for check in checks for warning in check(used)]
+
+
+def _lengths(used: pd.DataFrame) -> Iterator[str]:
+    length, outer = used["length_mm"].median(), used["outer_radius_mm"].median()
+    if length < 1:
+        yield f"length_mm looks like metres (median {length:.4g}): in mm it would be {1000 * length:.4g}."
+    elif length < 20 and (outer < 1 or outer > length / 4):
+        yield (
+            f"length_mm may be in inches or centimetres (median {length:.4g}, short for an actuator): "
+            f"in mm it would be {INCH_MM * length:.4g} or {10 * length:.4g}."
+        )
+    for column in ("inner_radius_mm", "outer_radius_mm"):
+        radius = used[column].median()
+        if radius < 0.05:
+            yield f"{column} looks like metres (median {radius:.4g}): in mm it would be {1000 * radius:.4g}."
+        elif outer < 1:
+            in_mm = INCH_MM * radius
+            yield f"{column} may be in inches (median {radius:.4g}): in mm it would be {in_mm:.4g}."
+
+
+def _elongation(used: pd.DataFrame) -> Iterator[str]:
+    size = used["elongation_mm"].abs()
+    # Several levels: a bed that holds the length shows one small number, or none.
+    if 0 < size.max() < 0.03 and size[size > 0].nunique() >= 3:
+        yield (
+            f"elongation_mm may be in metres (largest {size.max():.4g}, below what beds resolve in mm): "
+            f"in mm it would be {1000 * size.max():.4g}."
+        )
+
+
+def _angles(used: pd.DataFrame) -> Iterator[str]:
+    gamma = used["gamma_deg"].max()
+    if gamma < 90 * DEG:
+        yield f"gamma_deg looks like radians (largest {gamma:.4g}): in degrees it would be {gamma / DEG:.4g}."
+    twist = used["twist_deg"].abs()
+    if twist.max() < LARGEST_TWIST_RAD and twist[twist > 0].nunique() >= 3:
+        yield (
+            f"twist_deg may be in radians (largest {twist.max():.4g}, at several different values): "
+            f"in degrees it would be {twist.max() / DEG:.4g}."
+        )
+
+
+def _pressure(used: pd.DataFrame) -> Iterator[str]:
+    lowest, highest = used["pressure_kpa"].min(), used["pressure_kpa"].max()
+    # Noise about zero goes as far down as up; a unit does not.
+    if 0.2 < highest <= 1.2 and lowest > -0.1 * highest:
+        yield f"pressure_kpa may be in bar (largest {highest:.4g}): in kPa it would be {100 * highest:.4g}."
+    elif 3 <= highest <= 12:
+        yield (
+            f"pressure_kpa may be in psi (largest {highest:.4g}): in kPa it would be {PSI_KPA * highest:.4g} "
+            "(10 psi = 69 kPa)."
+        )
+    elif highest > 2000:
+        in_kpa = highest / 1000
+        yield f"pressure_kpa looks like pascals (largest {highest:.4g}): in kPa it would be {in_kpa:.4g}."
+    if 95 < lowest < 107:
+        yield (
+            f"pressure_kpa may be absolute (lowest {lowest:.4g}, the atmosphere's): "
+            f"as gauge pressure it would be {lowest - ATMOSPHERE_KPA:.2g}."
+        )
+
+
+def _moment(used: pd.DataFrame) -> Iterator[str]:
+    force, moment = used["force_n"].abs().median(), used["moment_nmm"].abs().median()
+    # An actuator that is hardly twisted may have next to no moment; else the ratio is of order 1 in N·mm.
+    twisted = used["twist_deg"].abs().max() > 10
+    if twisted and 0 < moment < 1e-2 * force * used["outer_radius_mm"].median():
+        yield (
+            f"moment_nmm may be in N·m (median size {moment:.3g} beside forces of {force:.3g} N): "
+            f"in N·mm it would be {1000 * moment:.4g}."
+        )
+
+
+def _step(used: pd.DataFrame) -> Iterator[str]:
+    if (used["step"] == 0).all():
+        states = used.groupby(["sample", "elongation_mm", "twist_deg"], sort=False)
+        pressures = states["pressure_kpa"].nunique()
+        if (pressures > 1).any():
+            yield (
+                f"step is 0 in every row although a kinematic state has up to {pressures.max()} pressures: "
+                "count 0, 1, … in time within each state, so that rising and falling pressure can be told apart."
+            )
