@@ -1,4 +1,4 @@
-"""Fit one model on one training set and evaluate it: python train.py model=continuum train=sample3 (--help for more)."""
+"""Fit one model on one training set and evaluate it: python train.py model=continuum train=sample3."""
 
 import sys
 from pathlib import Path

@@ -46,7 +46,7 @@ def _lengths(used: pd.DataFrame) -> Iterator[str]:
 def _elongation(used: pd.DataFrame) -> Iterator[str]:
     size = used["elongation_mm"].abs()
     # Several levels: a bed that holds the length shows one small number, or none.
-    if 0 < size.max() < 0.03 and size[size > 0].nunique() >= 3:
+    if 0 < size.max() < 0.03 and used["elongation_mm"].nunique() >= 3:
         yield (
             f"elongation_mm may be in metres (largest {size.max():.4g}, below what beds resolve in mm): "
             f"in mm it would be {1000 * size.max():.4g}."
@@ -58,7 +58,7 @@ def _angles(used: pd.DataFrame) -> Iterator[str]:
     if gamma < 90 * DEG:
         yield f"gamma_deg looks like radians (largest {gamma:.4g}): in degrees it would be {gamma / DEG:.4g}."
     twist = used["twist_deg"].abs()
-    if twist.max() < LARGEST_TWIST_RAD and twist[twist > 0].nunique() >= 3:
+    if 0 < twist.max() < LARGEST_TWIST_RAD and used["twist_deg"].nunique() >= 3:
         yield (
             f"twist_deg may be in radians (largest {twist.max():.4g}, at several different values): "
             f"in degrees it would be {twist.max() / DEG:.4g}."

@@ -38,10 +38,11 @@ class Fault:
 
 @dataclass(frozen=True)
 class Rule:
-    """A condition on rows. column: where a fault is reported; needs: the columns without which it cannot be judged.
+    """A condition on rows.
 
-    bad: the rows that break it, given the numbers; a NaN there breaks nothing. detail: for each row, what fills
-    the braces of `problem`.
+    column: where a fault is reported, "" for the whole line. needs: columns without which it cannot be judged.
+    bad: the rows that break it. problem: "" where the cell's text tells it. detail: for each row, what fills the
+    braces of the problem.
     """
 
     column: str
@@ -56,7 +57,7 @@ def _whole(numbers: pd.Series, smallest: int) -> pd.Series:
 
 
 def _usual(column: str) -> Callable[[pd.DataFrame], pd.Series]:
-    """The value that most rows of a row's sample hold, so that one wrong row does not accuse all the others."""
+    """The value that most rows of a row's sample hold: one wrong row must not accuse all the others."""
 
     def usual(table: pd.DataFrame) -> pd.Series:
         counts = table.groupby(["sample", column], sort=False).size()
@@ -88,7 +89,8 @@ def _repeated(table: pd.DataFrame) -> pd.Series:
 
 
 def _first_line(table: pd.DataFrame) -> pd.Series:
-    return table.index.to_series().groupby([table[c] for c in _same(table)]).transform("first").astype("Int64")
+    lines = table.index.to_series().groupby([table[c] for c in _same(table)])
+    return lines.transform("first").astype("Int64")
 
 
 RULES = (
@@ -177,17 +179,18 @@ def missing_column(name: str, header: Sequence[str]) -> str:
 def find_faults(numbers: pd.DataFrame, text: Mapping[str, Sequence[str]], header_line: int) -> list[Fault]:
     """Every fault of a table's columns and rows, at most one for each cell, in the order of the file.
 
-    numbers: the required and optional columns that exist, float64, NaN where `text` is no finite number, indexed
-    by line in the file. text: every column's cells as they stand in the file, in the header's order.
+    numbers: the required and optional columns that exist, float64, NaN where `text` is no finite number; its
+    index is the line in the file. text: every column's cells as they stand in the file, in the header's order.
     """
     # Here, not above: importing pandera costs a second, and simulated data need no check.
     import pandera.pandas as pa
 
     # Numbers first, so that a cell without one is reported as that.
-    rules = [*(Rule(name, (name,), _no_number(name), "") for name in numbers), *RULES]
+    known = (*REQUIRED, *OPTIONAL)
+    rules = [*(Rule(name, (name,), _no_number(name), "") for name in known), *RULES]
     rules = [rule for rule in rules if set(rule.needs) <= set(numbers)]
     schema = pa.DataFrameSchema(
-        {c: pa.Column("float64", nullable=True, required=c in REQUIRED) for c in (*REQUIRED, *OPTIONAL)},
+        {c: pa.Column("float64", nullable=True, required=c in REQUIRED) for c in known},
         # One failure case: the rows are read off check_output, which is complete; a million cases are slow.
         checks=[pa.Check(_good(rule), name=str(i), ignore_na=False, n_failure_cases=1) for i, rule in enumerate(rules)],
     )

@@ -36,35 +36,29 @@ class TableError(UserError):
 def read_table(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
     """Read and check a measurement table: its frame, and warnings about units that look wrong.
 
-    The frame holds the file's columns and rows in their order: sample, step and buckled as int64, the other
-    columns of the contract as float64 in the units that their names say, further columns as the text in the file.
-    Blank lines are skipped. Raises TableError with all faults of the rows and columns, and UserError where the
-    file as a whole is not such a table. Nothing is executed or written.
+    The frame holds the file's columns and rows in their order: sample, step and buckled as int64, the contract's
+    other columns as float64 in the units that their names say, further columns as the text in the file. Blank
+    lines are skipped. Raises TableError with all faults of the rows and columns, and UserError where the file as
+    a whole is not such a table. Nothing is executed or written.
     """
     records = _records(path, _text(path))
-    header_line, header = records.header_line, [name.strip() for name in records.header]
+    header = [name.strip() for name in records.header]
     _refuse_other_formats(path, header)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
 
-    faults = [
-        Fault(header_line, name, "", f"column appears {header.count(name)} times: keep one")
-        if name
-        else Fault(header_line, "", "", f"column {place + 1} has no name: name or delete it")
-        for place, name in enumerate(header)
-        if not name or name in header[:place]
-    ]
-    whole = [(line, row) for line, row in zip(records.lines, records.rows, strict=True) if len(row) == len(header)]
-    if len(whole) < len(records.rows):
-        faults += _uneven(records, len(header))
-    cells = zip(*(row for _, row in whole), strict=True) if whole else ((),) * len(header)
+    faults = [*_header_faults(header, records.header_line), *_odd_rows(records)]
+    odd = {fault.line for fault in faults}
+    lines = [line for line in records.lines if line not in odd]
+    rows = (row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd)
+    columns = zip(*rows, strict=True) if lines else [()] * len(header)
     text: dict[str, Sequence[str]] = {}
-    for name, column in zip(header, cells, strict=True):
+    for name, column in zip(header, columns, strict=True):
         text.setdefault(name, column)
 
-    lines = pd.Index([line for line, _ in whole], dtype=np.int64)
-    numbers = pd.DataFrame({c: _numbers(text[c]) for c in (*REQUIRED, *OPTIONAL) if c in text}, index=lines)
-    faults += find_faults(numbers, text, header_line)
+    known = [name for name in (*REQUIRED, *OPTIONAL) if name in text]
+    numbers = pd.DataFrame({name: _numbers(text[name]) for name in known}, index=pd.Index(lines, dtype=np.int64))
+    faults += find_faults(numbers, text, records.header_line)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
 
@@ -87,7 +81,7 @@ def _text(path: str | Path) -> str:
             raise UserError(f"{path} is not a regular file: save the table as a CSV file first.")
         content = file.read_bytes()
     except PermissionError as error:
-        raise UserError(f"{path} may not be read by this user: change its permissions, or copy it.") from error
+        raise UserError(f"{path} may not be read by this user: change its permissions.") from error
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}.") from error
     try:
@@ -137,23 +131,39 @@ def _records(path: str | Path, text: str) -> _Records:
 
 
 def _refuse_other_formats(path: str | Path, header: list[str]) -> None:
+    required = set(REQUIRED)
     for separator, name in SEPARATORS.items():
-        if len({part.strip() for part in separator.join(header).split(separator)} & set(REQUIRED)) > len(
-            set(header) & set(REQUIRED)
-        ):
-            raise UserError(f"{path} separates its columns by {name}: save it with commas (and decimal points).")
+        parts = {part.strip() for part in separator.join(header).split(separator)}
+        if len(parts & required) > len(required.intersection(header)):
+            raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
     if not np.isnan(_numbers(header)).any():
-        raise UserError(f"{path} has no header: its first line must name the columns ({', '.join(REQUIRED)}).")
+        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(REQUIRED)}.")
 
 
-def _uneven(records: _Records, width: int) -> list[Fault]:
-    """A fault for every row that has not as many values as the header has names."""
+def _header_faults(header: list[str], line: int) -> list[Fault]:
     faults = []
+    for place, name in enumerate(header):
+        if not name:
+            faults.append(Fault(line, "", "", f"column {place + 1} has no name: name or delete it"))
+        elif name in header[:place]:
+            faults.append(Fault(line, name, "", f"column appears {header.count(name)} times: keep one"))
+    return faults
+
+
+def _odd_rows(records: _Records) -> list[Fault]:
+    """Faults of the rows whose values cannot be given to columns: too many, too few, or all blank."""
+    faults, width = [], len(records.header)
     for line, row in zip(records.lines, records.rows, strict=True):
-        if len(row) == width:
+        if len(row) == width and any(map(str.strip, row)):
             continue
-        why = "a decimal comma splits a number: write 1.5, not 1,5" if len(row) > width else "complete the line"
-        faults.append(Fault(line, "", ",".join(row), f"has {len(row)} values for {width} columns: {why}"))
+        problem = f"has {len(row)} values for {width} columns: "
+        if not any(map(str.strip, row)):
+            problem = "is blank but for its commas: delete the line"
+        elif len(row) > width:
+            problem += "look for a decimal comma (write 1.5, not 1,5) or a comma too many"
+        else:
+            problem += "complete the line"
+        faults.append(Fault(line, "", ",".join(row), problem))
     return faults
 
 
@@ -179,17 +189,15 @@ def _near_optional(header: list[str]) -> list[str]:
     warnings = []
     for name in OPTIONAL:
         if name not in header:
-            near = get_close_matches(name, [h for h in header if h not in REQUIRED], n=1, cutoff=0.75)
-            warnings += [f"Column {h!r} is kept but not used: rename it to {name} if that is meant." for h in near]
+            further = [column for column in header if column not in (*REQUIRED, *OPTIONAL)]
+            for near in get_close_matches(name, further, n=1, cutoff=0.75):
+                warnings.append(f"Column {near!r} is kept but not used: rename it to {name} if that is meant.")
     return warnings
 
 
 def _printed(fault: Fault) -> str:
     # repr shows control characters instead of sending them to the terminal.
-    value = fault.value if len(fault.value) <= PRINTED_CHARACTERS else fault.value[:PRINTED_CHARACTERS] + "…"
-    parts = [
-        f"line {fault.line}",
-        repr(fault.column).strip("'\"") if fault.column else "",
-        repr(value) if value else "",
-    ]
-    return f"{', '.join(p for p in parts if p)}: {fault.problem}"
+    column = f", {repr(fault.column)[1:-1]}" if fault.column else ""
+    cut = "…" if len(fault.value) > PRINTED_CHARACTERS else ""
+    value = f" {fault.value[:PRINTED_CHARACTERS] + cut!r}" if fault.value else ""
+    return f"line {fault.line}{column}:{value} {fault.problem}"

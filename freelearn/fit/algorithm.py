@@ -119,10 +119,8 @@ class GradientEpochs:
         def loss(vector: Tensor) -> Tensor:
             return batch.residual(vector).square().sum() / len(batch.rows)
 
-        if len(self.parameter) == 1:
-            total = loss(self.parameter[0])
-        else:
-            total = torch.func.vmap(loss)(self.parameter).sum()
+        alone = len(self.parameter) == 1
+        total = loss(self.parameter[0]) if alone else torch.func.vmap(loss)(self.parameter).sum()
         total.backward()
         self.optimizer.step()
         self.schedule.step()

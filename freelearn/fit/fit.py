@@ -23,8 +23,8 @@ from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 
 LEVENBERG_MARQUARDT = "levenberg_marquardt"
-# Rows that lose their meaning at the solution leave the loss and the fit goes on; more rounds than this never helped.
-ROUNDS = 6
+# Most rounds in which the rows of the loss may change.
+ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -65,40 +65,36 @@ def fit(
 ) -> FitOutcome:
     """Fits `model` in place. Raises UserError when there are too few rows.
 
-    Rows for which the model has no answer at the solution (no equilibrium, singular, overstretched) leave the loss,
-    and the fit goes on from there with the rest, until no further row does. During a search such a row keeps the
-    finite loads of its bound, so leaving the loss is never a way to lower it.
+    Rows for which the model has no answer (no equilibrium, singular, overstretched) stay out of the loss: first
+    those of the start, then, round by round, those of the solution, until the set agrees with itself. Within a round
+    the set is fixed, and a row that loses its equilibrium on the way keeps the finite loads of its bound, so
+    driving rows out is never a way to lower the loss.
     """
     generator = torch.Generator().manual_seed(seed)
-    kept = torch.ones(len(train), dtype=torch.bool)
-    held = torch.ones(len(validation), dtype=torch.bool)
+    model.prepare(train.states, train.loads)
+    starts = model.starts(train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
+    start = starts[0].clone()
+    model.set_vector(start)
+    kept, held = _ok(model, train), _ok(model, validation)
     history: list[tuple[int, float, float]] = []
-    start = model.vector().detach().clone()
     for attempt in range(ROUNDS):
-        rows, validation_rows = train[kept], validation[held]
-        _check_count(model, len(rows), len(train))
-        if attempt == 0:
-            model.prepare(rows.states, rows.loads)
-            members = options.restarts if model.needs_restarts else 1
-            starts = model.starts(rows.states, rows.loads, members, generator)
-            start = starts[0].clone()
-        else:
-            starts = model.vector().detach()[None]
+        _check_count(model, int(kept.sum()), len(train))
         make = partial(_algorithm, starts=starts, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience)
         trainer = _trainer(folder, progress)
         with warnings.catch_warnings():
             # One batch of everything needs no loader workers; Lightning advises them at every fit.
             warnings.simplefilter("ignore")
-            trainer.fit(module, datamodule=FitData(rows, validation_rows))
+            trainer.fit(module, datamodule=FitData(train[kept], validation[held]))
         offset = history[-1][0] + 1 if history else 0
-        history += [(epoch + offset, *errors) for epoch, *errors in module.history]  # type: ignore[misc]
-        bad = kept & ~_ok(model, train)
-        bad_held = held & ~_ok(model, validation)
-        if not bool(bad.any() or bad_held.any()):
+        history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
+        starts = model.vector().detach()[None]
+        now, now_held = _ok(model, train), _ok(model, validation)
+        if torch.equal(now, kept) and torch.equal(now_held, held):
             break
-        kept &= ~bad
-        held &= ~bad_held
+        # Rows may come back while the parameters settle; in the last rounds they only leave, so that this ends.
+        settle = attempt >= ROUNDS // 2
+        kept, held = (now & kept, now_held & held) if settle else (now, now_held)
     assert module.algorithm is not None
     return FitOutcome(kept.numpy(), start, history, module.algorithm.message, trainer)
 

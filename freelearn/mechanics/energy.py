@@ -41,8 +41,8 @@ class Energy:
         self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
     ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
         """The gradient, and its derivative along `rates` (the invariants' own derivatives); None where it is zero."""
-        values, value_rates = torch.func.jvp(self.gradient, invariants, rates)
-        return values, value_rates
+        derivative = torch.func.jvp(self.gradient, invariants, rates)
+        return derivative[0], derivative[1]
 
     def detach(self) -> Energy:
         """The same energy with its parameters cut from every derivative."""

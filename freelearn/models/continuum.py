@@ -54,7 +54,7 @@ class Continuum(Model):
         return Prediction(tube_loads(tube, energy, u), status)
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
-        """The model's own values and a coarse grid of C1 × C2, the best (by squared error) first.
+        """The model's own values and a coarse grid of C1 × C2, the best first.
 
         A fit therefore does not depend on where its user started.
         """
@@ -66,7 +66,11 @@ class Continuum(Model):
         some = slice(None, None, max(1, len(states) // START_ROWS))
         states, loads = states[some], loads[some]
         scale = loads.abs().amax(0)
-        with torch.no_grad():
-            errors = [((self(states, self.physical(x)).loads - loads) / scale).square().sum() for x in candidates]
-        best = torch.stack(errors).nan_to_num(nan=torch.inf).argsort()[:members]
-        return candidates[best]
+        costs = []
+        for candidate in candidates:
+            with torch.no_grad():
+                predicted, status = self(states, self.physical(candidate))
+            squares = ((predicted - loads) / scale).square().sum(-1)
+            # A row without an equilibrium counts as wholly wrong, or losing rows would look like a good fit.
+            costs.append(torch.where(status == Status.OK, squares, squares.clamp(min=1.0, max=2.0)).sum())
+        return candidates[torch.stack(costs).nan_to_num(nan=torch.inf).argsort()[:members]]

@@ -11,14 +11,18 @@ from torch import Tensor
 from freelearn.data.states import States
 from freelearn.effects.base import Effect
 from freelearn.errors import UserError
+from freelearn.evaluate.error import load_scale
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
 from freelearn.models.prediction import Prediction, Status
+from freelearn.models.stiffness import best_stiffness
 
 # Fibres unwound to within this share of their angle Φ count as parallel to the axis.
 SINGULAR_SHARE = 0.02
 # A start on (or within this of) the edge of positive definiteness is moved this far inside.
-EDGE = 1e-3
+EDGE = 1e-12
+# Smallest stiffness of a start [N/m, N·m/rad]: rubber is far stiffer, and the logarithm needs something.
+FLOOR = {"ka": 1e-6, "kb": 1e-12}
 # A fitted K whose determinant is below this share of ka·kb is at the edge.
 AT_EDGE = 1e-6
 
@@ -50,7 +54,7 @@ class Linear(Model):
                 f"ka = {ka:g}, kb = {kb:g}, kc = {kc:g} do not make a positive definite stiffness matrix: "
                 "choose ka > 0, kb > 0 and kc² < ka·kb."
             )
-        # Cholesky factors; a start such as the paper's ka = kb = kc = 1 lies on the edge, where b is −∞.
+        # Cholesky factors. A start such as the paper's ka = kb = kc = 1 lies on the edge, where b is −∞.
         rest = max(kb - kc * kc / ka, EDGE * kb)
         raw = super().to_raw(values)
         raw |= {
@@ -97,3 +101,22 @@ class Linear(Model):
         status = torch.where(length2 > fiber2, Status.OVERSTRETCHED, Status.OK)
         status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
         return Prediction(torch.stack([force, moment], dim=-1), status)
+
+    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+        """The best K for the present effects, exactly, whatever the model's own K: a fit has only to polish it."""
+        scale = load_scale(loads)
+        values = {name: value.detach() for name, value in self.values().items()}
+
+        def scaled(k: Tensor) -> Tensor:
+            named = values | {"ka": k[0], "kb": k[1], "kc": k[2]}
+            return (self(states, named).loads / scale).reshape(-1)
+
+        origin = torch.zeros(3, dtype=torch.float64)
+        usable = (self(states).status == Status.OK).repeat_interleave(2)
+        target = ((loads / scale).reshape(-1) - scaled(origin))[usable]
+        ka, kb, kc = best_stiffness(torch.func.jacfwd(scaled)(origin)[usable], target)
+        ka, kb = max(ka, FLOOR["ka"]), max(kb, FLOOR["kb"])
+        limit = math.sqrt(ka * kb)
+        found = {"ka": ka, "kb": kb, "kc": min(max(kc, -limit), limit)}
+        raw = self.to_raw(self.scalars() | found)
+        return torch.stack([raw[name] for name in self.declared]).expand(members, -1).clone()
