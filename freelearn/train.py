@@ -13,7 +13,7 @@ from rich.console import Console
 
 from freelearn.data.virtual import simulate
 from freelearn.errors import UserError
-from freelearn.evaluate.files import check_folder, write_run
+from freelearn.evaluate.files import check_folder, predictions, write_run
 from freelearn.evaluate.run import Run, run
 from freelearn.fit.fit import FitOptions
 from freelearn.models.build import build_model
@@ -46,10 +46,10 @@ def train(config: DictConfig, folder: Path) -> Run:
         progress=FitProgress(console, options.max_epochs) if options else None,
     )
     # The TensorBoard figures need matplotlib, which costs a second to import: only when there is something to draw.
-    # from freelearn.plots.tensorboard import log_run
+    from freelearn.plots.tensorboard import log_run
 
     simulated = bool(provenance["simulated"])
-    # log_run(outcome, predictions(outcome), folder, simulated)
+    log_run(outcome, predictions(outcome), folder, simulated)
     write_run(outcome, folder, seed, provenance)
     show_run(console, outcome, folder, warnings, simulated)
     return outcome

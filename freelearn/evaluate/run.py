@@ -82,7 +82,7 @@ def run(
         if not len(training):
             raise UserError(f"Training set {train!r} has no un-buckled rows to fit: choose another one.")
         outcome = fit(model, rows[training], rows[validation], options, seed, folder, progress)
-        start, history, message = outcome.start, outcome.history, outcome.message
+        start, history, message = outcome.initial, outcome.history, outcome.message
         found = uncertainty(Problem(model, rows[training[torch.as_tensor(outcome.kept)]]))
     elif model.needs_validation:
         raise UserError("A network has no parameters before a fit: choose a fit other than none.")

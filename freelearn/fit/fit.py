@@ -44,11 +44,11 @@ class FitOptions:
 
 @dataclass(frozen=True)
 class FitOutcome:
-    """kept: training rows that took part, (N,) bool. start: raw vector (p,) the winner began at. history: epoch,
+    """kept: training rows that took part, (N,) bool. initial: raw vector (p,) before the fit. history: epoch,
     training and validation error. module: the Lightning module, for its checkpoint."""
 
     kept: np.ndarray
-    start: Tensor
+    initial: Tensor
     history: list[tuple[int, float, float]]
     message: str
     trainer: L.Trainer
@@ -65,20 +65,20 @@ def fit(
 ) -> FitOutcome:
     """Fits `model` in place. Raises UserError when there are too few rows.
 
-    Rows for which the model has no answer (no equilibrium, singular, overstretched) stay out of the loss: first
-    those of the start, then, round by round, those of the solution, until the set agrees with itself. Within a round
-    the set is fixed, and a row that loses its equilibrium on the way keeps the finite loads of its bound, so
-    driving rows out is never a way to lower the loss.
+    The first round takes all rows; one that has no answer (no equilibrium, singular, overstretched) counts with the
+    finite loads that the model puts there. Rows without an answer at the solution then leave the loss, and the fit
+    goes on with the rest, until the set agrees with itself. If leaving them out drives further rows out, the first
+    round's fit stands: otherwise a model could lower its loss by explaining less.
     """
     generator = torch.Generator().manual_seed(seed)
+    initial = model.vector().detach().clone()
+    kept, held = torch.ones(len(train), dtype=torch.bool), torch.ones(len(validation), dtype=torch.bool)
+    _check_count(model, len(train), len(train))
     model.prepare(train.states, train.loads)
     starts = model.starts(train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
-    start = starts[0].clone()
-    model.set_vector(start)
-    kept, held = _ok(model, train), _ok(model, validation)
     history: list[tuple[int, float, float]] = []
-    for attempt in range(ROUNDS):
-        _check_count(model, int(kept.sum()), len(train))
+    settled = None
+    for _ in range(ROUNDS):
         make = partial(_algorithm, starts=starts, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience)
         trainer = _trainer(folder, progress)
@@ -88,15 +88,20 @@ def fit(
             trainer.fit(module, datamodule=FitData(train[kept], validation[held]))
         offset = history[-1][0] + 1 if history else 0
         history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
-        starts = model.vector().detach()[None]
         now, now_held = _ok(model, train), _ok(model, validation)
+        if settled is not None and bool((kept & ~now).any()):
+            # Leaving rows out drove others out: it rewards a model that explains less. The fit before stands.
+            model.set_vector(settled)
+            kept, held = torch.ones_like(kept), torch.ones_like(held)
+            break
         if torch.equal(now, kept) and torch.equal(now_held, held):
             break
-        # Rows may come back while the parameters settle; in the last rounds they only leave, so that this ends.
-        settle = attempt >= ROUNDS // 2
-        kept, held = (now & kept, now_held & held) if settle else (now, now_held)
+        settled = model.vector().detach().clone()
+        starts = settled[None]
+        kept, held = now, now_held
+        _check_count(model, int(kept.sum()), len(train))
     assert module.algorithm is not None
-    return FitOutcome(kept.numpy(), start, history, module.algorithm.message, trainer)
+    return FitOutcome(kept.numpy(), initial, history, module.algorithm.message, trainer)
 
 
 def _ok(model: Model, rows: Rows) -> Tensor:

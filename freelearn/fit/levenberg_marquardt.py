@@ -19,6 +19,8 @@ EPS = torch.finfo(torch.float64).eps
 # A sum of squares may change by this fraction through rounding alone.
 ROUNDING = 64 * EPS
 SMALLEST_GAIN = 1e-4
+# First radius, in units of ‖D x‖, as in MINPACK: the first step is as good as free, and what it earns sets the radius.
+FIRST_RADIUS = 100.0
 SHORTEST_RADIUS = 1e-150
 
 Function = Callable[[Tensor], Tensor]
@@ -98,7 +100,7 @@ class LevenbergMarquardt:
         distance = torch.linalg.vector_norm(point.model.scale * x, dim=-1)
         counts = torch.zeros(x.shape[0], dtype=torch.int64, device=x.device)
         status = torch.where(valid, self._stationary(point, counts), int(Status.INVALID_START))
-        radius = torch.where(distance > 0, distance, 1.0)
+        radius = torch.where(distance > 0, FIRST_RADIUS * distance, FIRST_RADIUS)
         return State(point, radius, status, counts, counts + 1, counts + 1)
 
     @torch.no_grad()

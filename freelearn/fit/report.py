@@ -27,7 +27,7 @@ def fit_report(
 ) -> str:
     """Text with statistics, values ± standard errors, 95 % intervals, correlations and warnings.
 
-    start: the raw vector (p,) at which the fit began, to tell parameters that never moved.
+    start: the raw vector (p,) before the fit, to tell parameters that never moved.
     """
     parts = [
         _statistics(model, found, method, message, epochs, counts),

@@ -24,11 +24,16 @@ MAX_ITERATIONS = 60
 
 
 class Inflated(NamedTuple):
-    """A tube at its equilibrium: u = r_i² (N,) m² and whether it is one (N,). If not, u is the ballooning bound."""
+    """A tube at its equilibrium: u = r_i² [m²], whether it is one, and the pressure the wall leaves unbalanced [Pa].
+
+    All (N,). Without an equilibrium u is the ballooning bound, and `unbalanced` what the wall does not carry there;
+    with one it is zero.
+    """
 
     tube: Tube
     u: Tensor
     found: Tensor
+    unbalanced: Tensor
 
 
 def inflate(states: States, energy: EnergySum) -> Inflated:
@@ -48,7 +53,8 @@ def inflate(states: States, energy: EnergySum) -> Inflated:
     carried, slope = pressure_and_slope(tube, energy, u)
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.
     gain = found / torch.where(found, slope.detach(), 1.0)
-    return Inflated(tube, u - (carried - states.pressure) * gain, found)
+    excess = carried - states.pressure
+    return Inflated(tube, u - excess * gain, found, torch.where(found, 0.0, -excess))
 
 
 def pressure_and_slope(tube: Tube, energy: EnergySum, u: Tensor) -> tuple[Tensor, Tensor]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import torch
 from torch import Tensor
 
 from freelearn.data.states import States
-from freelearn.effects.base import Effect
+from freelearn.effects.base import Effect, columns
 from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
@@ -49,9 +50,12 @@ class Continuum(Model):
 
     def structure(self, states: States, values: Values) -> Prediction:
         energy = self.energy(values)
-        tube, u, found = inflate(states, energy)
+        tube, u, found, unbalanced = inflate(states, energy)
         status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
-        return Prediction(tube_loads(tube, energy, u), status)
+        # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
+        # there, instead of rewarding a wall too soft for the pressure.
+        thrust = math.pi * u * unbalanced
+        return Prediction(tube_loads(tube, energy, u) + columns(thrust, torch.zeros_like(thrust)), status)
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
         """The model's own values and a coarse grid of C1 × C2, the best first.
@@ -69,8 +73,6 @@ class Continuum(Model):
         costs = []
         for candidate in candidates:
             with torch.no_grad():
-                predicted, status = self(states, self.physical(candidate))
-            squares = ((predicted - loads) / scale).square().sum(-1)
-            # A row without an equilibrium counts as wholly wrong, or losing rows would look like a good fit.
-            costs.append(torch.where(status == Status.OK, squares, squares.clamp(min=1.0, max=2.0)).sum())
+                predicted = self(states, self.physical(candidate)).loads
+            costs.append(((predicted - loads) / scale).square().sum())
         return candidates[torch.stack(costs).nan_to_num(nan=torch.inf).argsort()[:members]]

@@ -12,7 +12,7 @@ class Status(IntEnum):
     """Why a row's loads cannot be trusted. Rows other than OK are counted, and neither fitted nor scored."""
 
     OK = 0
-    NO_EQUILIBRIUM = 1  # no inner radius carries the pressure; the loads are those of the ballooning bound
+    NO_EQUILIBRIUM = 1  # no inner radius carries the pressure; the loads are those of a ballooned tube
     SINGULAR = 2  # fibres (nearly) parallel to the axis: the linear model divides by Φ + φ
     OVERSTRETCHED = 3  # longer than an inextensible fibre allows; the formula still returns a number
 

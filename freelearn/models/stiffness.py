@@ -24,7 +24,8 @@ def best_stiffness(columns: Tensor, target: Tensor) -> tuple[float, float, float
     small, goal = triangle[:, :3], triangle[:, 3]
     free = torch.linalg.lstsq(small, goal[:, None]).solution[:, 0]
     if free[0] > 0 and free[0] * free[1] > free[2] ** 2:
-        return tuple((free / scale).tolist())  # type: ignore[return-value]
+        ka, kb, kc = (free / scale).tolist()
+        return ka, kb, kc
 
     def edge(angle: Tensor) -> tuple[Tensor, Tensor]:
         """Least cost on the ray at each angle, and K there in scaled units: (n,), (n, 3)."""
@@ -43,4 +44,5 @@ def best_stiffness(columns: Tensor, target: Tensor) -> tuple[float, float, float
         low, high = float(angles[best]) - width, float(angles[best]) + width
         if width < 1e-15:
             break
-    return tuple((k[best] / scale).tolist())  # type: ignore[return-value]
+    ka, kb, kc = (k[best] / scale).tolist()
+    return ka, kb, kc

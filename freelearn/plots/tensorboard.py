@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 import torch
 from torch.utils.tensorboard import SummaryWriter
+from torch.utils.tensorboard.summary import hparams
 
+from freelearn.data.sets import samples_of
 from freelearn.data.states import States
 from freelearn.evaluate.run import Run
 from freelearn.models.prediction import Status
@@ -38,14 +40,12 @@ def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) 
             here = (predictions[["sample", "elongation_mm", "twist_deg"]] == (sample, elongation, twist)).all(axis=1)
             measured = predictions[here]
             place = f"sample {sample}, {elongation:+.3g} mm, {twist:+.4g}°"
-            figure = curves(measured, model_curve(run, measured), f"{title}: {place}", simulated)
+            figure = curves(measured, {run.model.name: model_curve(run, measured)}, f"{title}: {place}", simulated)
             writer.add_image(f"curves/{place}", to_rgb(figure), dataformats="HWC")
         _log_hyperparameters(writer, run)
 
 
 def _training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
-    from freelearn.data.sets import samples_of
-
     if run.found is None:
         return predictions
     sample = predictions["sample"].to_numpy()
@@ -75,8 +75,6 @@ def model_curve(run: Run, measured: pd.DataFrame) -> pd.DataFrame:
 
 
 def _log_hyperparameters(writer: SummaryWriter, run: Run) -> None:
-    from torch.utils.tensorboard.summary import hparams
-
     settings = {
         "model": run.model.name,
         "train": run.train,

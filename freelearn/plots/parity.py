@@ -1,0 +1,42 @@
+"""Predicted against measured loads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freelearn.plots.canvas import COLORS, finish, heading, new_figure
+from freelearn.plots.states import usable
+
+LOADS = (("force_n", "force_pred_n", "force F [N]"), ("moment_nmm", "moment_pred_nmm", "moment M [N·mm]"))
+MARKERS = {"train": "o", "validation": "^", "test": "s"}
+# More points than this per split only darken the picture.
+SHOWN = 3000
+
+
+def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
+    """Two panels, force and moment: usable rows by split, and the line on which a perfect model would lie.
+
+    predictions: columns of predictions.csv.
+    """
+    rows = usable(predictions)
+    figure = new_figure(9.5, 4.6)
+    figure.suptitle(heading(title, simulated))
+    figure.subplots_adjust(left=0.09, right=0.98, bottom=0.13, top=0.88, wspace=0.28)
+    for panel, (measured, predicted, label) in enumerate(LOADS, 1):
+        axes = figure.add_subplot(1, 2, panel)
+        for (split, marker), color in zip(MARKERS.items(), COLORS, strict=False):
+            part = rows[rows["split"] == split]
+            part = part.iloc[:: max(1, len(part) // SHOWN)]
+            if len(part):
+                axes.plot(
+                    part[measured], part[predicted], marker, color=color, ms=3.5, mfc="none", mew=0.7, label=split
+                )
+        if len(rows):
+            both = rows[[measured, predicted]].to_numpy()
+            ends = np.array([both.min(), both.max()])
+            axes.plot(ends, ends, "-", color="black", linewidth=1, label="perfect")
+        finish(axes, f"measured {label}", f"predicted {label}")
+        axes.legend(frameon=False, fontsize=8)
+    return figure
