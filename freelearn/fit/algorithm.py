@@ -34,6 +34,10 @@ class Algorithm(Protocol):
     def finished(self) -> Tensor: ...
 
     @property
+    def losses(self) -> Tensor:
+        """Sum of squared residuals over the training rows, (members,)."""
+
+    @property
     def message(self) -> str: ...
 
 
@@ -63,6 +67,10 @@ class LevenbergMarquardtEpochs:
     @property
     def vectors(self) -> Tensor:
         return self.state.x
+
+    @property
+    def losses(self) -> Tensor:
+        return self.state.loss
 
     @property
     def finished(self) -> Tensor:
@@ -130,6 +138,11 @@ class GradientEpochs:
     @property
     def vectors(self) -> Tensor:
         return self.parameter.detach()
+
+    @property
+    def losses(self) -> Tensor:
+        with torch.no_grad():
+            return self.problem.residuals(self.vectors).square().sum(-1)
 
     @property
     def finished(self) -> Tensor:

@@ -60,8 +60,10 @@ class Fitting(L.LightningModule):
         """Measures every restart, remembers the best, and stops when all are done."""
         assert self.algorithm is not None
         vectors, epoch = self.algorithm.vectors, self.algorithm.epochs
-        train = self._errors(self.problem, vectors)
-        held_out = self._errors(self.held_out, vectors) if self.held_out else train
+        train = self._error(self.algorithm.losses, self.problem)
+        held_out = train
+        if self.held_out:
+            held_out = self._error(self.held_out.residuals(vectors).square().sum(-1), self.held_out)
         better = held_out < self.best_error
         self.best[better] = vectors[better]
         self.best_error[better] = held_out[better]
@@ -74,9 +76,8 @@ class Fitting(L.LightningModule):
             self.trainer.should_stop = True
 
     @staticmethod
-    def _errors(problem: Problem, vectors: Tensor) -> Tensor:
-        squares = problem.residuals(vectors).square().sum(-1)
-        return (squares / len(problem.rows)).sqrt().nan_to_num(nan=torch.inf)
+    def _error(losses: Tensor, problem: Problem) -> Tensor:
+        return (losses / len(problem.rows)).sqrt().nan_to_num(nan=torch.inf)
 
     def _log(self, leader: int) -> None:
         if not (self.logger and hasattr(self.logger, "experiment")):

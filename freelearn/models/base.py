@@ -17,8 +17,8 @@ from freelearn.errors import UserError
 from freelearn.models.parameter import Parameter
 from freelearn.models.prediction import Prediction
 
-# Rows predicted at once: the temporaries of one block stay in a core's cache.
-BLOCK = 6144
+# Rows predicted at once: enough to keep two threads busy, few enough to bound the memory.
+BLOCK = 32768
 
 Values = dict[str, Tensor]
 

@@ -22,7 +22,7 @@ CONSTITUENT = {"C1": 5e5, "C2": 1e6}
 
 # Where a fit looks for its start: C1 and C2 on this grid [Pa], on at most this many rows.
 START_DECADES = torch.linspace(4, 8, 9, dtype=torch.float64)
-START_ROWS = 128
+START_ROWS = 64
 
 
 class Continuum(Model):
@@ -70,9 +70,10 @@ class Continuum(Model):
         some = slice(None, None, max(1, len(states) // START_ROWS))
         states, loads = states[some], loads[some]
         scale = loads.abs().amax(0)
-        costs = []
-        for candidate in candidates:
-            with torch.no_grad():
-                predicted = self(states, self.physical(candidate)).loads
-            costs.append(((predicted - loads) / scale).square().sum())
-        return candidates[torch.stack(costs).nan_to_num(nan=torch.inf).argsort()[:members]]
+        # All candidates in one batch: every row once for each, with the candidate's values.
+        row = torch.arange(len(states)).repeat(len(candidates))
+        values = self.physical(candidates.repeat_interleave(len(states), dim=0))
+        with torch.no_grad():
+            predicted = self.chain(states[row], values).loads
+        costs = ((predicted - loads[row]) / scale).square().reshape(len(candidates), -1).sum(-1)
+        return candidates[costs.nan_to_num(nan=torch.inf).argsort()[:members]]

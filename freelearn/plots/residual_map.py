@@ -40,7 +40,8 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figu
         here = table[table["sample"] == sample]
         for row, (name, _, label) in enumerate(LOADS):
             axes = figure.add_subplot(len(LOADS), len(samples), row * len(samples) + column + 1)
-            axes.plot(everywhere["elongation_mm"], everywhere["twist_deg"], ".", color="0.75", ms=2)
+            empty = everywhere.merge(here[PLACE[1:]], how="left", indicator=True).query("_merge == 'left_only'")
+            axes.plot(empty["elongation_mm"], empty["twist_deg"], ".", color="0.75", ms=2)
             limit = max(here[name].abs().max(), 1e-12) if len(here) else 1.0
             points = axes.scatter(
                 here["elongation_mm"],
