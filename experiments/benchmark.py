@@ -98,7 +98,9 @@ def command(report: Callable[..., None]) -> None:
         ours = timed(lambda: subprocess.run(run, cwd=ROOT, check=True, capture_output=True), 3)
         bare = timed(lambda: subprocess.run([sys.executable, "-c", BARE], check=True), 3)
     report("python train.py model=continuum train=sample3", f"{ours:.1f} s", "")
-    report("  ours / bare import of torch, lightning, hydra, TensorBoard", f"{ours / bare:.2f} ×", "≤ 2 ×", f"{bare:.1f} s")
+    report(
+        "  ours / bare import of torch, lightning, hydra, TensorBoard", f"{ours / bare:.2f} ×", "≤ 2 ×", f"{bare:.1f} s"
+    )
 
 
 def network(report: Callable[..., None]) -> None:
@@ -151,7 +153,9 @@ with torch.no_grad():
 print(len(loads), time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)
 """
     out = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
-    report(f"{int(out[0]):,} rows predicted, peak memory", f"{float(out[2]):.2f} GiB", "≤ 4 GiB", f"{float(out[1]):.0f} s")
+    report(
+        f"{int(out[0]):,} rows predicted, peak memory", f"{float(out[2]):.2f} GiB", "≤ 4 GiB", f"{float(out[1]):.0f} s"
+    )
 
 
 def main() -> None:

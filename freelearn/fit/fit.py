@@ -85,7 +85,11 @@ def fit(
         with warnings.catch_warnings():
             # One batch of everything needs no loader workers; Lightning advises them at every fit.
             warnings.simplefilter("ignore")
-            trainer.fit(module, datamodule=FitData(train[kept], validation[held]))
+            try:
+                trainer.fit(module, datamodule=FitData(train[kept], validation[held]))
+            except SystemExit:
+                # What Lightning makes of Ctrl-C; callers expect the usual.
+                raise KeyboardInterrupt from None
         offset = history[-1][0] + 1 if history else 0
         history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
         now, now_held = _ok(model, train), _ok(model, validation)
