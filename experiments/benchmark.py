@@ -75,7 +75,8 @@ def fit_continuum(report: Callable[..., None]) -> None:
     arrays = [getattr(rows.states, name).numpy() for name in FIELDS]
     measured, scale = rows.loads.numpy(), Problem(Continuum(), rows).scale.numpy()
     none = rows[torch.zeros(0, dtype=torch.int64)]
-    options = FitOptions("levenberg_marquardt", 1000, 1, 6)
+    # Both stop at a tolerance of 1e-10, the default here.
+    options = FitOptions("levenberg_marquardt", 1000, 1, 6, tolerance=1e-10)
 
     def ours() -> None:
         fit(Continuum(), rows, none, options, seed=0)
@@ -85,7 +86,7 @@ def fit_continuum(report: Callable[..., None]) -> None:
         return np.nan_to_num((loads - measured) / scale, nan=1.0).ravel()
 
     def peer() -> None:
-        least_squares(residual, np.log([1e5, 1e6]), x_scale="jac")
+        least_squares(residual, np.log([1e5, 1e6]), x_scale="jac", **dict.fromkeys(("ftol", "xtol", "gtol"), 1e-10))
 
     a, b = timed(ours, 3), timed(peer, 3)
     report(f"fit C1, C2 on {len(rows)} rows", f"{1e3 * a:.0f} ms", "")

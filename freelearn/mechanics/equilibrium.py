@@ -15,6 +15,8 @@ from freelearn.mechanics.tube import Deformation, Tube
 BALLOON = 2.5
 # Points through the wall for the first search; its answer is within about 1e-5 of the full quadrature's.
 COARSE_POINTS = 3
+# Up to this many rows the number of operations costs more than their size, and a coarse search does not pay.
+SMALL = 4096
 # A Newton step this small (relative to u) leaves an error of about its square, which the differentiable step
 # in `inflate` squares once more.
 TOLERANCE = 1e-4
@@ -47,9 +49,11 @@ def inflate(states: States, energy: EnergySum) -> Inflated:
     tube = Tube.from_states(states)
     still_energy, pressure = energy.detach(), states.pressure.detach()
     with torch.no_grad():
-        coarse = Tube.from_states(states.detach(), COARSE_POINTS)
-        u, _ = _solve(coarse, still_energy, pressure, coarse.reference_u / coarse.axial)
-        u, found = _solve(tube.detach(), still_energy, pressure, u)
+        still = tube.detach()
+        u = still.reference_u / still.axial
+        if pressure.shape[-1] > SMALL:
+            u, _ = _solve(Tube.from_states(states.detach(), COARSE_POINTS), still_energy, pressure, u)
+        u, found = _solve(still, still_energy, pressure, u)
         u = u.detach()
     carried, slope = pressure_and_slope(tube, energy, u)
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.

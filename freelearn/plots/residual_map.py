@@ -30,11 +30,10 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figu
     """
     table = residual_table(predictions)
     samples = np.sort(predictions["sample"].unique())[:MOST_SAMPLES]
-    figure = new_figure(max(5.0, 2.6 * len(samples) + 1.0), 7.0, dpi=90)
-    figure.suptitle(heading(f"{title}: measured − predicted, mean over pressure", simulated))
-    figure.subplots_adjust(
-        left=0.6 / figure.get_figwidth() + 0.02, right=0.97, bottom=0.08, top=0.9, wspace=0.5, hspace=0.3
-    )
+    figure = new_figure(max(6.0, 2.6 * len(samples) + 1.0), 7.2, dpi=90)
+    figure.suptitle(heading(title, simulated) + "\nmeasured − predicted, mean over pressure", fontsize=11)
+    width = figure.get_figwidth()
+    figure.subplots_adjust(left=0.75 / width, right=1 - 0.65 / width, bottom=0.08, top=0.88, wspace=0.5, hspace=0.3)
     for column, sample in enumerate(samples):
         everywhere = predictions.loc[predictions["sample"] == sample, PLACE[1:]].drop_duplicates()
         here = table[table["sample"] == sample]

@@ -33,7 +33,7 @@ def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) 
         own = _training_samples(run, predictions)
         for tag, figure in (
             ("parity", parity(own, title, simulated)),
-            ("residual_map", residual_map(predictions, title, simulated)),
+            ("residual_map", residual_map(own, title, simulated)),
         ):
             writer.add_image(tag, to_rgb(figure), dataformats="HWC")
         for sample, elongation, twist in pick_states(own):
