@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import torch
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
@@ -93,8 +92,3 @@ def _real(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise UserError(f"{name} = {value!r} is not a number.")
     return float(value)
-
-
-def set_threads(count: int = 1) -> None:
-    """One thread a process: the sets are small, and sweeps run jobs side by side."""
-    torch.set_num_threads(count)

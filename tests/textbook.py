@@ -1,7 +1,8 @@
 """The paper's two physics models, one row at a time, straight from the equations: slow, and not clever.
 
-Nothing here is shared with the package. The wall is followed in the current configuration, the radius comes from
-SciPy's brentq, every integral from SciPy's quad, and the Lagrange multiplier b(r) is computed and used. SI units.
+Nothing here is shared with the package. The wall is followed in the current configuration, the radius comes
+from SciPy's brentq, every integral from SciPy's quad, and the Lagrange multiplier b(r) is computed and used.
+SI units.
 """
 
 import math
@@ -10,12 +11,15 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-TIGHT = {"epsabs": 0.0, "epsrel": 1e-11, "limit": 200}
+# A floor as well as a relative bound: an integral that is zero (a tube at rest) never meets the relative one.
+PASCAL = {"epsabs": 1e-8, "epsrel": 1e-11, "limit": 200}
+NEWTON = {"epsabs": 1e-12, "epsrel": 1e-10}
+NEWTON_METRE = {"epsabs": 1e-15, "epsrel": 1e-11, "limit": 200}
 BALLOON = 2.5
 
 
 class Row:
-    """One deformed tube with inner radius r_i; psi1, psi2, psi4: ∂Ψ/∂I as functions of (I1, I2, I4)."""
+    """One tube at length l and twist φ; psi1, psi2, psi4: ∂Ψ/∂I [Pa] as functions of (I1, I2, I4)."""
 
     def __init__(self, gamma, L, Ri, Ro, length, phi, psi1, psi2, psi4):
         self.gamma, self.L, self.Ri, self.Ro, self.length, self.phi = gamma, L, Ri, Ro, length, phi
@@ -23,12 +27,14 @@ class Row:
         self.stretch = length / L
 
     def outer(self, ri):
+        """r_o² = r_i² + (R_o² − R_i²)/λz [m]: the wall keeps its volume."""
         return math.sqrt(ri**2 + (self.Ro**2 - self.Ri**2) / self.stretch)
 
     def extra_stress(self, r, ri):
-        """σ + b I at current radius r: (3, 3) Pa in (r, θ, z)."""
+        """σ + b I = 2Ψ₁ B + 2Ψ₂ (I₁B − B²) + 2Ψ₄ a⊗a at current radius r: (3, 3) Pa in (r, θ, z)."""
         R = math.sqrt(self.Ri**2 + self.stretch * (r**2 - ri**2))
-        F = np.array([[R / (r * self.stretch), 0, 0], [0, r / R, r * self.phi / self.L], [0, 0, self.stretch]])
+        F = np.diag([R / (r * self.stretch), r / R, self.stretch])
+        F[1, 2] = r * self.phi / self.L  # the paper prints Φ/L; the twist φ is meant
         B = F @ F.T
         a = F @ np.array([0, math.sin(self.gamma), math.cos(self.gamma)])
         i1 = np.trace(B)
@@ -44,7 +50,7 @@ class Row:
             s = self.extra_stress(r, ri)
             return (s[1, 1] - s[0, 0]) / r
 
-        return quad(integrand, ri, self.outer(ri), **TIGHT)[0]
+        return quad(integrand, ri, self.outer(ri), **PASCAL)[0]
 
     def radial_stress(self, r, ri):
         """σrr(r) = −∫_r^{r_o} (σθθ − σrr)/r dr, from dσrr/dr = (σθθ − σrr)/r and σrr(r_o) = 0."""
@@ -53,7 +59,7 @@ class Row:
             s = self.extra_stress(x, ri)
             return (s[1, 1] - s[0, 0]) / x
 
-        return -quad(integrand, r, self.outer(ri), **TIGHT)[0]
+        return -quad(integrand, r, self.outer(ri), **PASCAL)[0]
 
     def loads(self, ri, P):
         """F = −2π ∫ σzz r dr + π r_i² P and M = −2π ∫ σθz r² dr with the full stresses."""
@@ -67,13 +73,17 @@ class Row:
             return self.extra_stress(r, ri)[1, 2] * r**2
 
         ro = self.outer(ri)
-        force = -2 * math.pi * quad(axial, ri, ro, epsabs=0.0, epsrel=1e-10)[0] + math.pi * ri**2 * P
-        moment = -2 * math.pi * quad(twisting, ri, ro, **TIGHT)[0]
+        force = -2 * math.pi * quad(axial, ri, ro, **NEWTON)[0] + math.pi * ri**2 * P
+        moment = -2 * math.pi * quad(twisting, ri, ro, **NEWTON_METRE)[0]
         return force, moment
 
 
 def continuum_row(gamma, L, Ri, Ro, l, phi, P, C1=None, C2=None, psi1=None, psi2=None, psi4=None):  # noqa: E741
-    """(F, M, r_i), or None where no r_i below 2.5 R_i carries the pressure P [Pa]."""
+    """(F [N], M [N·m], r_i [m]), or None where no r_i below 2.5 R_i carries the pressure P [Pa].
+
+    The default energy's pressure grows steadily with r_i, so its value at 2.5 R_i decides. Another energy may
+    have a limit point; its states are then judged by that one value too.
+    """
     row = Row(
         gamma,
         L,
@@ -97,7 +107,7 @@ def continuum_row(gamma, L, Ri, Ro, l, phi, P, C1=None, C2=None, psi1=None, psi2
 
 
 def linear_row(gamma, L, Ro, l, phi, P, ka, kb, kc):  # noqa: E741
-    """(F, M) of the lumped model; the fluid's part by complex-step differences of its volume."""
+    """(F [N], M [N·m]) = (∂V/∂q)ᵀ P − K (l − L, φ), the volume V [m³] differentiated by complex steps."""
     B = L / math.cos(gamma)
     wrap = L / Ro * math.tan(gamma)
 

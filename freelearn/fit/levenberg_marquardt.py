@@ -19,8 +19,8 @@ EPS = torch.finfo(torch.float64).eps
 # A sum of squares may change by this fraction through rounding alone.
 ROUNDING = 64 * EPS
 SMALLEST_GAIN = 1e-4
-# First radius, in units of ‖D x‖, as in MINPACK: the first step is as good as free, and what it earns sets the radius.
-FIRST_RADIUS = 100.0
+# First radius, in units of ‖D x‖. MINPACK takes 100; from there BoxBOD's first start lands on a plateau and stays.
+FIRST_RADIUS = 10.0
 SHORTEST_RADIUS = 1e-150
 
 Function = Callable[[Tensor], Tensor]

@@ -18,7 +18,7 @@ from freelearn.plots.canvas import to_rgb
 from freelearn.plots.curves import curves
 from freelearn.plots.parity import parity
 from freelearn.plots.residual_map import residual_map
-from freelearn.plots.states import pick_states
+from freelearn.plots.states import PLACE, pick_states
 from freelearn.units import NMM
 
 CURVE_POINTS = 60
@@ -36,12 +36,11 @@ def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) 
             ("residual_map", residual_map(own, title, simulated)),
         ):
             writer.add_image(tag, to_rgb(figure), dataformats="HWC")
-        for sample, elongation, twist in pick_states(own):
-            here = (predictions[["sample", "elongation_mm", "twist_deg"]] == (sample, elongation, twist)).all(axis=1)
-            measured = predictions[here]
-            place = f"sample {sample}, {elongation:+.3g} mm, {twist:+.4g}°"
-            figure = curves(measured, {run.model.name: model_curve(run, measured)}, f"{title}: {place}", simulated)
-            writer.add_image(f"curves/{place}", to_rgb(figure), dataformats="HWC")
+        for place in pick_states(own):
+            measured = predictions[(predictions[PLACE] == pd.Series(dict(zip(PLACE, place, strict=True)))).all(axis=1)]
+            where = "sample {}, {:+.3g} mm, {:+.4g}°".format(*place)
+            figure = curves(measured, {run.model.name: model_curve(run, measured)}, f"{title}: {where}", simulated)
+            writer.add_image(f"curves/{where}", to_rgb(figure), dataformats="HWC")
         _log_hyperparameters(writer, run)
 
 
