@@ -1,22 +1,26 @@
 """Strain energies Ψ(I₁, I₂, I₄) of the wall and its fibre, and their derivatives.
 
 An energy says which invariants it uses and gives Ψ; stresses follow by automatic differentiation. The two
-energies of the paper write their derivatives by hand for speed (tests check them against the automatic ones).
+energies of the paper write their derivatives, and what they carry in the hoop direction, by hand for speed (tests
+check them against the automatic ones).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import torch
 from torch import Tensor
 
-from freelearn.mechanics.tube import Deformation
+from freelearn.mechanics.tube import Deformation, Tube
 
 # Derivatives of Ψ with respect to the invariants it depends on, by name: {"i1": Ψ₁, "i2": Ψ₂, "i4": Ψ₄} [Pa].
 Gradient = dict[str, Tensor]
+
+# From u = r_i² (N,) m² to the pressure carried, P = ∫ (σθθ − σrr)/r dr [Pa], and dP/du [Pa/m²], both (N,).
+Hoop = Callable[[Tensor], tuple[Tensor, Tensor]]
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,27 @@ class Energy:
         """The gradient, and its derivative along `rates` (the invariants' own derivatives); None where it is zero."""
         derivative = torch.func.jvp(self.gradient, invariants, rates)
         return derivative[0], derivative[1]
+
+    def hoop(self, tube: Tube) -> Hoop:
+        """This term's part of the pressure that the wall carries, as a function of u (see Hoop).
+
+        Term by term (σθθ − σrr)/(2r²) = Ψᵢ ∂Iᵢ/∂u: the pressure's work is the change of the energy.
+        """
+
+        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
+            at = Deformation(tube, u)
+            rates = tuple(at.rate(name) for name in self.depends_on)
+            values, value_rates = self.gradient_rate(tuple(getattr(at, n) for n in self.depends_on), rates)
+            value, slope = torch.zeros_like(at.r2), torch.zeros_like(at.r2)
+            for name, psi, psi_rate, share in zip(self.depends_on, values, value_rates, rates, strict=True):
+                value = value + psi * share
+                if psi_rate is not None:
+                    slope = slope + psi_rate * share
+                if name != "i4":  # I₄ is linear in u
+                    slope = slope + psi * at.curvature(name)
+            return (tube.weight * value).sum(-2), (tube.weight * slope).sum(-2)
+
+        return carried
 
     def detach(self) -> Energy:
         """The same energy with its parameters cut from every derivative."""
@@ -71,6 +96,17 @@ class NeoHookean(Energy):
     ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
         return (self.C1 / 2,), (None,)
 
+    def hoop(self, tube: Tube) -> Hoop:
+        half, share = self.C1 / 2, tube.weight * tube.radial
+        constant = (tube.weight * tube.hoop).sum(-2)
+
+        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
+            inverse = torch.reciprocal(u + tube.offset)
+            thinning = share * (inverse * inverse)
+            return half * (constant - thinning.sum(-2)), self.C1 * (thinning * inverse).sum(-2)
+
+        return carried
+
 
 @dataclass(frozen=True)
 class StandardFiber(Energy):
@@ -90,6 +126,17 @@ class StandardFiber(Energy):
     ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
         return (self.C2 * (invariants[0] - 1),), (self.C2 * rates[0],)
 
+    def hoop(self, tube: Tube) -> Hoop:
+        # Linear in u, so the wall is summed over once.
+        share = tube.weight * tube.fiber_hoop2
+        slope = self.C2 * (share * tube.fiber_hoop2).sum(-2)
+        start = self.C2 * (share * (tube.offset * tube.fiber_hoop2 + tube.fiber_axial2 - 1)).sum(-2)
+
+        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
+            return start + slope * u, slope
+
+        return carried
+
 
 @dataclass(frozen=True)
 class EnergySum:
@@ -107,20 +154,17 @@ class EnergySum:
             _accumulate(total, term.depends_on, values)
         return total
 
-    def gradient_rate(self, at: Deformation) -> tuple[Gradient, Gradient]:
-        """The gradient and its derivative with respect to u = r_i²."""
-        total: Gradient = {}
-        rate: Gradient = {}
-        for term in self.terms:
-            invariants = tuple(getattr(at, name) for name in term.depends_on)
-            rates = tuple(at.rate(name) for name in term.depends_on)
-            values, value_rates = term.gradient_rate(invariants, rates)
-            _accumulate(total, term.depends_on, values)
-            _accumulate(rate, term.depends_on, value_rates)
-        return total, rate
+    def hoop(self, tube: Tube) -> Hoop:
+        """Pressure that the whole wall carries, and its slope, as a function of u (see Hoop)."""
+        parts = [term.hoop(tube) for term in self.terms]
+
+        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
+            pressures, slopes = zip(*(part(u) for part in parts), strict=True)
+            return sum(pressures[1:], start=pressures[0]), sum(slopes[1:], start=slopes[0])
+
+        return carried
 
 
-def _accumulate(total: Gradient, names: tuple[str, ...], values: tuple[Tensor | None, ...]) -> None:
+def _accumulate(total: Gradient, names: tuple[str, ...], values: tuple[Tensor, ...]) -> None:
     for name, value in zip(names, values, strict=True):
-        if value is not None:
-            total[name] = total[name] + value if name in total else value
+        total[name] = total[name] + value if name in total else value

@@ -8,15 +8,11 @@ import torch
 from torch import Tensor
 
 from freelearn.data.states import States
-from freelearn.mechanics.energy import EnergySum
-from freelearn.mechanics.tube import Deformation, Tube
+from freelearn.mechanics.energy import EnergySum, Hoop
+from freelearn.mechanics.tube import Tube
 
 # Beyond this inner radius (in reference radii) a tube counts as ballooned: no equilibrium.
 BALLOON = 2.5
-# Points through the wall for the first search; its answer is within about 1e-5 of the full quadrature's.
-COARSE_POINTS = 3
-# Up to this many rows the number of operations costs more than their size, and a coarse search does not pay.
-SMALL = 4096
 # A Newton step this small (relative to u) leaves an error of about its square, which the differentiable step
 # in `inflate` squares once more.
 TOLERANCE = 1e-4
@@ -47,45 +43,18 @@ def inflate(states: States, energy: EnergySum) -> Inflated:
     Source: Krantz & Parks, The Implicit Function Theorem, 2003.
     """
     tube = Tube.from_states(states)
-    still_energy, pressure = energy.detach(), states.pressure.detach()
+    still = tube.detach()
     with torch.no_grad():
-        still = tube.detach()
-        u = still.reference_u / still.axial
-        if pressure.shape[-1] > SMALL:
-            u, _ = _solve(Tube.from_states(states.detach(), COARSE_POINTS), still_energy, pressure, u)
-        u, found = _solve(still, still_energy, pressure, u)
+        u, found = _solve(energy.detach().hoop(still), still, states.pressure.detach())
         u = u.detach()
-    carried, slope = pressure_and_slope(tube, energy, u)
+    carried, slope = energy.hoop(tube)(u)
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.
     gain = found / torch.where(found, slope.detach(), 1.0)
     excess = carried - states.pressure
     return Inflated(tube, u - excess * gain, found, torch.where(found, 0.0, -excess))
 
 
-def pressure_and_slope(tube: Tube, energy: EnergySum, u: Tensor) -> tuple[Tensor, Tensor]:
-    """Pressure that the wall carries at inner radius √u, P = ∫ (σθθ − σrr)/r dr [Pa], and dP/du [Pa/m²]: (N,).
-
-    Invariant by invariant (σθθ − σrr)/(2r²) = Σ Ψᵢ ∂Iᵢ/∂u: the pressure's work is the change of the energy.
-    """
-    at = Deformation(tube, u)
-    gradient, rate = energy.gradient_rate(at)
-    values: list[Tensor] = []
-    slopes: list[Tensor] = []
-    for name, psi in gradient.items():
-        share = at.rate(name)
-        values.append(psi * share)
-        if name in rate:
-            slopes.append(rate[name] * share)
-        if name != "i4":  # I₄ is linear in u
-            slopes.append(psi * at.curvature(name))
-    return (tube.weight * _total(values)).sum(-2), (tube.weight * _total(slopes)).sum(-2)
-
-
-def _total(parts: list[Tensor]) -> Tensor:
-    return sum(parts[1:], start=parts[0])
-
-
-def _solve(tube: Tube, energy: EnergySum, pressure: Tensor, start: Tensor) -> tuple[Tensor, Tensor]:
+def _solve(carried: Hoop, tube: Tube, pressure: Tensor) -> tuple[Tensor, Tensor]:
     """Inner radius of every tube, no derivatives: (u, found), both (N,).
 
     The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
@@ -96,10 +65,10 @@ def _solve(tube: Tube, energy: EnergySum, pressure: Tensor, start: Tensor) -> tu
     cheaper; where they meet a falling branch or do not settle, the bracketed search does the work.
     """
     ceiling = (BALLOON**2 * tube.reference_u).expand_as(pressure)
-    u = start.expand_as(pressure)
+    u = (tube.reference_u / tube.axial).expand_as(pressure)
     softest = torch.full_like(u, torch.inf)
     for _ in range(QUICK_ITERATIONS):
-        value, slope = pressure_and_slope(tube, energy, u)
+        value, slope = carried(u)
         softest = torch.minimum(softest, slope)
         target = u - (value - pressure) / slope
         target = torch.minimum(torch.clamp(target, u / GROWTH, u * GROWTH), ceiling)
@@ -110,17 +79,17 @@ def _solve(tube: Tube, energy: EnergySum, pressure: Tensor, start: Tensor) -> tu
             return u, u < ceiling
         if settled is None:
             break
-    return _search(tube, energy, pressure, start)
+    return _search(carried, tube, pressure)
 
 
-def _search(tube: Tube, energy: EnergySum, pressure: Tensor, start: Tensor) -> tuple[Tensor, Tensor]:
+def _search(carried: Hoop, tube: Tube, pressure: Tensor) -> tuple[Tensor, Tensor]:
     """Newton's method inside a bracket, for walls of any kind: as `_solve`."""
     ceiling = (BALLOON**2 * tube.reference_u).expand_as(pressure)
     low, high = 1e-4 * ceiling, ceiling
-    u = start.expand_as(pressure)
+    u = (tube.reference_u / tube.axial).expand_as(pressure)
     lost = torch.zeros_like(u, dtype=torch.bool)
     for _ in range(MAX_ITERATIONS):
-        value, slope = pressure_and_slope(tube, energy, u)
+        value, slope = carried(u)
         excess = value - pressure
         short = excess < 0
         # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead.

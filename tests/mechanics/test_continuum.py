@@ -14,6 +14,7 @@ from freelearn.data.virtual import DESIGNS
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import BALLOON, inflate
 from freelearn.mechanics.loads import tube_loads
+from freelearn.mechanics.tube import Tube
 from freelearn.models.continuum import Continuum
 from freelearn.models.prediction import Status
 from freelearn.units import DEG, KPA, MM
@@ -208,3 +209,14 @@ def test_radius_stays_below_the_ballooning_bound(random_states):
     _, u, found, _ = inflate(states, EnergySum([NeoHookean(torch.tensor(1e5)), StandardFiber(torch.tensor(5e5))]))
     assert 0 < (~found).sum() < len(states)
     assert (u.sqrt() <= BALLOON * states.inner_radius * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("energy", [NeoHookean, StandardFiber])
+def test_hand_written_hoop_pressure(energy, random_states):
+    states = random_states(50)
+    tube = Tube.from_states(states)
+    term = energy(torch.tensor(3e5, dtype=torch.float64))
+    u = tube.reference_u * torch.linspace(0.5, 4.0, 50, dtype=torch.float64)
+    by_hand, automatic = term.hoop(tube)(u), Energy.hoop(term, tube)(u)
+    torch.testing.assert_close(by_hand[0], automatic[0], rtol=1e-10, atol=1e-6)
+    torch.testing.assert_close(by_hand[1], automatic[1], rtol=1e-10, atol=1e-6)
