@@ -45,9 +45,18 @@ def to_rgb(figure: Figure) -> np.ndarray:
 
 
 def save(figure: Figure, table: pd.DataFrame, path: Path) -> None:
-    """Writes the picture and, beside it, the table it was drawn from as a CSV of the same name."""
-    picture, numbers = path.with_name(f".{path.name}.part"), path.with_name(f".{path.stem}.csv.part")
-    figure.savefig(picture, format="png")
-    table.to_csv(numbers, index=False)
-    os.replace(picture, path)
-    os.replace(numbers, path.with_suffix(".csv"))
+    """Writes the picture and, beside it, the table it was drawn from as a CSV of the same name.
+
+    Both are finished under other names first: a run killed half-way leaves the old pair, never half a file.
+    """
+    # The process number keeps two runs that write the same picture out of each other's unfinished files.
+    picture = path.with_name(f".{path.name}.{os.getpid()}.part")
+    numbers = path.with_name(f".{path.stem}.csv.{os.getpid()}.part")
+    try:
+        figure.savefig(picture, format="png")
+        table.to_csv(numbers, index=False)
+        os.replace(numbers, path.with_suffix(".csv"))
+        os.replace(picture, path)
+    finally:
+        picture.unlink(missing_ok=True)
+        numbers.unlink(missing_ok=True)

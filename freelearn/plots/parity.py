@@ -28,11 +28,10 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
         axes = figure.add_subplot(1, 2, panel)
         for (split, marker), color in zip(MARKERS.items(), COLORS, strict=False):
             part = rows[rows["split"] == split]
-            part = part.iloc[:: max(1, len(part) // SHOWN)]
             if len(part):
-                axes.plot(
-                    part[measured], part[predicted], marker, color=color, ms=3.5, mfc="none", mew=0.7, label=split
-                )
+                name = split if len(part) <= SHOWN else f"{split} ({SHOWN} of {len(part)} shown)"
+                part = _thinned(part)
+                axes.plot(part[measured], part[predicted], marker, color=color, ms=3.5, mfc="none", mew=0.7, label=name)
         if len(rows):
             both = rows[[measured, predicted]].to_numpy()
             ends = np.array([both.min(), both.max()])
@@ -40,3 +39,13 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
         finish(axes, f"measured {label}", f"predicted {label}")
         axes.legend(frameon=False, fontsize=8)
     return figure
+
+
+def _thinned(part: pd.DataFrame) -> pd.DataFrame:
+    """At most SHOWN rows, the same ones each time.
+
+    Drawn at random: every n-th row could fall on the same pressure step of every state.
+    """
+    if len(part) <= SHOWN:
+        return part
+    return part.iloc[np.sort(np.random.default_rng(0).choice(len(part), SHOWN, replace=False))]

@@ -7,7 +7,7 @@ import pandas as pd
 
 PLACE = ["sample", "elongation_mm", "twist_deg"]
 # A curve through fewer rows shows nothing.
-ROWS_FOR_A_CURVE = 3
+ROWS_FOR_A_CURVE = 4
 
 
 def usable(predictions: pd.DataFrame) -> pd.DataFrame:
@@ -18,7 +18,7 @@ def usable(predictions: pd.DataFrame) -> pd.DataFrame:
 def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[tuple[int, float, float]]:
     """Kinematic states worth showing, (sample, elongation [mm], twist [deg]): from the best to the worst predicted.
 
-    Of the states with at least three usable rows (or, if there is none, with the most rows), evenly spaced ranks of
+    Of the states with at least four usable rows (or, if there is none, with the most rows), evenly spaced ranks of
     the mean squared error, so the first is the best and the last the worst.
     """
     rows = usable(predictions)
