@@ -48,8 +48,9 @@ def train(config: DictConfig, folder: Path) -> Run:
     from freelearn.plots.tensorboard import log_run
 
     simulated = bool(provenance["simulated"])
-    log_run(outcome, predictions(outcome), folder, simulated)
-    write_run(outcome, folder, seed, provenance)
+    predicted = predictions(outcome)
+    log_run(outcome, predicted, folder, simulated)
+    write_run(outcome, predicted, folder, seed, provenance)
     show_run(console, outcome, folder, warnings, simulated)
     return outcome
 

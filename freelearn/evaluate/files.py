@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.evaluate.run import Run
+from freelearn.files import write_whole
 from freelearn.fit.report import fit_report
 from freelearn.models.build import save_checkpoint
 from freelearn.models.prediction import Status
@@ -33,19 +32,9 @@ def check_folder(folder: Path) -> None:
         ) from None
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Calls `write` on a name beside `path`, then renames: readers see all of the file or none."""
-    beside = path.with_name(f".{path.name}.part")
-    try:
-        write(beside)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def write_run(run: Run, folder: Path, seed: int, provenance: dict[str, Any]) -> None:
-    """Writes predictions.csv, fit_report.txt, checkpoint.ckpt and results.json."""
-    write_whole(folder / "predictions.csv", lambda p: predictions(run).to_csv(p, index=False, float_format="%.10g"))
+def write_run(run: Run, table: pd.DataFrame, folder: Path, seed: int, provenance: dict[str, Any]) -> None:
+    """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json."""
+    write_whole(folder / "predictions.csv", lambda p: table.to_csv(p, index=False, float_format="%.10g"))
     write_whole(folder / "fit_report.txt", lambda p: _write_text(p, report(run)))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
     text = json.dumps(results(run, seed, provenance), indent=2, allow_nan=False)

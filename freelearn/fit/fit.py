@@ -45,13 +45,12 @@ class FitOptions:
 @dataclass(frozen=True)
 class FitOutcome:
     """kept: training rows that took part, (N,) bool. initial: raw vector (p,) before the fit. history: epoch,
-    training and validation error. module: the Lightning module, for its checkpoint."""
+    training and validation error."""
 
     kept: np.ndarray
     initial: Tensor
     history: list[tuple[int, float, float]]
     message: str
-    trainer: L.Trainer
 
 
 def fit(
@@ -105,7 +104,7 @@ def fit(
         kept, held = now, now_held
         _check_count(model, int(kept.sum()), len(train))
     assert module.algorithm is not None
-    return FitOutcome(kept.numpy(), initial, history, module.algorithm.message, trainer)
+    return FitOutcome(kept.numpy(), initial, history, module.algorithm.message)
 
 
 def _ok(model: Model, rows: Rows) -> Tensor:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import torch
 
 from freelearn.effects.registry import make_effects
 from freelearn.errors import UserError
+from freelearn.files import write_whole
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
 from freelearn.models.linear import Linear
@@ -29,9 +29,7 @@ def build_model(name: str, values: Mapping[str, float] | None = None, effects: S
 
 def save_checkpoint(model: Model, path: Path) -> None:
     """Writes a fitted model so that `load_model` and `torch.load(weights_only=True)` read it; whole or not at all."""
-    beside = path.with_name(path.name + ".part")
-    torch.save({"freelearn": model.description()}, beside)
-    os.replace(beside, path)
+    write_whole(path, lambda beside: torch.save({"freelearn": model.description()}, beside))
 
 
 def load_model(path: str | Path) -> Model:

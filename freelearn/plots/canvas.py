@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from freelearn.files import write_whole
 
 # Okabe & Ito's colours, told apart by colour-blind readers; line styles and markers differ as well.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -49,14 +50,9 @@ def save(figure: Figure, table: pd.DataFrame, path: Path) -> None:
 
     Both are finished under other names first: a run killed half-way leaves the old pair, never half a file.
     """
-    # The process number keeps two runs that write the same picture out of each other's unfinished files.
-    picture = path.with_name(f".{path.name}.{os.getpid()}.part")
-    numbers = path.with_name(f".{path.stem}.csv.{os.getpid()}.part")
-    try:
+
+    def both(picture: Path) -> None:
         figure.savefig(picture, format="png")
-        table.to_csv(numbers, index=False)
-        os.replace(numbers, path.with_suffix(".csv"))
-        os.replace(picture, path)
-    finally:
-        picture.unlink(missing_ok=True)
-        numbers.unlink(missing_ok=True)
+        write_whole(path.with_suffix(".csv"), lambda numbers: table.to_csv(numbers, index=False))
+
+    write_whole(path, both)
