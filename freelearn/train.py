@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
-from freelearn.data.virtual import simulate
+from freelearn.data.source import load_table
 from freelearn.errors import UserError
 from freelearn.evaluate.files import check_folder, predictions, write_run
 from freelearn.evaluate.run import Run, run
 from freelearn.fit.fit import FitOptions
+from freelearn.fit.store import FitStore
 from freelearn.models.build import build_model
 from freelearn.terminal import FitProgress, show_run
 
 
-def train(config: DictConfig, folder: Path) -> Run:
-    """Everything that `python train.py` does; the run's files go to `folder`. Raises UserError."""
-    settings: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+def train(settings: dict[str, Any], folder: Path, key: str = "", console: Console | None = None) -> Run:
+    """Everything that `python train.py` does, from plain settings (see conf/train.yaml); files go to `folder`.
+
+    key: digest of all that the results depend on, kept with them. console: where progress and tables are shown.
+    Raises UserError.
+    """
     seed = _integer(settings["seed"], "seed")
     names = settings["effects"] or []
     if not isinstance(names, list):
@@ -32,7 +33,6 @@ def train(config: DictConfig, folder: Path) -> Run:
     check_folder(folder)
     table, warnings, provenance = load_table(settings["data"])
 
-    console = Console()
     outcome = run(
         model,
         table,
@@ -42,31 +42,24 @@ def train(config: DictConfig, folder: Path) -> Run:
         seed,
         by_states=settings["split"]["name"] == "states",
         folder=folder,
-        progress=FitProgress(console, options.max_epochs) if options else None,
+        progress=FitProgress(console, options.max_epochs) if options and console else None,
+        store=FitStore(Path(settings["fits"])) if settings["fits"] else None,
     )
-    # The TensorBoard figures need matplotlib, which costs a second to import: only when there is something to draw.
-    from freelearn.plots.tensorboard import log_run
+    from freelearn.tensorboard import log_run
 
     simulated = bool(provenance["simulated"])
     predicted = predictions(outcome)
-    log_run(outcome, predicted, folder, simulated)
-    write_run(outcome, predicted, folder, seed, provenance)
-    show_run(console, outcome, folder, warnings, simulated)
+    log_run(outcome, folder)
+    if settings["figures"]:
+        # matplotlib costs a second to import: only when there is something to draw.
+        from freelearn.plots.tensorboard import log_figures
+
+        log_figures(outcome, predicted, folder, simulated)
+    about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
+    write_run(outcome, predicted, folder, about)
+    if console:
+        show_run(console, outcome, folder, warnings, simulated)
     return outcome
-
-
-def load_table(data: dict[str, Any]) -> tuple[pd.DataFrame, list[str], dict[str, Any]]:
-    """The measurement table of a `data` configuration, warnings about it, and where it came from."""
-    if data["name"] == "virtual":
-        table = simulate(
-            data["truth"], data["truth_effects"] or {}, data["accuracy"], data["buckled_share"], data["seed"]
-        )
-        return table, [], {"name": "virtual", "simulated": True, "seed": data["seed"]}
-    from freelearn.data.table import read_table
-
-    table, warnings = read_table(data["path"])
-    digest = hashlib.sha256(Path(data["path"]).read_bytes()).hexdigest()
-    return table, warnings, {"name": "csv", "simulated": False, "path": str(data["path"]), "sha256": digest}
 
 
 def fit_options(settings: dict[str, Any]) -> FitOptions | None:
@@ -77,9 +70,9 @@ def fit_options(settings: dict[str, Any]) -> FitOptions | None:
     for key, value in whole.items():
         if value < 1:
             raise UserError(f"fit.{key} = {value} is too small: choose at least 1.")
-    rest = {k: _real(v, f"fit.{k}") for k, v in settings.items() if k not in (*whole, "name", "batch_size")}
-    if "batch_size" in settings:
-        rest["batch_size"] = max(1, _integer(settings["batch_size"], "fit.batch_size"))
+    for key in {"batch_size", "race"} & set(settings):
+        whole[key] = max(1, _integer(settings[key], f"fit.{key}"))
+    rest = {k: _real(v, f"fit.{k}") for k, v in settings.items() if k not in (*whole, "name")}
     return FitOptions(settings["name"], **whole, **rest)  # type: ignore[arg-type]
 
 

@@ -14,6 +14,7 @@ import pytest
 import torch
 from conftest import ROOT, random_table
 from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from freelearn.data.sets import samples_of, set_names, split_rows
@@ -49,12 +50,12 @@ def csv(tmp_path: Path) -> Path:
 def run(folder: Path, *overrides: str):
     """What `python train.py overrides` does, without a process of its own."""
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("train", overrides=list(overrides))
-    return train(config, folder)
+        config = compose("train", overrides=["fits=null", *overrides])
+    return train(OmegaConf.to_container(config, resolve=True), folder)
 
 
 def command(folder: Path, *overrides: str, **options) -> subprocess.CompletedProcess:
-    line = [sys.executable, "train.py", *overrides, f"hydra.run.dir={folder}"]
+    line = [sys.executable, "train.py", "fits=null", *overrides, f"hydra.run.dir={folder}"]
     return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False, **options)
 
 

@@ -24,8 +24,13 @@ def samples_of(name: str, available: np.ndarray) -> np.ndarray:
         chosen = present[present % 2 == 0]
     elif match := re.fullmatch(r"sample(\d+)", name):
         chosen = present[present == int(match.group(1))]
+    elif match := re.fullmatch(r"without(\d+)", name):
+        chosen = present[present != int(match.group(1))]
     else:
-        raise UserError(f"Unknown set {name!r}: choose sampleN, even, all (or, for training, constituent).")
+        raise UserError(
+            f"Unknown set {name!r}: choose sampleN, withoutN (all samples but N), even, all "
+            "(or, for training, constituent)."
+        )
     if not len(chosen):
         held = ", ".join(f"sample{n}" for n in present)
         raise UserError(f"The data hold no rows of set {name!r}: they hold {held}. Choose one of these, or all.")
@@ -58,3 +63,10 @@ def split_rows(table: pd.DataFrame, seed: int, by_states: bool) -> np.ndarray:
         for name, part in zip((TRAIN, VALIDATION, TEST), np.split(units, bounds), strict=True):
             label[rows[np.isin(unit[rows], part)]] = name
     return label
+
+
+def overlap(first: str, second: str) -> bool:
+    """Whether two sets share a sample, judged by their names, of a table that has every sample they name."""
+    named = [int(n) for n in re.findall(r"\d+", f"{first} {second}")]
+    every = np.arange(1, max(named, default=0) + 3)
+    return bool(np.isin(samples_of(first, every), samples_of(second, every)).any())

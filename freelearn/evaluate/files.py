@@ -12,7 +12,7 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.evaluate.run import Run
-from freelearn.files import write_whole
+from freelearn.files import write_text, write_whole
 from freelearn.fit.report import fit_report
 from freelearn.models.build import save_checkpoint
 from freelearn.models.prediction import Status
@@ -32,17 +32,15 @@ def check_folder(folder: Path) -> None:
         ) from None
 
 
-def write_run(run: Run, table: pd.DataFrame, folder: Path, seed: int, provenance: dict[str, Any]) -> None:
-    """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json."""
+def write_run(run: Run, table: pd.DataFrame, folder: Path, about: dict[str, Any]) -> None:
+    """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json.
+
+    about: what results.json says besides the run's own outcome (seed, split, data, key).
+    """
     write_whole(folder / "predictions.csv", lambda p: table.to_csv(p, index=False, float_format="%.10g"))
-    write_whole(folder / "fit_report.txt", lambda p: _write_text(p, report(run)))
+    write_text(folder / "fit_report.txt", report(run))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
-    text = json.dumps(results(run, seed, provenance), indent=2, allow_nan=False)
-    write_whole(folder / "results.json", lambda p: _write_text(p, text + "\n"))
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+    write_text(folder / "results.json", json.dumps(results(run, about), indent=2, allow_nan=False) + "\n")
 
 
 def predictions(run: Run) -> pd.DataFrame:
@@ -66,20 +64,21 @@ def counts(run: Run) -> dict[str, int]:
     return {"rows": len(run.table), "used": used, "buckled": int(buckled.sum()), **reasons}
 
 
-def results(run: Run, seed: int, provenance: dict[str, Any]) -> dict[str, Any]:
+def results(run: Run, about: dict[str, Any]) -> dict[str, Any]:
     """Everything in results.json. Numbers that do not exist are null."""
     return {
         "model": run.model.name,
         "train": run.train,
         "fit": run.method,
         "effects": [e.name for e in run.model.effects],
-        "seed": seed,
         "parameters": _parameters(run),
         "tests": {name: {k: _number(v) for k, v in e._asdict().items()} for name, e in run.errors.items()},
         "counts": counts(run),
         "seconds": run.seconds,
+        "fit_seconds": run.fit_seconds,
+        "fit_reused": run.reused,
         "outcome": run.message,
-        "data": provenance,
+        **about,
     }
 
 

@@ -17,8 +17,9 @@ from freelearn.data.sets import TEST, TRAIN, VALIDATION, samples_of, set_names, 
 from freelearn.data.states import States, kinematic_state, measured_loads
 from freelearn.errors import UserError
 from freelearn.evaluate.error import Error, score
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import FitOptions, FitOutcome, fit
 from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
 from freelearn.models.base import Model
 from freelearn.models.continuum import CONSTITUENT
@@ -30,7 +31,8 @@ CONSTITUENT_SET = "constituent"
 @dataclass
 class Run:
     """What came out. labels: each row's split ("" for buckled), (N,). errors: by test set. found: the fitted
-    parameters' uncertainty, None when nothing was fitted. history: epoch, training and validation error."""
+    parameters' uncertainty, None when nothing was fitted. history: epoch, training and validation error.
+    seconds: of this run; fit_seconds: of the fit, which an earlier run made when it is `reused`."""
 
     model: Model
     train: str
@@ -44,6 +46,8 @@ class Run:
     history: list[tuple[int, float, float]] = field(default_factory=list)
     message: str = "nothing was fitted"
     seconds: float = 0.0
+    fit_seconds: float = 0.0
+    reused: bool = False
 
 
 def run(
@@ -56,9 +60,16 @@ def run(
     by_states: bool = False,
     folder: Path | None = None,
     progress: L.Callback | None = None,
+    store: FitStore | None = None,
 ) -> Run:
-    """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError."""
+    """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
+
+    With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
+    looked up before it is computed, and kept afterwards.
+    """
     began = time.perf_counter()
+    if tests != "every":
+        table = _concerned(table, train, str(tests))
     sample = table["sample"].to_numpy()
     names = set_names(sample) if tests == "every" else [str(tests)]
     chosen = {name: np.isin(sample, samples_of(name, sample)) for name in names}
@@ -75,15 +86,21 @@ def run(
         if not model.needs_validation:
             labels = np.where(labels == VALIDATION, TRAIN, labels)
     start = model.vector().detach().clone()
-    found, history, message = None, [], "nothing was fitted"
+    fitted: Fitted | None = None
     if options is not None:
         training = torch.as_tensor(np.flatnonzero(in_training & (labels == TRAIN)))
         validation = torch.as_tensor(np.flatnonzero(in_training & (labels == VALIDATION)))
         if not len(training):
             raise UserError(f"Training set {train!r} has no un-buckled rows to fit: choose another one.")
-        outcome = fit(model, rows[training], rows[validation], options, seed, folder, progress)
-        start, history, message = outcome.initial, outcome.history, outcome.message
-        found = uncertainty(Problem(model, rows[training[torch.as_tensor(outcome.kept)]]))
+        parts = rows[training], rows[validation]
+        key = fit_key(model, *parts, options, seed) if store else ""
+
+        def compute() -> tuple[FitOutcome, Uncertainty]:
+            outcome = fit(model, *parts, options, seed, folder, progress)
+            return outcome, uncertainty(Problem(model, parts[0][torch.as_tensor(outcome.kept)]))
+
+        fitted = store.fitted(model, key, lambda: timed(compute)) if store else timed(compute)
+        start = fitted.outcome.initial
     elif model.needs_validation:
         raise UserError("A network has no parameters before a fit: choose a fit other than none.")
 
@@ -97,5 +114,17 @@ def run(
             raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")
         errors[name] = score(rows.loads[pick], prediction.loads[pick], usable[pick])
     method = options.name if options else "none"
-    seconds = time.perf_counter() - began
-    return Run(model, train, method, table, labels, prediction, errors, found, start, history, message, seconds)
+    outcome = Run(model, train, method, table, labels, prediction, errors, None, start)
+    if fitted:
+        outcome.found, outcome.reused, outcome.fit_seconds = fitted.found, fitted.reused, fitted.seconds
+        outcome.history, outcome.message = fitted.outcome.history, fitted.outcome.message
+    outcome.seconds = time.perf_counter() - began
+    return outcome
+
+
+def _concerned(table: pd.DataFrame, train: str, test: str) -> pd.DataFrame:
+    """Rows of the samples that are trained or tested on."""
+    sample = table["sample"].to_numpy()
+    sets = [name for name in (train, test) if name != CONSTITUENT_SET]
+    chosen = np.concatenate([samples_of(name, sample) for name in sets])
+    return table[np.isin(sample, chosen)].reset_index(drop=True)

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
-from freelearn.fit.search import Status
+from freelearn.fit.search import Status, take
 
 OPTIMIZERS: Mapping[str, Callable[..., torch.optim.Optimizer]] = {
     "adam": torch.optim.Adam,
@@ -63,6 +63,10 @@ class LevenbergMarquardtEpochs:
     def advance(self) -> None:
         self.state = self.solver.step(self.state)
         self.epochs += 1
+
+    def keep(self, members: Tensor) -> None:
+        """Drops all but these members."""
+        self.state = take(self.state, members)
 
     @property
     def vectors(self) -> Tensor:

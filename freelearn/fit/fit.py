@@ -30,13 +30,15 @@ ROUNDS = 8
 @dataclass(frozen=True)
 class FitOptions:
     """How to fit. restarts: members fitted side by side, the best kept. patience: epochs without a better
-    validation error before a member stops. The last four belong to the gradient algorithms."""
+    validation error before a member stops. tolerance and race (epochs after which only the best member goes on) belong
+    to Levenberg-Marquardt, the last three to the gradient algorithms."""
 
     name: str
     max_epochs: int
     restarts: int
     patience: int
     tolerance: float = 1e-10
+    race: int | None = None
     learning_rate: float = 1e-2
     batch_size: int = 128
     weight_decay: float = 0.0
@@ -79,7 +81,7 @@ def fit(
     settled = None
     for _ in range(ROUNDS):
         make = partial(_algorithm, starts=starts, options=options, generator=generator)
-        module = Fitting(model, make, options.max_epochs, options.patience)
+        module = Fitting(model, make, options.max_epochs, options.patience, options.race)
         trainer = _trainer(folder, progress)
         with warnings.catch_warnings():
             # One batch of everything needs no loader workers; Lightning advises them at every fit.

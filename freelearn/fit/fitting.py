@@ -9,9 +9,13 @@ import torch
 from torch import Tensor
 
 from freelearn.data.module import Batch
-from freelearn.fit.algorithm import Algorithm
+from freelearn.fit.algorithm import Algorithm, LevenbergMarquardtEpochs
 from freelearn.fit.problem import Problem, Rows
 from freelearn.models.base import Model
+
+# Share by which a validation error has to fall to count as a gain: without it a network creeps on for hundreds of
+# epochs, each better than the last in the fifth digit.
+CLEARLY = 1e-3
 
 # Makes the algorithm once the training rows are there.
 AlgorithmFactory = Callable[[Problem], Algorithm]
@@ -22,15 +26,19 @@ class Fitting(L.LightningModule):
 
     Each training step sees all rows (train and validation) and lets the algorithm run a stretch of epochs. The
     best vector of every restart is kept, by validation error where there are validation rows and by training
-    error otherwise; a restart whose validation error has not improved for `patience` epochs is done.
+    error otherwise; a restart whose validation error has not clearly improved for `patience` epochs is done. With
+    `race` the restarts run against each other for that many epochs, and only the best one goes on (one rung of
+    successive halving, Jamieson & Talwalkar 2016): most of a fit's time would otherwise go into those that lose.
     """
 
-    def __init__(self, model: Model, algorithm: AlgorithmFactory, max_epochs: int, patience: int) -> None:
+    def __init__(
+        self, model: Model, algorithm: AlgorithmFactory, max_epochs: int, patience: int, race: int | None = None
+    ) -> None:
         super().__init__()
         self.automatic_optimization = False
         self.model = model
         self.make_algorithm = algorithm
-        self.max_epochs, self.patience = max_epochs, patience
+        self.max_epochs, self.patience, self.race = max_epochs, patience, race
         self.algorithm: Algorithm | None = None
         # epoch, training and validation error of the best restart so far.
         self.history: list[tuple[int, float, float]] = []
@@ -53,7 +61,9 @@ class Fitting(L.LightningModule):
         members = len(self.algorithm.vectors)
         self.best = self.algorithm.vectors.clone()
         self.best_error = torch.full((members,), torch.inf, dtype=torch.float64)
-        self.best_epoch = torch.zeros(members, dtype=torch.int64)
+        # The error at the last clear gain, and its epoch.
+        self.milestone = self.best_error.clone()
+        self.gain_epoch = torch.zeros(members, dtype=torch.int64)
 
     @torch.no_grad()
     def _look(self) -> None:
@@ -67,13 +77,26 @@ class Fitting(L.LightningModule):
         better = held_out < self.best_error
         self.best[better] = vectors[better]
         self.best_error[better] = held_out[better]
-        self.best_epoch[better] = epoch
+        clearly = held_out < (1 - CLEARLY) * self.milestone
+        self.milestone[clearly] = held_out[clearly]
+        self.gain_epoch[clearly] = epoch
         leader = int(self.best_error.argmin())
         self.history.append((epoch, float(train[leader]), float(held_out[leader])))
         self._log(leader)
-        stale = (epoch - self.best_epoch >= self.patience) if self.held_out else torch.zeros_like(better)
+        stale = (epoch - self.gain_epoch >= self.patience) if self.held_out else torch.zeros_like(better)
         if bool((stale | self.algorithm.finished).all()) or epoch >= self.max_epochs:
             self.trainer.should_stop = True
+        elif self.race and epoch >= self.race and len(vectors) > 1:
+            self._keep(leader)
+
+    def _keep(self, leader: int) -> None:
+        """Lets only this restart go on. Gradient algorithms have none to win: there members cost next to nothing."""
+        if not isinstance(self.algorithm, LevenbergMarquardtEpochs):
+            return
+        alone = torch.tensor([leader])
+        self.algorithm.keep(alone)
+        self.best, self.best_error = self.best[alone], self.best_error[alone]
+        self.milestone, self.gain_epoch = self.milestone[alone], self.gain_epoch[alone]
 
     @staticmethod
     def _error(losses: Tensor, problem: Problem) -> Tensor:

@@ -173,6 +173,10 @@ class Model(nn.Module):
     def prepare(self, states: States, loads: Tensor) -> None:
         """Looks at the training rows before a fit (input scaling). Nothing by default."""
 
+    def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
+        """∂loads/∂vector of every row, (N, 2, p), where the model has it in closed form; None leaves it to autograd."""
+        return None
+
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
         """Raw vectors from which a fit may start: (members, p)."""
         return self.vector().detach().expand(members, -1).clone()

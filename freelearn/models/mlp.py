@@ -62,6 +62,26 @@ class MLP(Model):
         loads = loads * self.load_half_range + self.load_center
         return Prediction(loads, torch.full((len(states),), Status.OK, dtype=torch.uint8))
 
+    def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
+        """By hand, several times quicker than autograd: ∂L_f/∂W_ji = U_fj (1 − h_j²) x_i, ∂L_f/∂U_fj = h_j."""
+        if self.effects:
+            return None
+        with torch.no_grad():
+            values = self.physical(vector)
+            x = (inputs(states) - self.input_center) * self.input_gain
+            hidden = torch.tanh(_apply(values["hidden_weight"], x) + values["hidden_bias"])
+            by_bias = (1 - hidden * hidden)[:, None, :] * (values["load_weight"] * self.load_half_range[:, None])
+            rows = len(x)
+            jacobian = vector.new_zeros(rows, OUTPUTS, len(vector))
+            sizes = [HIDDEN * INPUTS, HIDDEN, OUTPUTS * HIDDEN, OUTPUTS]
+            weight, bias, load, load_bias = jacobian.split(sizes, dim=-1)
+            torch.mul(by_bias[..., None], x[:, None, None, :], out=weight.unflatten(-1, (HIDDEN, INPUTS)))
+            bias.copy_(by_bias)
+            for f in range(OUTPUTS):
+                load[:, f, f * HIDDEN : (f + 1) * HIDDEN] = hidden * self.load_half_range[f]
+                load_bias[:, f, f] = self.load_half_range[f]
+        return jacobian
+
     def prepare(self, states: States, loads: Tensor) -> None:
         """Takes the input and load scaling from the training rows."""
         x = inputs(states)

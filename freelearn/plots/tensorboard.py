@@ -1,4 +1,4 @@
-"""The figures and summaries of a run in TensorBoard."""
+"""The figures of a run in TensorBoard."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import torch
 from torch.utils.tensorboard import SummaryWriter
-from torch.utils.tensorboard.summary import hparams
 
 from freelearn.data.sets import samples_of
 from freelearn.data.states import States
@@ -24,12 +23,10 @@ from freelearn.units import NMM
 CURVE_POINTS = 60
 
 
-def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) -> None:
-    """Writes errors by test set, hyperparameters, and the parity, residual and load-curve figures."""
+def log_figures(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) -> None:
+    """Writes the parity, residual and load-curve figures."""
     title = f"{run.model.name} fitted on {run.train}"
     with SummaryWriter(str(folder)) as writer:
-        for name, error in run.errors.items():
-            writer.add_scalar(f"test/{name}", error.E, 0)
         own = _training_samples(run, predictions)
         for tag, figure in (
             ("parity", parity(own, title, simulated)),
@@ -41,7 +38,6 @@ def log_run(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bool) 
             where = "sample {}, {:+.3g} mm, {:+.4g}°".format(*place)
             figure = curves(measured, {run.model.name: model_curve(run, measured)}, f"{title}: {where}", simulated)
             writer.add_image(f"curves/{where}", to_rgb(figure), dataformats="HWC")
-        _log_hyperparameters(writer, run)
 
 
 def _training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
@@ -71,17 +67,3 @@ def model_curve(run: Run, measured: pd.DataFrame) -> pd.DataFrame:
             "extrapolated": (pressure < fitted.min()) | (pressure > fitted.max()),
         }
     )
-
-
-def _log_hyperparameters(writer: SummaryWriter, run: Run) -> None:
-    settings = {
-        "model": run.model.name,
-        "train": run.train,
-        "fit": run.method,
-        "effects": ",".join(e.name for e in run.model.effects),
-    }
-    metrics = {f"test/{name}": e.E for name, e in run.errors.items()}
-    # add_hparams would open a second event file in a folder of its own.
-    writer_file = writer._get_file_writer()
-    for summary in hparams(settings, metrics):
-        writer_file.add_summary(summary)

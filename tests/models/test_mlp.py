@@ -44,3 +44,13 @@ def test_one_weight_set_per_row_equals_shared_weights(random_states):
     vector = torch.randn(62, dtype=torch.float64)
     shared = model(states, model.physical(vector)).loads
     torch.testing.assert_close(model.chain(states, model.physical(vector.expand(10, -1))).loads, shared)
+
+
+def test_the_hand_written_jacobian_is_the_derivative_of_the_loads(random_states):
+    states = random_states(40)
+    loads = torch.randn(40, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
+    model = MLP()
+    model.prepare(states, loads)
+    vector = model.starts(states, loads, 1, torch.Generator().manual_seed(5))[0]
+    by_autograd = torch.func.jacfwd(lambda v: model(states, model.physical(v)).loads)(vector)
+    torch.testing.assert_close(model.row_jacobian(states, vector), by_autograd, rtol=1e-11, atol=1e-13)

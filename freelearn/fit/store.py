@@ -1,0 +1,130 @@
+"""Fits kept on disk and reused, under a key made of everything they depend on."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from filelock import FileLock
+
+import freelearn
+from freelearn.files import write_whole
+from freelearn.fit.fit import FitOptions, FitOutcome
+from freelearn.fit.problem import Rows
+from freelearn.fit.uncertainty import Uncertainty
+from freelearn.models.base import Model
+
+# Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
+ROOMS = ("data", "effects", "evaluate", "fit", "mechanics", "models")
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A finished fit: what happened, how well the parameters are known, the seconds it took, and whether it was
+    read from the store instead of being computed."""
+
+    outcome: FitOutcome
+    found: Uncertainty
+    seconds: float
+    reused: bool = False
+
+
+class FitStore:
+    """One file per fit in `folder`. Safe with several processes: files are whole or absent, and of two processes
+    that need the same fit the second waits for the first one's."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def fitted(self, model: Model, key: str, compute: Callable[[], Fitted]) -> Fitted:
+        """The fit under `key`, from its file or else from `compute`; the model holds its parameters afterwards."""
+        path = self.folder / f"{key}.fit"
+        if (kept := _read(path, model)) is not None:
+            return kept
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with FileLock(self.folder / f".{key}.lock"):
+            if (kept := _read(path, model)) is not None:
+                return kept
+            fitted = compute()
+            write_whole(path, lambda beside: torch.save(_pack(model, fitted), beside))
+        return fitted
+
+
+def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, seed: int) -> str:
+    """Digest of the rows, the model with its starts and effects, the options, the seed and the code: 24 digits."""
+    digest = hashlib.sha256(code_version().encode())
+    for rows in (train, validation):
+        for field in fields(rows.states):
+            digest.update(field.name.encode() + getattr(rows.states, field.name).numpy().tobytes())
+        # Only which rows share a state matters, not how states are numbered.
+        grouping = np.unique(rows.state, return_inverse=True)[1].astype(np.int64)
+        digest.update(rows.loads.numpy().tobytes() + grouping.tobytes())
+    for effect in model.effects:
+        digest.update(Path(inspect.getfile(type(effect))).read_bytes())
+    description = model.description()
+    state = description.pop("state")
+    for name, tensor in state.items():
+        digest.update(name.encode() + tensor.numpy().tobytes())
+    digest.update(repr((description, asdict(options), seed, torch.__version__)).encode())
+    return digest.hexdigest()[:24]
+
+
+@lru_cache
+def code_version() -> str:
+    """Digest of the package's code that a fit's numbers come from."""
+    root = Path(freelearn.__file__).parent
+    return _digest(path for room in ROOMS for path in sorted((root / room).glob("*.py")))
+
+
+def _digest(paths: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def timed(compute: Callable[[], tuple[FitOutcome, Uncertainty]]) -> Fitted:
+    """The fit that `compute` makes, with the seconds it took."""
+    began = time.perf_counter()
+    outcome, found = compute()
+    return Fitted(outcome, found, time.perf_counter() - began)
+
+
+def _pack(model: Model, fitted: Fitted) -> dict[str, Any]:
+    """Plain containers and tensors, which torch reads back without executing anything."""
+    return {
+        "state": model.description()["state"],
+        "outcome": _plain(fitted.outcome),
+        "found": _plain(fitted.found),
+        "seconds": fitted.seconds,
+    }
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    return {name: torch.as_tensor(v) if isinstance(v, np.ndarray) else v for name, v in values.items()}
+
+
+def _read(path: Path, model: Model) -> Fitted | None:
+    """The stored fit, its parameters put into `model`; None where there is none that can be read."""
+    try:
+        content = torch.load(path, weights_only=True)
+        model.load_state_dict(content["state"])
+        outcome = content["outcome"] | {"kept": content["outcome"]["kept"].numpy()}
+        found: dict[str, Any] = {
+            n: v.numpy() if isinstance(v, torch.Tensor) else v for n, v in content["found"].items()
+        }
+        return Fitted(FitOutcome(**outcome), Uncertainty(**found), content["seconds"], reused=True)
+    except FileNotFoundError:
+        return None
+    except Exception:
+        # A damaged file, or one that another version wrote: the fit is made again and the file replaced.
+        return None

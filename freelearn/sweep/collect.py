@@ -1,0 +1,89 @@
+"""The results of a sweep's jobs as one table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from freelearn.errors import UserError
+
+# What a failed job leaves instead of results.json.
+ERROR_FILE = "error.json"
+
+# Columns of heatmap.csv; those up to `run` are the contract's, in its order.
+COLUMNS = (
+    "model",
+    "train",
+    "test",
+    "E",
+    "E_force",
+    "E_moment",
+    "n",
+    "seed",
+    "effects",
+    "run",
+    "fit",
+    "split",
+    "parameters",
+    "simulated",
+    "label",
+    "error",
+)
+
+
+def collect(folders: Sequence[Path]) -> pd.DataFrame:
+    """One row per tested cell of every job in the sweeps' folders, and one per failed job (E blank, `error` filled).
+
+    `label` names what is compared: the model, with its effects, and with its fit and split where they differ
+    between the model's jobs. Files still being written are never read: results are renamed into place. Raises
+    UserError when there is nothing to gather.
+    """
+    rows: list[dict[str, Any]] = []
+    for folder in folders:
+        for job in _jobs(folder):
+            rows += _rows(job, folder if len(folders) == 1 else folder.parent)
+    if not rows:
+        named = ", ".join(map(str, folders))
+        raise UserError(f"No results in {named}: name a sweep's folder, whose subfolders hold results.json files.")
+    table = pd.DataFrame(rows)
+    table["label"] = _labels(table)
+    return table.reindex(columns=list(COLUMNS))
+
+
+def _jobs(folder: Path) -> list[Path]:
+    """Folders of jobs that ended, in the order of their numbers."""
+    ended = {path.parent for name in ("results.json", ERROR_FILE) for path in folder.glob(f"*/{name}")}
+    return sorted(ended, key=lambda path: (not path.name.isdigit(), path.name.zfill(12)))
+
+
+def _rows(job: Path, base: Path) -> list[dict[str, Any]]:
+    name = str(job.relative_to(base)) if job.is_relative_to(base) else str(job)
+    path = job / "results.json"
+    failed = not path.exists()
+    try:
+        content = json.loads((job / ERROR_FILE if failed else path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        return [{"run": name, "error": f"{path.name} cannot be read: {problem}", "model": "?", "effects": ""}]
+    common = {key: content.get(key) for key in ("model", "train", "seed", "fit", "split")}
+    common |= {"effects": "+".join(content["effects"]), "run": name, "error": ""}
+    if failed:
+        return [common | {"test": content["test"], "error": content["error"]}]
+    common |= {"parameters": len(content["parameters"]), "simulated": content["data"]["simulated"]}
+    return [common | {"test": test, **scores} for test, scores in content["tests"].items()]
+
+
+def _labels(table: pd.DataFrame) -> pd.Series:
+    """What each row's run is called in a comparison."""
+    label = table["model"].astype(str)
+    label = label.where(table["effects"] == "", label + "+" + table["effects"])
+    for column in ("fit", "split"):
+        if column in table:
+            # A run that fits nothing is not another way of fitting.
+            values = table[column].where(table[column] != "none")
+            several = values.groupby(label).transform("nunique") > 1
+            label = label.where(~several | values.isna(), label + " " + values.astype(str))
+    return label
