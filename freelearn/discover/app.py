@@ -1,0 +1,253 @@
+"""`python discover.py`: from a composed configuration to a verdict and its evidence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+from rich.console import Console
+
+from freelearn.data.sets import samples_of, set_names
+from freelearn.data.source import load_table
+from freelearn.data.states import States, kinematic_state, measured_loads
+from freelearn.discover.accuracy import estimate, repeat_scale
+from freelearn.discover.failures import Failure, failures, inputs_of, split_errors
+from freelearn.discover.library import candidates
+from freelearn.discover.next_experiment import Proposal, proposals
+from freelearn.discover.noise import Accuracy, sensitivities
+from freelearn.discover.remainder import Remainder, remainder
+from freelearn.discover.report import document
+from freelearn.discover.screens import Screen, reciprocity, rising_falling
+from freelearn.discover.search import Findings, Search, Step, record
+from freelearn.discover.terminal import DiscoveryView
+from freelearn.errors import UserError
+from freelearn.evaluate.error import load_scale
+from freelearn.evaluate.files import check_folder
+from freelearn.files import write_text, write_whole
+from freelearn.fit.problem import Rows
+from freelearn.models.base import Model
+from freelearn.models.build import build_model, save_checkpoint
+from freelearn.models.prediction import Status
+from freelearn.sweep.job import job_key
+from freelearn.units import DEG, KPA, MM, NMM
+
+PROGRESS = "progress.json"
+# Stated noise that is wrong by more than this factor is said to be.
+WRONG_NOISE = 1.5
+# Accuracy whose ratios an estimate takes over: the paper's bed.
+PAPER = Accuracy(0.073 * MM, 0.175 * DEG, 0.15 * KPA, 0.03, 0.6 * NMM)
+
+
+@dataclass
+class Discovery:
+    """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
+    findings.kept. failed: regions where the base model fails."""
+
+    findings: Findings
+    table: pd.DataFrame
+    accuracy: Accuracy
+    failed: list[Failure]
+    splits: pd.DataFrame
+    screens: list[Screen]
+    proposed: list[Proposal]
+    left: Remainder | None
+    notes: list[str]
+    content: dict[str, Any]
+
+
+def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discovery:
+    """Everything that `python discover.py` does, from plain settings (see conf/discover.yaml). Raises UserError."""
+    check_folder(folder)
+    if settings["fit"]["name"] != "levenberg_marquardt":
+        raise UserError(f"discover.py fits by levenberg_marquardt; fit={settings['fit']['name']} belongs to train.py.")
+    table, warnings, provenance = load_table(settings["data"])
+    chosen = np.isin(table["sample"], samples_of(str(settings["train"]), table["sample"].to_numpy()))
+    seen = table[chosen & (table["buckled"] == 0).to_numpy()]
+    if not len(seen):
+        raise UserError(f"Training set {settings['train']!r} has no un-buckled rows: choose another one.")
+    # States are told from the whole table, where buckled rows stand between the others.
+    place = np.flatnonzero(chosen & (table["buckled"] == 0).to_numpy())
+    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))[torch.as_tensor(place)]
+    seen = seen.reset_index(drop=True)
+
+    values = {k: float(v) for k, v in settings["model"].items() if k != "name"}
+    name = settings["model"]["name"]
+
+    def build(effects: Sequence[str]) -> Model:
+        return build_model(name, values, effects)
+
+    given = list(settings["effects"] or [])
+    library, untestable = candidates(build(given), given, table.columns)
+    if 2 * len(rows) < 4 * (len(build(given).vector()) + 1):
+        raise UserError(f"{len(rows)} usable rows are too few to look for a missing effect: measure more.")
+    view = DiscoveryView(console, f"{name} on {settings['train']}", bool(provenance["simulated"]))
+    accuracy, notes = _accuracy(settings["data"]["accuracy"], build, rows, int(settings["seed"]), given)
+    key = job_key(settings)
+    past = _progress(folder, key)
+    search = Search(build, library, rows, accuracy, int(settings["seed"]), view.step)
+    search.keep = lambda found: write_text(
+        folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in found]}) + "\n"
+    )
+    with view:
+        findings = search.run(given, past)
+    discovery = _examine(findings, seen, table, accuracy, [*notes, *warnings], untestable, settings, provenance)
+    _write(discovery, folder, key)
+    if settings["figures"]:
+        # matplotlib costs a second to import: only when there is something to draw.
+        from freelearn.plots.discovery import draw_discovery
+
+        draw_discovery(discovery, folder, bool(provenance["simulated"]))
+    view.end(discovery, folder)
+    return discovery
+
+
+def _accuracy(stated: Any, build: Any, rows: Rows, seed: int, given: list[str]) -> tuple[Accuracy, list[str]]:
+    if isinstance(stated, dict):
+        return Accuracy.from_settings(stated), []
+    if stated != "estimate":
+        raise UserError(
+            f"data.accuracy = {stated!r}: give data.accuracy.force_n=… and so on, or data.accuracy=estimate."
+        )
+    base = Search(build, [], rows, PAPER, seed).run(given)
+    fit, part = base.final.fit, base.rows
+    sensitivity = sensitivities(fit.model, part.states)
+    found = estimate(fit.raw_residual, fit.raw_jacobian, sensitivity, part.states, part.state, PAPER)
+    note = (
+        f"accuracy estimated from the scatter: elongation {found.length / MM:.3g} mm and twist "
+        f"{found.twist / DEG:.3g}° per state (their ratio is the paper's), "
+        f"force {found.force:.3g} N, moment {found.moment / NMM:.3g} N·mm"
+    )
+    return found, [note]
+
+
+def _examine(
+    findings: Findings,
+    seen: pd.DataFrame,
+    table: pd.DataFrame,
+    accuracy: Accuracy,
+    notes: list[str],
+    untestable: list[dict[str, Any]],
+    settings: dict[str, Any],
+    provenance: dict[str, Any],
+) -> Discovery:
+    """What the findings mean: where the base model fails, screens, what to measure next, what is left."""
+    first, last = findings.steps[0], findings.final
+    kept = seen[findings.kept].reset_index(drop=True)
+    rows, scale = findings.rows, load_scale(findings.rows.loads).numpy()
+    inputs = inputs_of(seen)[findings.kept].reset_index(drop=True)
+    noise = first.whiten.variance.sqrt().numpy()
+    failed = failures(inputs, first.fit.raw_residual.numpy(), scale, noise)
+    splits = split_errors(inputs, first.fit.raw_residual.numpy(), scale)
+    screens = [
+        rising_falling(first.fit.raw_residual, rows.states, rows.state, first.whiten),
+        reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
+    ]
+    proposed = [p for c in findings.classes if len(c) > 1 for p in proposals(c, table, accuracy)]
+    left = None
+    if findings.verdict == "unexplained":
+        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten)
+    lost = len(seen) - len(kept)
+    if lost:
+        notes = [*notes, f"{lost} of {len(seen)} rows have no answer from the base model and were left out"]
+    notes = [*notes, *_noise_notes(last, findings, kept)]
+    about = {
+        "model": settings["model"]["name"],
+        "train": str(settings["train"]),
+        "given_effects": list(settings["effects"] or []),
+        "seed": settings["seed"],
+        "rows": len(kept),
+        "accuracy": vars(accuracy),
+        "tests": _tests(findings, table, str(settings["test"]), kept),
+        "splits": splits.to_dict("records"),
+        "data": provenance,
+    }
+    content = document(findings, failed, screens, proposed, left, notes, untestable, about)
+    return Discovery(findings, seen, accuracy, failed, splits, screens, proposed, left, notes, content)
+
+
+def _noise_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str]:
+    factor = last.left.scale
+    notes = []
+    if not 1 / WRONG_NOISE < factor < WRONG_NOISE:
+        size = f"{factor:.2g} times larger" if factor > 1 else f"{1 / factor:.2g} times smaller"
+        notes.append(
+            f"the scatter is {size} than data.accuracy says; the tests take the scatter as found, the noise floor is "
+            "the stated one: correct data.accuracy, or use data.accuracy=estimate"
+        )
+    repeats = repeat_scale(kept, findings.rows.state, last.fit.raw_residual, last.whiten)
+    if repeats is not None and not 1 / WRONG_NOISE < repeats < WRONG_NOISE:
+        notes.append(f"repeats of the same state scatter {repeats:.2g} times as much as data.accuracy says")
+    return notes
+
+
+def _tests(findings: Findings, table: pd.DataFrame, test: str, kept: pd.DataFrame) -> dict[str, dict[str, float]]:
+    """E before and after on each test set: held-out states of samples that were fitted, all rows of others."""
+    sample = table["sample"].to_numpy()
+    whole = table[(table["buckled"] == 0).to_numpy()].reset_index(drop=True)
+    found = {}
+    states, loads = States.from_table(whole), measured_loads(whole)
+    for name in set_names(sample) if test == "every" else [test]:
+        members = samples_of(name, sample)
+        fitted = np.isin(members, kept["sample"])
+        pair = {}
+        for when, step in (("before", findings.steps[0]), ("after", findings.final)):
+            if fitted.all():
+                inside = torch.as_tensor(np.flatnonzero(np.isin(kept["sample"], members)))
+                residual, scale = step.held.raw[inside], load_scale(findings.rows.loads[inside])
+            elif not fitted.any():
+                inside = torch.as_tensor(np.flatnonzero(np.isin(whole["sample"], members)))
+                if not len(inside):
+                    continue
+                with torch.no_grad():
+                    predicted, status = step.fit.model(states[inside])
+                ok = status == Status.OK
+                residual, scale = (predicted - loads[inside])[ok], load_scale(loads[inside])
+            else:
+                continue
+            pair[when] = float((residual / scale).square().sum(-1).mean().sqrt())
+        if pair:
+            found[name] = pair
+    return found
+
+
+def _progress(folder: Path, key: str) -> list[dict[str, Any]]:
+    """Steps that an interrupted run of the same question left."""
+    try:
+        content = json.loads((folder / PROGRESS).read_text(encoding="utf-8"))
+        return content["steps"] if content["key"] == key else []
+    except (OSError, ValueError, KeyError):
+        return []
+
+
+def _write(discovery: Discovery, folder: Path, key: str) -> None:
+    findings = discovery.findings
+    for name, step in (("before", findings.steps[0]), ("after", findings.final)):
+        _write_table(predictions(discovery, step), folder / f"predictions_{name}.csv")
+    _write_table(discovery.splits, folder / "splits.csv")
+    save_checkpoint(findings.final.fit.model, folder / "checkpoint.ckpt")
+    write_text(
+        folder / "discovery.json", json.dumps(discovery.content | {"key": key}, indent=2, allow_nan=False) + "\n"
+    )
+    (folder / PROGRESS).unlink(missing_ok=True)
+
+
+def _write_table(table: pd.DataFrame, path: Path) -> None:
+    write_whole(path, lambda p: table.to_csv(p, index=False, float_format="%.10g"))
+
+
+def predictions(discovery: Discovery, step: Step) -> pd.DataFrame:
+    """The rows looked at, with the loads of one step's model, in the columns of a run's predictions.csv."""
+    table = discovery.table.copy()
+    with torch.no_grad():
+        loads, status = step.fit.model(States.from_table(table))
+    loads = np.where((status.numpy() == Status.NO_EQUILIBRIUM)[:, None], np.nan, loads.numpy())
+    table["split"] = "train"
+    table["force_pred_n"], table["moment_pred_nmm"] = loads[:, 0], loads[:, 1] / NMM
+    table["status"] = np.array([s.name.lower() for s in Status])[status.numpy()]
+    return table

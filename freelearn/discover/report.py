@@ -1,0 +1,102 @@
+"""discovery.json, and the verdict in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from freelearn.discover.failures import Failure
+from freelearn.discover.next_experiment import Proposal
+from freelearn.discover.remainder import Remainder
+from freelearn.discover.screens import Screen
+from freelearn.discover.search import Findings, Step
+
+
+def document(
+    findings: Findings,
+    failed: list[Failure],
+    screens: list[Screen],
+    proposed: list[Proposal],
+    left: Remainder | None,
+    notes: list[str],
+    untestable: list[dict[str, Any]],
+    about: dict[str, Any],
+) -> dict[str, Any]:
+    """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null."""
+    first, last = findings.steps[0], findings.final
+    pairs = zip([None, *findings.steps], findings.steps, strict=False)
+    content = {
+        "verdict": findings.verdict,
+        "effects": last.effects,
+        "classes": [list(c) for c in findings.classes],
+        "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
+        "trail": [_entry(step, previous) for previous, step in pairs],
+        "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
+        "failures": [
+            {
+                "where": f.where,
+                "rows": f.rows,
+                "share_of_squared_error": f.share_of_squared_error,
+                "mean_force_n": f.mean_force_n,
+                "mean_moment_nmm": f.mean_moment_nmm,
+                "sentence": f.sentence(),
+            }
+            for f in failed
+        ],
+        "next_experiment": [vars(p) for p in proposed],
+        "screens": [vars(s) for s in screens],
+        "remainder": vars(left) if left else None,
+        "noise_scale": last.left.scale,
+        "structure_p_value": last.left.p_value,
+        "notes": notes,
+        **about,
+    }
+    return _finite(content)
+
+
+def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
+    new = [e for e in step.effects if previous is None or e not in previous.effects]
+    return {
+        "effect": "+".join(new) or None,
+        "effects": list(step.effects),
+        "E_train": step.E_train,
+        "E_heldout": step.E_heldout,
+        "parameters": step.fit.values(),
+        "stderr": stderr(step),
+        "structure_p_value": step.left.p_value,
+    }
+
+
+def stderr(step: Step) -> dict[str, float]:
+    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was found."""
+    import torch
+
+    from freelearn.discover.search import parameter_covariance
+
+    covariance = parameter_covariance(step)
+    return dict(zip(step.fit.model.declared, torch.diagonal(covariance).clamp_min(0).sqrt().tolist(), strict=True))
+
+
+def verdict_in_words(findings: Findings) -> str:
+    """One sentence for the researcher."""
+    last = findings.final
+    names = ", ".join(last.effects)
+    if findings.verdict == "adequate":
+        return "Adequate: at this accuracy nothing systematic is missing."
+    if findings.verdict == "named":
+        return f"Named: {names} was missing; with it nothing systematic is left."
+    if findings.verdict == "class":
+        groups = "; ".join(" or ".join(c) for c in findings.classes)
+        return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
+    helped = f" {names} explain a part of it." if names else ""
+    return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,192 @@
+"""How strongly the residuals of a fit ask for each effect, before any of them is fitted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from scipy.optimize import lsq_linear
+from torch import Tensor
+
+from freelearn.discover.noise import Whitener
+from freelearn.discover.structure import orthonormal
+from freelearn.discover.white_fit import WhiteFit, at
+from freelearn.fit.problem import Rows
+from freelearn.models.base import Model
+
+# Sign patterns of the wild bootstrap.
+DRAWS = 999
+# Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start.
+GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
+# An effect of which refitting the base parameters leaves less than this share cannot be seen in these data.
+ABSORBED = 1e-4
+
+# A model with the fit's effects and some more: names → Model.
+Build = Callable[[Sequence[str]], Model]
+# A model, the factors of its gridded parameters by label, and the derivatives there by label.
+Variants = list[tuple[Model, dict[str, float], dict[str, Tensor]]]
+
+
+@dataclass
+class Score:
+    """gain: reduction of χ² that the linearised effect promises. p_value: chance that the most promising of all
+    effects would promise as much if there were nothing to find. size: σ of the effect after refitting, √gain.
+    start: raw parameters (p,) of the model with the effect, from which a full fit sets out."""
+
+    effect: str
+    status: str = "tested"
+    reason: str = ""
+    gain: float = 0.0
+    p_value: float = 1.0
+    start: Tensor | None = None
+    signature: Tensor | None = None
+    _evidence: float = field(default=-math.inf, repr=False)
+    _null: np.ndarray | None = field(default=None, repr=False)
+
+
+def score(
+    fit: WhiteFit, rows: Rows, whiten: Whitener, names: Sequence[str], build: Build, variance: float, seed: int
+) -> list[Score]:
+    """Scores every named effect at the fit. variance: of the whitened noise, from `structure`.
+
+    Rao's score test: with C the effect's whitened derivative at no effect, cleared of what the fit's own parameters can
+    absorb, the promised reduction is that of regressing the residuals on C, under the bounds that hold at no effect.
+    Significance is that of the largest over the whole library, by a wild bootstrap that flips the signs of whole
+    kinematic states (Cameron, Gelbach & Miller 2008), so it holds with noise shared by a state's rows and with misfit.
+    """
+    absorbed = orthonormal(fit.jacobian.flatten(0, 1))
+    generator = np.random.default_rng([seed, 7])
+    signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
+    scores = []
+    plain = [n for n in names if not _gridded(build([n]), n, fit)]
+    shared = _columns(build(plain), fit, rows, whiten) if plain else {}
+    for name in names:
+        alone: Variants = [(build([name]), {}, shared)]
+        variants = alone if name in plain else _grid(name, build, fit, rows, whiten)
+        best = Score(name, status="failed", reason="its derivative at no effect is not finite")
+        for model, fixed, columns in variants:
+            found = _one(name, model, fixed, columns, fit, absorbed, whiten, signs, variance)
+            if found._null is not None and best._null is not None:
+                # Several grid values of one effect: chance has as many tries.
+                found._null = best._null = np.maximum(found._null, best._null)
+            if best.status != "tested" or found._evidence > best._evidence:
+                best = found if found.status == "tested" or best.status != "tested" else best
+        scores.append(best)
+    tested = [s for s in scores if s._null is not None]
+    if tested:
+        largest = np.max([s._null for s in tested if s._null is not None], axis=0)
+        for s in tested:
+            s.p_value = float((1 + (largest >= s._evidence).sum()) / (DRAWS + 1))
+    return scores
+
+
+def _labels(model: Model, name: str) -> list[str]:
+    return [label for label in model.declared if label.startswith(f"{name}.")]
+
+
+def _gridded(model: Model, name: str, fit: WhiteFit) -> list[str]:
+    """Parameters of the effect that are undefined without it."""
+    return [label for label in _labels(model, name) if model.declared[label].none is None]
+
+
+def _none_vector(model: Model, fit: WhiteFit, name: str | None = None, factor: float = 1.0) -> Tensor:
+    """Raw vector of the model with the fit's values, and the added effects at no effect."""
+    known = dict(zip(fit.model.labels(), fit.vector, strict=True))
+    vector = model.vector().detach().clone()
+    for i, label in enumerate(model.labels()):
+        if label in known:
+            vector[i] = known[label]
+        elif label in model.declared:
+            p = model.declared[label]
+            vector[i] = p.to_raw(p.none if p.none is not None else factor * p.start)
+    return vector
+
+
+def _columns(model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, factor: float = 1.0) -> dict[str, Tensor]:
+    """Whitened derivative (2N,) with respect to each raw parameter at no effect, by label."""
+    jacobian = at(model, rows, whiten, _none_vector(model, fit, factor=factor)).jacobian.flatten(0, 1)
+    return dict(zip(model.labels(), jacobian.T, strict=True))
+
+
+def _grid(name: str, build: Build, fit: WhiteFit, rows: Rows, whiten: Whitener) -> Variants:
+    model = build([name])
+    fixed = _gridded(model, name, fit)
+    return [(model, dict.fromkeys(fixed, f), _columns(model, fit, rows, whiten, f)) for f in GRID]
+
+
+def _one(
+    name: str,
+    model: Model,
+    fixed: dict[str, float],
+    columns: dict[str, Tensor],
+    fit: WhiteFit,
+    absorbed: Tensor,
+    whiten: Whitener,
+    signs: Tensor,
+    variance: float,
+) -> Score:
+    free = [label for label in _labels(model, name) if label not in fixed]
+    raw = torch.stack([columns[label] for label in free], dim=1)
+    if not bool(raw.isfinite().all()):
+        return Score(name, status="failed", reason="its derivative at no effect is not finite")
+    length = raw.norm(dim=0)
+    if bool((length == 0).all()):
+        return Score(name, status="not_testable", reason="it changes no load of these rows")
+    unit = raw / length.clamp_min(1e-300)
+    cleared = unit - absorbed @ (absorbed.T @ unit)
+    cleared = cleared - absorbed @ (absorbed.T @ cleared)
+    seen = cleared.norm(dim=0) > ABSORBED
+    if not bool(seen.any()):
+        return Score(
+            name, status="not_testable", reason="refitting the model's own parameters absorbs it in these rows"
+        )
+    flat = fit.residual.reshape(-1)
+    lower, upper = zip(*(_signs(model, label) for label in free), strict=True)
+    low, high = np.array(lower)[seen.numpy()], np.array(upper)[seen.numpy()]
+    signature = cleared[:, seen]
+    step = lsq_linear(signature.numpy(), -flat.numpy(), (low, high)).x
+    gain = float(flat.square().sum() - (flat + signature @ torch.as_tensor(step)).square().sum())
+    degrees = signature.shape[1]
+    evidence = _evidence(np.array([gain / variance]), degrees)[0]
+    null = _null(signature, flat, whiten, signs, variance, low, high)
+    start = _none_vector(model, fit, factor=next(iter(fixed.values()), 1.0))
+    places = [model.labels().index(label) for label, s in zip(free, seen.tolist(), strict=True) if s]
+    start[places] += torch.as_tensor(step) / length[seen]
+    bounds = model.raw_bounds()
+    start = start.clamp(*bounds)
+    return Score(name, gain=gain, start=start, signature=signature, _evidence=evidence, _null=null)
+
+
+def _signs(model: Model, label: str) -> tuple[float, float]:
+    """Directions in which the parameter may leave no effect."""
+    p = model.declared[label]
+    if p.log:
+        return -math.inf, math.inf
+    return (0.0 if p.none == p.lower else -math.inf), (0.0 if p.none == p.upper else math.inf)
+
+
+def _evidence(gain: np.ndarray, degrees: int) -> np.ndarray:
+    """A reduction of χ² as a normal deviate: puts effects of one and of several parameters on one scale.
+
+    Wilson & Hilferty's (1931) cube root, which neither saturates nor underflows where a p-value would.
+    """
+    share = 2 / (9 * degrees)
+    return (np.cbrt(np.maximum(gain, 0) / degrees) - (1 - share)) / share**0.5
+
+
+def _null(
+    signature: Tensor, flat: Tensor, whiten: Whitener, signs: Tensor, variance: float, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Evidence in each draw of the bootstrap, (DRAWS,)."""
+    products = (signature * flat[:, None]).reshape(len(whiten.state), 2, -1).sum(1)
+    each = torch.zeros(whiten.states, products.shape[1], dtype=flat.dtype).index_add_(0, whiten.state, products)
+    drawn = -(signs @ each)  # (DRAWS, q), slope of the residuals along the signature
+    # One-sided: a slope into the bound promises nothing.
+    drawn = torch.where((torch.as_tensor(low) == 0) & (drawn < 0), 0.0, drawn)
+    drawn = torch.where((torch.as_tensor(high) == 0) & (drawn > 0), 0.0, drawn)
+    gram = signature.T @ signature
+    gain = (drawn * torch.linalg.solve(gram + 1e-12 * gram.trace() * torch.eye(len(gram)), drawn.T).T).sum(1)
+    return _evidence((gain / variance).numpy(), signature.shape[1])

@@ -1,0 +1,110 @@
+"""Is there anything systematic left? Tests of whitened residuals that need no candidate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.discover.noise import Whitener
+
+# Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
+POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
+
+
+@dataclass(frozen=True)
+class Structure:
+    """p_value that residuals without structure would look as systematic as these; scale: standard deviation of
+    what is left after all smooth structure is taken off, in units of the stated noise (one if that is right)."""
+
+    p_value: float
+    scale: float
+
+
+def monomials(states: States, degree: int) -> tuple[Tensor, list[str]]:
+    """Products of powers of length change, twist and pressure (each scaled to [−1, 1]) up to a total degree: (N, k)."""
+    x = [_scaled(states.length - states.reference_length), _scaled(states.twist), _scaled(states.pressure)]
+    columns, names = [], []
+    for i in range(degree + 1):
+        for j in range(degree + 1 - i):
+            for k in range(degree + 1 - i - j):
+                columns.append(x[0] ** i * x[1] ** j * x[2] ** k)
+                powers = zip(("elongation", "twist", "pressure"), (i, j, k), strict=True)
+                names.append(" × ".join(n if p == 1 else f"{n}^{p}" for n, p in powers if p) or "constant")
+    return torch.stack(columns, dim=-1), names
+
+
+def _scaled(x: Tensor) -> Tensor:
+    low, high = x.min(), x.max()
+    half = (high - low) / 2
+    return (x - (low + high) / 2) / half if float(half) > 0 else torch.zeros_like(x)
+
+
+def bases(states: States) -> list[Tensor]:
+    """Generic shapes that a missing effect may leave, (N, k) each, from coarse to fine."""
+    rising = states.direction[:, None]
+    low, _ = monomials(states, 1)
+    order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
+    coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
+    fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
+    samples = torch.unique(states.sample)
+    if len(samples) == 1:
+        return [coarse, fine]
+    each = torch.cat([monomials(states, SAMPLE_DEGREE)[0], rising * low, order], dim=1)
+    separate = torch.cat([each * (states.sample == n)[:, None] for n in samples], dim=1)
+    return [coarse, fine, separate]
+
+
+def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
+    """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure.
+
+    Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
+    the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
+    multiplied by the number of bases (Bonferroni).
+    """
+    flat = residual.reshape(-1)
+    absorbed = orthonormal(jacobian.flatten(0, 1))
+    spans, explained = [], []
+    for basis in bases(states):
+        span = orthonormal(clear(whitened_basis(basis, whiten), absorbed))
+        spans.append(span.shape[1])
+        explained.append(float((span.T @ flat).square().sum()))
+    total = float(flat.square().sum())
+    finest = int(np.argmax(spans))
+    freedom = len(flat) - absorbed.shape[1] - spans[finest]
+    if freedom < 10:
+        return Structure(1.0, float((total / max(len(flat) - absorbed.shape[1], 1)) ** 0.5))
+    variance = max(total - explained[finest], 1e-300) / freedom
+    from scipy.stats import f
+
+    p_values = [f.sf(e / k / variance, k, freedom) for e, k in zip(explained, spans, strict=True) if k]
+    return Structure(min(1.0, len(p_values) * min(p_values, default=1.0)), variance**0.5)
+
+
+def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
+    """Basis (N, k) given to force and to moment in turn, whitened: (2N, 2k). Columns of length one before that."""
+    zero = torch.zeros_like(basis)
+    force, moment = whiten.variance.sqrt().mean(0)
+    both = torch.cat([torch.stack([basis * force, zero], 1), torch.stack([zero, basis * moment], 1)], dim=2)
+    return whiten(both).flatten(0, 1)
+
+
+def orthonormal(columns: Tensor) -> Tensor:
+    """Orthonormal basis of the span of columns (m, k), (m, r)."""
+    length = columns.norm(dim=0)
+    columns = columns[:, length > 0] / length[length > 0]
+    if not columns.shape[1]:
+        return columns
+    left, size, _ = torch.linalg.svd(columns, full_matrices=False)
+    return left[:, size > 1e-9 * size[0]]
+
+
+def clear(columns: Tensor, span: Tensor) -> Tensor:
+    """Columns (m, k) without their part in an orthonormal span (m, r)."""
+    rest = columns - span @ (span.T @ columns)
+    # What only rounding left of a column must not be mistaken for a direction.
+    kept = rest.norm(dim=0) > 1e-8 * columns.norm(dim=0)
+    return rest[:, kept] - span @ (span.T @ rest[:, kept])
