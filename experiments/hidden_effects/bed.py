@@ -1,0 +1,214 @@
+"""A second test bed, written apart from the package: total energy, complex-step derivatives, bisection.
+
+It exists to judge the discovery on data that were not made by the code that fits them. Nothing of freelearn's mechanics
+is used: the wall's energy is integrated with its own quadrature, the inner radius is found by bisection on the
+derivative of the total potential Π = W − P V, and the loads are F = −∂Π/∂l, M = −∂Π/∂φ by complex steps (Squire & Trapp
+1998). NumPy only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pandas as pd
+
+DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+STEP = 1e-30
+BISECTIONS = 46
+BALLOON = 2.5
+
+Effects = Mapping[str, Mapping[str, float]]
+# What an effect outside the library does: (state dictionary in SI, loads (N, 2)) → loads (N, 2).
+Extra = Callable[[dict[str, np.ndarray], np.ndarray], np.ndarray]
+
+# Γ [deg], L, R_i, R_o [mm] of the paper's eight samples (its table of dimensions).
+SAMPLES = {
+    1: (15.0, 90.48, 4.77, 6.13),
+    2: (25.0, 120.52, 4.77, 6.62),
+    3: (36.0, 98.42, 4.77, 6.74),
+    4: (40.0, 90.48, 4.77, 6.13),
+    5: (50.0, 120.40, 4.77, 6.41),
+    6: (62.0, 99.00, 4.77, 6.36),
+    7: (73.0, 128.90, 4.77, 6.40),
+    8: (76.0, 103.22, 4.77, 6.18),
+}
+
+
+def strain_energy(i1, i2, i4, c1: float, c2: float, fx: Effects):
+    """Ψ [Pa] with every energy effect, for complex invariants."""
+    get = lambda name, p: fx.get(name, {}).get(p, 0.0)  # noqa: E731
+    beta, k2, kappa = (
+        get("limited_extensibility", "beta"),
+        get("fiber_stiffening", "k2"),
+        get("fiber_dispersion", "kappa"),
+    )
+    psi = c1 / 2 * (i1 - 3) if beta == 0 else -c1 / (2 * beta) * np.log(1 - beta * (i1 - 3))
+    psi = psi + get("second_invariant", "C01") / 2 * (i2 - 3)
+    psi = psi + get("wall_stiffening", "C20") * (i1 - 3) ** 2
+    stretch = kappa * (i1 - 3) + (1 - 3 * kappa) * (i4 - 1)
+    psi = psi + (c2 / 2 * stretch**2 if k2 == 0 else c2 / (2 * k2) * (np.exp(k2 * stretch**2) - 1))
+    slack = np.where(i4.real < 1, i4 - 1, 0)
+    return psi - get("fiber_tension_only", "share") * c2 / 2 * slack**2
+
+
+def wall_energy(length, twist, u, gamma, reference, inner, outer, c1, c2, fx):
+    """W [J] of N tubes of inner radius √u, (N,), complex."""
+    half = (outer - inner) / 2
+    radius = inner[:, None] + half[:, None] * (1 + NODES)
+    axial, rate = (length / reference)[:, None], (twist / reference)[:, None]
+    square = (radius**2 - inner[:, None] ** 2) / axial + u[:, None]
+    rr = (radius / axial) ** 2 / square
+    hoop = square * (1 / radius**2 + rate**2)
+    i1 = rr + hoop + axial**2
+    # I₂ = (I₁² − tr B²)/2, written out.
+    theta_z = square * rate**2 * axial**2
+    i2 = (i1**2 - (rr**2 + hoop**2 + axial**4 + 2 * theta_z)) / 2
+    i4 = square * (np.sin(gamma)[:, None] / radius + rate * np.cos(gamma)[:, None]) ** 2
+    i4 = i4 + (axial * np.cos(gamma)[:, None]) ** 2
+    density = strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
+    return reference * half * (density @ WEIGHTS)
+
+
+def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> tuple[np.ndarray, np.ndarray]:
+    """Loads (N, 2) of the bare actuator and whether it has an equilibrium, (N,)."""
+    gamma = s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0)
+    outer = s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0)
+    held = 2 * fx.get("end_clamps", {}).get("held_length", 0.0)
+    reference, length = s["reference"] - held, s["length"] - held
+    design = (gamma, reference, s["inner"], outer, c1, c2, fx)
+    twist, pressure = s["twist"], s["pressure"]
+    low, high = (0.3 * s["inner"]) ** 2, (BALLOON * s["inner"]) ** 2
+
+    def excess(u):
+        slope = wall_energy(length, twist, u + 1j * STEP, *design).imag / STEP
+        return slope / (np.pi * length) - pressure
+
+    found = (excess(low) < 0) & (excess(high) > 0)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        above = excess(middle) > 0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    u = (low + high) / 2
+
+    def potential(at_length, at_twist):
+        return wall_energy(at_length, at_twist, u + 0j, *design) - pressure * np.pi * u * at_length
+
+    force = -potential(length + 1j * STEP, twist).imag / STEP
+    moment = -potential(length + 0j, twist + 1j * STEP).imag / STEP
+    return np.stack([force, moment], axis=1), found
+
+
+def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra: Extra | None = None):
+    """Loads that the sensors show without noise (N, 2), with all effects, and whether there is an equilibrium."""
+    get = lambda name, p: fx.get(name, {}).get(p, 0.0)  # noqa: E731
+    slack = get("twist_slack", "slack")
+    t = dict(s)
+    t["length"] = s["length"] + get("length_offset", "length")
+    t["twist"] = s["twist"] - np.clip(s["twist"], -slack, slack) + get("twist_offset", "angle")
+    t["pressure"] = s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure")
+    soft_l, soft_t = get("length_compliance", "compliance"), get("twist_compliance", "compliance")
+    loads, found = ideal_loads(t, c1, c2, fx)
+    if soft_l or soft_t:
+        length, twist = t["length"], t["twist"]
+        for _ in range(60):
+            t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
+            loads, found = ideal_loads(t, c1, c2, fx)
+    if "relaxation" in fx:
+        gone = 1 - np.exp(-s["held"] / get("relaxation", "time"))
+        loads = loads * (1 - get("relaxation", "share") * gone)[:, None]
+    if "stress_softening" in fx:
+        below = s["past_severity"] - s["severity"]
+        loads = (
+            loads * (1 - get("stress_softening", "share") * np.tanh(below / get("stress_softening", "scale")))[:, None]
+        )
+    friction = np.array([get("friction_hysteresis", "force"), get("friction_hysteresis", "moment")])
+    loads = loads - s["direction"][:, None] * friction
+    if extra:
+        loads = extra(s, loads)
+    force, moment = loads.T
+    shown = (
+        force + get("sensor_crosstalk", "moment_into_force") * moment,
+        moment + get("sensor_crosstalk", "force_into_moment") * force,
+    )
+    force = shown[0] * (1 + get("force_gain", "gain")) + get("force_offset", "force")
+    moment = shown[1] * (1 + get("moment_gain", "gain")) + get("moment_offset", "moment")
+    force = force + get("sensor_drift", "force_rate") * s["clock"]
+    moment = moment + get("sensor_drift", "moment_rate") * s["clock"]
+    return np.stack([force, moment], axis=1), found
+
+
+def nominal(samples, share: float, generator: np.random.Generator) -> pd.DataFrame:
+    """The paper's protocol for some samples; about `share` of each one's kinematic states, in random order."""
+    elongation, twist = np.meshgrid(np.arange(-5.0, 6.0), np.r_[-120:0:10, -1, 1, 10:130:10].astype(float))
+    places = np.stack([elongation.ravel(), twist.ravel()], axis=1)
+    pressure = np.r_[np.linspace(0, 72.5, 8), 36.25, 0.0]
+    parts = []
+    for n in samples:
+        chosen = generator.permutation(len(places))[: max(4, int(share * len(places)))]
+        gamma, reference, inner, outer = SAMPLES[n]
+        part = pd.DataFrame(
+            {
+                "sample": n,
+                "gamma_deg": gamma,
+                "length_mm": reference,
+                "inner_radius_mm": inner,
+                "outer_radius_mm": outer,
+                "step": np.tile(np.arange(10), len(chosen)),
+                "elongation_mm": np.repeat(places[chosen, 0], 10),
+                "twist_deg": np.repeat(places[chosen, 1], 10),
+                "pressure_kpa": np.tile(pressure, len(chosen)),
+            }
+        )
+        # 20 readings at 1 Hz a row, and a pause of 10 s between kinematic states.
+        part["time_s"] = 20.0 * np.arange(len(part)) + 10.0 * np.repeat(np.arange(len(chosen)), 10)
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True)
+
+
+def state_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """SI arrays of a table of whole kinematic states of ten rows each, in time order."""
+    column = lambda name, factor=1.0: table[name].to_numpy(dtype=float) * factor  # noqa: E731
+    step, time = column("step"), column("time_s")
+    change = np.diff(column("pressure_kpa"), prepend=0.0)
+    s = {
+        "sample": column("sample"),
+        "gamma": column("gamma_deg", DEG),
+        "reference": column("length_mm", MM),
+        "inner": column("inner_radius_mm", MM),
+        "outer": column("outer_radius_mm", MM),
+        "length": column("length_mm", MM) + column("elongation_mm", MM),
+        "twist": column("twist_deg", DEG),
+        "pressure": column("pressure_kpa", KPA),
+        "direction": np.where(step == 0, 0.0, np.sign(change)),
+        "clock": time,
+        "held": time - np.repeat(time[::10], 10),
+    }
+    return s
+
+
+def measure(
+    samples,
+    c1: float,
+    c2: float,
+    fx: Effects,
+    accuracy: Mapping[str, float],
+    seed: int,
+    share: float = 0.5,
+    extra: Extra | None = None,
+) -> pd.DataFrame:
+    """A measurement table with noise; rows without an equilibrium are marked as buckled."""
+    generator = np.random.default_rng(seed)
+    table = nominal(samples, share, generator)
+    actual = table.copy()
+    states = len(table) // 10
+    actual["elongation_mm"] += np.repeat(generator.normal(0, accuracy["elongation_mm"], states), 10)
+    actual["twist_deg"] += np.repeat(generator.normal(0, accuracy["twist_deg"], states), 10)
+    s = state_of(table) | {n: v for n, v in state_of(actual).items() if n in ("length", "twist")}
+    loads, found = bed_loads(s, c1, c2, fx, extra)
+    table["pressure_kpa"] += generator.normal(0, accuracy["pressure_kpa"], len(table))
+    table["force_n"] = loads[:, 0] + generator.normal(0, accuracy["force_n"], len(table))
+    table["moment_nmm"] = loads[:, 1] / MM + generator.normal(0, accuracy["moment_nmm"], len(table))
+    table["buckled"] = (~found).astype(int)
+    return table
