@@ -14,6 +14,8 @@ from freelearn.units import NMM
 DEPTH = 3
 # Smallest region, as a share of the rows.
 SMALLEST = 0.03
+# A further split has to explain this share of the residuals' variance; less would only cut regions at random.
+SMALLEST_GAIN = 0.02
 MOST = 6
 UNITS = {"elongation": " mm", "twist": "°", "pressure": " kPa"}
 
@@ -70,7 +72,10 @@ def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, nois
     """
     scaled = residual / scale
     leaf = max(10, int(SMALLEST * len(inputs)))
-    tree = DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=leaf, random_state=0).fit(inputs, scaled)
+    least = SMALLEST_GAIN * float(scaled.var(0).mean())
+    tree = DecisionTreeRegressor(
+        max_depth=DEPTH, min_samples_leaf=leaf, min_impurity_decrease=least, random_state=0
+    ).fit(inputs, scaled)
     region = tree.apply(inputs)
     squared = (scaled**2).sum(1)
     found = []

@@ -13,7 +13,7 @@ from freelearn.fit.problem import Problem, Rows
 from freelearn.models.base import Model
 
 # Differences of the sum of squares far below one decide nothing.
-TOLERANCE = 1e-9
+TOLERANCE = 1e-7
 MAX_ITERATIONS = 60
 ONE = torch.ones(2, dtype=torch.float64)
 
