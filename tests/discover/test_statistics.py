@@ -205,7 +205,7 @@ def test_the_region_of_failure_is_found_and_put_in_words(bed):
     sentence = worst.sentence()
     assert "force is over-predicted by 1.2" in sentence
     assert "pressure > 45" in sentence
-    assert "twist ≤ −4" in sentence
+    assert "twist ≤ −39." in sentence
     assert worst.share_of_squared_error > 0.9
     assert sum(f.share_of_squared_error for f in found) <= 1 + 1e-9
 
