@@ -103,7 +103,7 @@ def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> 
 def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra: Extra | None = None):
     """Loads that the sensors show without noise (N, 2), with all effects, and whether there is an equilibrium."""
     get = lambda name, p: fx.get(name, {}).get(p, 0.0)  # noqa: E731
-    slack = get("twist_slack", "slack")
+    slack = get("twist_slack", "angle")
     t = dict(s)
     t["length"] = s["length"] + get("length_offset", "length")
     t["twist"] = s["twist"] - np.clip(s["twist"], -slack, slack) + get("twist_offset", "angle")
@@ -119,10 +119,8 @@ def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra
         gone = 1 - np.exp(-s["held"] / get("relaxation", "time"))
         loads = loads * (1 - get("relaxation", "share") * gone)[:, None]
     if "stress_softening" in fx:
-        below = s["past_severity"] - s["severity"]
-        loads = (
-            loads * (1 - get("stress_softening", "share") * np.tanh(below / get("stress_softening", "scale")))[:, None]
-        )
+        below = (s["past_severity"] - s["severity"]) / get("stress_softening", "severity")
+        loads = loads * (1 - get("stress_softening", "depth") * np.tanh(below))[:, None]
     friction = np.array([get("friction_hysteresis", "force"), get("friction_hysteresis", "moment")])
     loads = loads - s["direction"][:, None] * friction
     if extra:
@@ -185,7 +183,19 @@ def state_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
         "clock": time,
         "held": time - np.repeat(time[::10], 10),
     }
+    s["severity"], s["past_severity"] = severity(s)
     return s
+
+
+def severity(s: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """How hard each row works the rubber, and the largest value so far on its sample: definitions, so shared with the
+    package's States; I₁ − 3 of a thin tube at R_o, and of its hoop strain at a nominal 10 MPa."""
+    stretch = s["length"] / s["reference"]
+    shear = s["outer"] * s["twist"] / s["reference"]
+    hoop = s["pressure"] * (s["inner"] + s["outer"]) / 2 / (s["outer"] - s["inner"]) / 1e7
+    now = stretch**2 + 2 / stretch - 3 + shear**2 / stretch + 4 * hoop**2
+    past = np.concatenate([np.maximum.accumulate(now[s["sample"] == n]) for n in dict.fromkeys(s["sample"])])
+    return now, past
 
 
 def measure(
