@@ -14,7 +14,7 @@ from rich.table import Table
 
 from freelearn.evaluate.files import counts
 from freelearn.evaluate.run import Run
-from freelearn.fit.report import notes
+from freelearn.fit.report import INTERVAL, effect_notes, notes
 
 
 class FitProgress(L.Callback):
@@ -43,8 +43,18 @@ class FitProgress(L.Callback):
         self.bar.stop()
 
 
-def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], simulated: bool) -> None:
-    """Errors by test set, parameters ± standard errors, what to know, and where the files are."""
+def show_run(
+    console: Console,
+    run: Run,
+    folder: Path,
+    warnings: Sequence[str],
+    simulated: bool,
+    comparison: dict[str, dict[str, float]] | None = None,
+) -> None:
+    """Errors by test set, parameters with 95 % intervals, what to know, and where the files are.
+
+    comparison: E of each test set {without, with} effects, whole kinematic states held out.
+    """
     source = "simulated data" if simulated else "measured data"
     fitted = f"fitted on {run.train} by {run.method}" if run.found else f"not fitted ({run.train})"
     errors = Table(title=f"{run.model.name}, {fitted} ({source})", title_justify="left")
@@ -55,24 +65,44 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
         cells = [f"{100 * x:.2f}" if math.isfinite(x) else "–" for x in (e.E, e.E_force, e.E_moment)]
         errors.add_row(label, *cells, str(e.n))
     console.print(errors)
+    if comparison:
+        console.print(_comparison_table(comparison))
     if run.model.declared:
         console.print(_parameter_table(run))
     else:
         console.print(f"{len(run.model.vector())} weights and biases (in fit_report.txt)")
-    for note in [*_count_notes(run), *(notes(run.model, run.start) if run.found else []), *warnings]:
+    for note in [*_count_notes(run), *_fit_notes(run), *warnings]:
         console.print(f"! {note}", markup=False, highlight=False)
     # Printed plainly: a wrapped or coloured path cannot be copied.
     console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 
 
+def _fit_notes(run: Run) -> list[str]:
+    return [*notes(run.model, run.start), *effect_notes(run.model, run.found)] if run.found else []
+
+
+def _comparison_table(comparison: dict[str, dict[str, float]]) -> Table:
+    table = Table(title="whole kinematic states held out", title_justify="left")
+    for heading in ("test set", "E without %", "E with effects %", "ratio"):
+        table.add_column(heading, justify="left" if heading == "test set" else "right")
+    for name, pair in comparison.items():
+        without, together = pair["without"], pair["with"]
+        ratio = f"{together / without:.2f}" if without > 0 else "–"
+        table.add_row(name, f"{100 * without:.2f}", f"{100 * together:.2f}", ratio)
+    return table
+
+
 def _parameter_table(run: Run) -> Table:
     table = Table()
-    for heading in ("parameter", "value", "± stderr", "unit"):
-        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
+    for heading in ("parameter", "value", "± stderr", "95 % from", "to", "unit"):
+        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right", overflow="fold")
     error = dict(zip(run.found.names, run.found.stderr, strict=True)) if run.found else {}
     for name, value in run.model.scalars().items():
         e = error.get(name, math.nan)
-        table.add_row(name, f"{value:.6g}", f"{e:.2g}" if math.isfinite(e) else "–", run.model.declared[name].unit)
+        known = math.isfinite(e)
+        low, high = (f"{value + side * INTERVAL * e:.4g}" if known else "–" for side in (-1, 1))
+        unit = run.model.declared[name].unit
+        table.add_row(name, f"{value:.5g}", f"{e:.2g}" if known else "–", low, high, unit)
     return table
 
 

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import json
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
+from freelearn.data.hidden import hidden_effects
+from freelearn.data.sets import samples_of
 from freelearn.data.source import load_table
+from freelearn.effects.registry import load_own, missing_columns
 from freelearn.errors import UserError
+from freelearn.evaluate.comparison import compare
 from freelearn.evaluate.files import check_folder, predictions, write_run
-from freelearn.evaluate.run import Run, run
+from freelearn.evaluate.run import CONSTITUENT_SET, Run, run
+from freelearn.files import write_text
 from freelearn.fit.fit import FitOptions
 from freelearn.fit.store import FitStore
+from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.continuum import CONSTITUENT
 from freelearn.terminal import FitProgress, show_run
 
 
@@ -28,23 +38,40 @@ def train(settings: dict[str, Any], folder: Path, key: str = "", console: Consol
     if not isinstance(names, list):
         raise UserError("effects must be a list of effect names, for example effects=[end_clamps,twist_offset].")
     values = {k: _real(v, f"model.{k}") for k, v in settings["model"].items() if k != "name"}
-    model = build_model(settings["model"]["name"], values, names)
+    load_own_effects()
+    name, training = settings["model"]["name"], str(settings["train"])
+    build_model(name, values, names)  # mistakes in names and values come before the work of making a table
     options = fit_options(settings["fit"])
+    constituents = _constituents(settings["constituent"])
     check_folder(folder)
     table, warnings, provenance = load_table(settings["data"])
+    seal(settings["data"], folder)
+    sample = table["sample"].to_numpy()
+    samples = [] if training == CONSTITUENT_SET else [int(n) for n in samples_of(training, sample)]
 
+    def build(with_effects: bool) -> Model:
+        return build_model(name, values, names if with_effects else [], samples)
+
+    model = build(True)
+    if lacking := missing_columns(model.effects, table.columns):
+        raise UserError(lacking)
+    store = FitStore(Path(settings["fits"])) if settings["fits"] else None
     outcome = run(
         model,
         table,
-        str(settings["train"]),
+        training,
         str(settings["test"]),
         options,
         seed,
         by_states=settings["split"]["name"] == "states",
         folder=folder,
         progress=FitProgress(console, options.max_epochs) if options and console else None,
-        store=FitStore(Path(settings["fits"])) if settings["fits"] else None,
+        store=store,
+        constituents=constituents,
     )
+    comparison = None
+    if console and names and options and training != CONSTITUENT_SET:
+        comparison = compare(build, table, training, str(settings["test"]), options, seed, folder, store)
     from freelearn.tensorboard import log_run
 
     simulated = bool(provenance["simulated"])
@@ -56,10 +83,37 @@ def train(settings: dict[str, Any], folder: Path, key: str = "", console: Consol
 
         log_figures(outcome, predicted, folder, simulated)
     about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
+    if comparison:
+        about["comparison"] = comparison
     write_run(outcome, predicted, folder, about)
     if console:
-        show_run(console, outcome, folder, warnings, simulated)
+        show_run(console, outcome, folder, warnings, simulated, comparison)
     return outcome
+
+
+def load_own_effects() -> None:
+    """Registers the effects in the Python files that FREELEARN_EFFECTS names, separated as in PATH.
+
+    An environment variable and nothing else: no data, configuration or checkpoint can have a file run.
+    Raises UserError.
+    """
+    load_own([path for path in os.environ.get("FREELEARN_EFFECTS", "").split(os.pathsep) if path])
+
+
+def _constituents(path: Any) -> Mapping[str, float]:
+    """Values of train=constituent: the paper's, or those that a specimen.json found."""
+    if path is None:
+        return CONSTITUENT
+    from freelearn.specimens.result import load_parameters
+
+    return CONSTITUENT | load_parameters(Path(str(path)))
+
+
+def seal(data: dict[str, Any], folder: Path) -> None:
+    """Keeps what data.hidden=random drew in a file of its own, which nothing else reads."""
+    if data.get("hidden") == "random":
+        answer = {"hidden": hidden_effects("random", data["seed"])}
+        write_text(folder / "sealed_answer.json", json.dumps(answer, indent=2) + "\n")
 
 
 def fit_options(settings: dict[str, Any]) -> FitOptions | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from freelearn.data.hidden import hidden_effects
 from freelearn.data.virtual import simulate
 from freelearn.errors import UserError
 
@@ -23,8 +24,14 @@ def load_table(data: dict[str, Any]) -> tuple[pd.DataFrame, list[str], dict[str,
     The table is shared between callers: none may change it in place.
     """
     if data["name"] == "virtual":
-        settings = json.dumps({k: data[k] for k in ("truth", "truth_effects", "accuracy", "buckled_share", "seed")})
-        return _simulated(settings), [], {"name": "virtual", "simulated": True, "seed": data["seed"]}
+        parts = {k: data[k] for k in ("truth", "accuracy", "buckled_share", "seed")}
+        if not isinstance(data["accuracy"], dict):
+            raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
+        parts["effects"] = data["truth_effects"] or {}
+        if data["hidden"] is not None:
+            parts["effects"] = hidden_effects(data["hidden"], data["seed"])
+        provenance = {"name": "virtual", "simulated": True, "seed": data["seed"]}
+        return _simulated(json.dumps(parts)), [], provenance
     if data["path"] in (None, "???"):
         raise UserError("data=csv needs the table's file: add data.path=FILE.")
     digest = data_version(data)
@@ -45,8 +52,7 @@ def data_version(data: dict[str, Any]) -> str:
 @lru_cache(KEPT)
 def _simulated(settings: str) -> pd.DataFrame:
     data = json.loads(settings)
-    effects = data["truth_effects"] or {}
-    return simulate(data["truth"], effects, data["accuracy"], data["buckled_share"], data["seed"])
+    return simulate(data["truth"], data["effects"], data["accuracy"], data["buckled_share"], data["seed"])
 
 
 @lru_cache(KEPT)

@@ -14,6 +14,12 @@ from freelearn.units import DEG, KPA, MM, NMM
 if TYPE_CHECKING:
     import pandas as pd
 
+# Time from one row to the next where the table has no time_s: the paper averages 20 readings at 1 Hz.
+SECONDS_PER_ROW = 20.0
+# Hoop stiffness of rubber and fibre together, for the pressure's share in the severity of a state [Pa]. Nominal: it
+# weighs pressure against stretch and twist, and so needs only its order of magnitude.
+HOOP_MODULUS = 1e7
+
 
 @dataclass(frozen=True)
 class States:
@@ -23,6 +29,10 @@ class States:
     length l [m], twist φ [rad], pressure P [Pa gauge]: the imposed state q = (l, φ) and the fluid's pressure.
     sample: the actuator's number (int64). direction: +1 where the pressure rose to reach the row, −1 where it
     fell, 0 for the first step of a kinematic state.
+
+    What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
+    first row; held [s] since the first row of the kinematic state; severity of the row (see `severity`) and
+    past_severity, the largest among the sample's rows so far, itself included. All zero unless given.
     """
 
     fiber_angle: Tensor
@@ -34,6 +44,15 @@ class States:
     pressure: Tensor
     sample: Tensor
     direction: Tensor
+    clock: Tensor = None  # type: ignore[assignment]
+    held: Tensor = None  # type: ignore[assignment]
+    severity: Tensor = None  # type: ignore[assignment]
+    past_severity: Tensor = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        for name in ("clock", "held", "severity", "past_severity"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, torch.zeros_like(self.length))
 
     def __len__(self) -> int:
         return self.length.shape[0]
@@ -52,7 +71,10 @@ class States:
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> States:
-        """From a measurement table in engineering units (see contract: one row per configuration)."""
+        """From a measurement table in engineering units, one row per configuration in the order of measuring.
+
+        The memory (direction, clock, held, past_severity) is that of the rows given, buckled ones included.
+        """
 
         def column(name: str, factor: float = 1.0) -> Tensor:
             return torch.as_tensor(table[name].to_numpy(dtype=np.float64) * factor)
@@ -68,6 +90,7 @@ class States:
             pressure=column("pressure_kpa", KPA),
             sample=torch.tensor(table["sample"].to_numpy(dtype=np.int64)),
             direction=torch.as_tensor(pressure_direction(table)),
+            **{name: torch.as_tensor(value) for name, value in _memory(table).items()},
         )
 
 
@@ -104,3 +127,45 @@ def pressure_direction(table: pd.DataFrame) -> np.ndarray:
     direction = np.zeros(len(table))
     direction[1:] = np.where(state[1:] == state[:-1], np.sign(np.diff(pressure)), 0.0)
     return direction
+
+
+def severity(table: pd.DataFrame) -> np.ndarray:
+    """How hard each row works the rubber, dimensionless, (N,) float64: what earlier stretching is measured by.
+
+    S = λz² + 2/λz − 3 + (R_o φ/L)²/λz + 4 (P R_m/(t E))². The first terms are I₁ − 3 of a thin tube at R_o that is
+    stretched isochorically (r = R_o/√λz) and twisted: B_rr = 1/λz, B_θθ = 1/λz + (r φ/L)², B_zz = λz². The last is
+    I₁ − 3 of the small hoop strain P R_m/(t E) in pure shear, R_m the mean radius, t the wall and E = 10 MPa.
+    """
+    length, inner, outer = (
+        table[name].to_numpy(np.float64) * MM for name in ("length_mm", "inner_radius_mm", "outer_radius_mm")
+    )
+    stretch = 1 + table["elongation_mm"].to_numpy(np.float64) * MM / length
+    shear = outer * table["twist_deg"].to_numpy(np.float64) * DEG / length
+    hoop = table["pressure_kpa"].to_numpy(np.float64) * KPA * (inner + outer) / 2 / (outer - inner) / HOOP_MODULUS
+    return stretch**2 + 2 / stretch - 3 + shear**2 / stretch + 4 * hoop**2
+
+
+def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """clock, held [s], severity and past_severity of every row, each (N,) float64."""
+    sample, state, order = table["sample"].to_numpy(), kinematic_state(table), np.arange(len(table))
+    if "time_s" in table:
+        time = table["time_s"].to_numpy(np.float64)
+        clock, held = time - time[_first(sample)], time - time[_first(state)]
+    else:
+        rows_of_sample = np.empty(len(table))
+        for number in np.unique(sample):
+            rows = sample == number
+            rows_of_sample[rows] = np.arange(rows.sum())
+        clock, held = SECONDS_PER_ROW * rows_of_sample, SECONDS_PER_ROW * (order - _first(state))
+    now = severity(table)
+    past = np.empty(len(table))
+    for number in np.unique(sample):
+        rows = sample == number
+        past[rows] = np.maximum.accumulate(now[rows])
+    return {"clock": clock, "held": held, "severity": now, "past_severity": past}
+
+
+def _first(group: np.ndarray) -> np.ndarray:
+    """Place of the first row of each row's group, (N,)."""
+    _, first, inverse = np.unique(group, return_index=True, return_inverse=True)
+    return first[inverse]

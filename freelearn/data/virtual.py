@@ -52,6 +52,8 @@ def protocol() -> pd.DataFrame:
             "force_n": 0.0,
             "moment_nmm": 0.0,
             "buckled": 0,
+            # 20 readings at 1 Hz make a row; each sample has a run of its own.
+            "time_s": 20.0 * (np.arange(len(samples)) % (len(samples) // len(DESIGNS))),
         }
     )
 

@@ -35,6 +35,7 @@ from freelearn.models.base import Model
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.prediction import Status
 from freelearn.sweep.job import job_key
+from freelearn.train import load_own_effects, seal
 from freelearn.units import DEG, KPA, MM, NMM
 
 PROGRESS = "progress.json"
@@ -66,7 +67,9 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
     check_folder(folder)
     if settings["fit"]["name"] != "levenberg_marquardt":
         raise UserError(f"discover.py fits by levenberg_marquardt; fit={settings['fit']['name']} belongs to train.py.")
+    load_own_effects()
     table, warnings, provenance = load_table(settings["data"])
+    seal(settings["data"], folder)
     chosen = np.isin(table["sample"], samples_of(str(settings["train"]), table["sample"].to_numpy()))
     seen = table[chosen & (table["buckled"] == 0).to_numpy()]
     if not len(seen):
@@ -79,8 +82,10 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
     values = {k: float(v) for k, v in settings["model"].items() if k != "name"}
     name = settings["model"]["name"]
 
+    samples = [int(n) for n in np.unique(seen["sample"])]
+
     def build(effects: Sequence[str]) -> Model:
-        return build_model(name, values, effects)
+        return build_model(name, values, effects, samples)
 
     given = list(settings["effects"] or [])
     library, untestable = candidates(build(given), given, table.columns)

@@ -13,8 +13,9 @@ from torch import Tensor
 
 from freelearn.discover.noise import Whitener
 from freelearn.discover.structure import orthonormal
-from freelearn.discover.white_fit import WhiteFit, at
-from freelearn.fit.problem import Rows
+from freelearn.discover.white_fit import ONE, WhiteFit
+from freelearn.effects.registry import EFFECTS
+from freelearn.fit.problem import Problem, Rows
 from freelearn.models.base import Model
 
 # Sign patterns of the wild bootstrap.
@@ -62,7 +63,9 @@ def score(
     signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
     scores = []
     plain = [n for n in names if not _gridded(build([n]), n, fit)]
-    shared = _columns(build(plain), fit, rows, whiten) if plain else {}
+    shared: dict[str, Tensor] = {}
+    for group in _groups(plain):
+        shared |= _columns(build(group), fit, rows, whiten)
     for name in names:
         alone: Variants = [(build([name]), {}, shared)]
         variants = alone if name in plain else _grid(name, build, fit, rows, whiten)
@@ -81,6 +84,15 @@ def score(
         for s in tested:
             s.p_value = float((1 + (largest >= s._evidence).sum()) / (DRAWS + 1))
     return scores
+
+
+def _groups(names: Sequence[str]) -> list[list[str]]:
+    """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
+    so they are kept away from the energies, which are dear."""
+    energies = [n for n in names if EFFECTS[n].port() == "energy"]
+    springs = [n for n in names if EFFECTS[n].load_dependent]
+    rest = [n for n in names if n not in energies and n not in springs]
+    return [group for group in (energies, springs, rest) if group]
 
 
 def _labels(model: Model, name: str) -> list[str]:
@@ -107,7 +119,8 @@ def _none_vector(model: Model, fit: WhiteFit, name: str | None = None, factor: f
 
 def _columns(model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, factor: float = 1.0) -> dict[str, Tensor]:
     """Whitened derivative (2N,) with respect to each raw parameter at no effect, by label."""
-    jacobian = at(model, rows, whiten, _none_vector(model, fit, factor=factor)).jacobian.flatten(0, 1)
+    raw = Problem(model, rows, ONE).jacobians(_none_vector(model, fit, factor=factor)[None])[0]
+    jacobian = whiten(raw.reshape(len(rows), 2, -1)).flatten(0, 1)
     return dict(zip(model.labels(), jacobian.T, strict=True))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import torch
 from torch import Tensor
 
 from freelearn.data.sets import samples_of
+from freelearn.data.states import States
 from freelearn.discover.crossval import HeldOut, folds_of, held_out, paired
 from freelearn.discover.noise import Accuracy, Whitener, sensitivities
 from freelearn.discover.score import Score, score
@@ -42,12 +44,17 @@ class Step:
     fit: WhiteFit
     whiten: Whitener
     held: HeldOut
-    left: Structure
+    states: States
     E_train: float
     E_heldout: float
     floor: float
     candidates: list[dict[str, Any]] = field(default_factory=list)
     scores: list[Score] = field(default_factory=list)
+
+    @cached_property
+    def left(self) -> Structure:
+        """What is systematic in the residuals that are left."""
+        return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
 
 
 @dataclass
@@ -161,9 +168,10 @@ class Search:
 
     def _step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         held = held_out(fit, self.fold, self.rows.state)
-        left = structure(fit.residual, fit.jacobian, self.rows.states, whiten)
         floor = float((whiten.variance / self.scale**2).sum(-1).mean().sqrt())
-        return Step(effects, fit, whiten, held, left, self._error(fit.raw_residual), self._error(held.raw), floor)
+        return Step(
+            effects, fit, whiten, held, self.rows.states, self._error(fit.raw_residual), self._error(held.raw), floor
+        )
 
     def _error(self, raw: Tensor) -> float:
         return float((raw / self.scale).square().sum(-1).mean().sqrt())

@@ -8,14 +8,13 @@ from freelearn.models.parameter import Parameter
 
 
 class EndClamps(Effect):
-    """A length c at each end is held: L and l both shrink by 2c, so stretch and twist rate grow.
-
-    Source: end fittings of McKibben actuators, Tondu & Lopez (2000).
-    """
+    """A length c at each end is held: L and l both shrink by 2c, so stretch and twist rate grow."""
 
     name = "end_clamps"
+    suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
+    source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
     models = ("continuum", "linear")
-    parameters = (Parameter("held_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0),)
+    parameters = (Parameter("held_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3),)
 
     def reshape(self, states: States, p: SimpleNamespace) -> States:
         held = 2 * p.held_length

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -61,11 +61,12 @@ def run(
     folder: Path | None = None,
     progress: L.Callback | None = None,
     store: FitStore | None = None,
+    constituents: Mapping[str, float] = CONSTITUENT,
 ) -> Run:
     """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
 
     With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
-    looked up before it is computed, and kept afterwards.
+    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI.
     """
     began = time.perf_counter()
     if tests != "every":
@@ -79,7 +80,7 @@ def run(
     if train == CONSTITUENT_SET:
         if model.name != "continuum":
             raise UserError(f"train=constituent gives C1 and C2 of the continuum model; {model.name} has none.")
-        model.set_values(CONSTITUENT)
+        model.set_values(constituents)
         options = None
     else:
         in_training = np.isin(sample, samples_of(train, sample))

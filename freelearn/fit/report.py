@@ -13,6 +13,8 @@ from freelearn.models.base import Model
 
 # A 95 % interval is this many standard errors to each side (the rows are many: the normal quantile).
 INTERVAL = 1.959964
+# A correlation above this is worth a warning.
+STRONG_CORRELATION = 0.95
 SHOW_CORRELATION = 0.1
 
 
@@ -104,7 +106,7 @@ def _correlations(found: Uncertainty) -> str:
 
 
 def _warnings(model: Model, found: Uncertainty, start: Tensor) -> str:
-    lines = [f"    {note}" for note in notes(model, start)]
+    lines = [f"    {note}" for note in [*notes(model, start), *effect_notes(model, found)]]
     undetermined = [n for n, e in zip(found.names, found.stderr, strict=True) if not math.isfinite(e)]
     if undetermined:
         shown = ", ".join(undetermined[:8]) + (f" and {len(undetermined) - 8} more" if len(undetermined) > 8 else "")
@@ -126,3 +128,22 @@ def notes(model: Model, start: Tensor) -> list[str]:
         elif torch.isclose(value, start[i], rtol=1e-7, atol=1e-12):
             found.append(f"{name} is still where the fit began: the rows may not depend on it.")
     return [*found, *model.remarks()]
+
+
+def effect_notes(model: Model, uncertainty: Uncertainty) -> list[str]:
+    """Sentences on effects that the rows do not need, or cannot tell from something else."""
+    notes = []
+    place = {name: i for i, name in enumerate(uncertainty.names)}
+    error = uncertainty.stderr
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = uncertainty.covariance / np.outer(error, error)
+    for name, spec in model.declared.items():
+        i = place[name]
+        if spec.none is None or not math.isfinite(error[i]):
+            continue
+        if abs(uncertainty.values[i] - spec.none) < INTERVAL * error[i]:
+            notes.append(f"{name} is not significantly different from no effect: the rows do not ask for it.")
+        twins = [n for n, j in place.items() if j != i and abs(correlation[i, j]) > STRONG_CORRELATION]
+        if twins:
+            notes.append(f"{name} is strongly correlated with {', '.join(twins)}: these rows hardly tell them apart.")
+    return notes

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from freelearn.data.states import States
 from freelearn.mechanics.energy import EnergySum, Hoop
-from freelearn.mechanics.tube import Tube
+from freelearn.mechanics.tube import QUADRATURE_POINTS, Tube
 
 # Beyond this inner radius (in reference radii) a tube counts as ballooned: no equilibrium.
 BALLOON = 2.5
@@ -35,14 +35,16 @@ class Inflated(NamedTuple):
     unbalanced: Tensor
 
 
-def inflate(states: States, energy: EnergySum) -> Inflated:
+def inflate(states: States, energy: EnergySum, points: int = QUADRATURE_POINTS) -> Inflated:
     """Radial equilibrium of every row, with exact first derivatives, forward, reverse and under vmap.
+
+    points: of the quadrature through the wall.
 
     By the implicit function theorem du = −(∂P_wall/∂θ dθ − dP)/(∂P_wall/∂u). One more Newton step from the
     solution, with its slope cut from the derivative, has just this derivative, and polishes u besides.
     Source: Krantz & Parks, The Implicit Function Theorem, 2003.
     """
-    tube = Tube.from_states(states)
+    tube = Tube.from_states(states, points)
     still = tube.detach()
     with torch.no_grad():
         u, found = _solve(energy.detach().hoop(still), still, states.pressure.detach())

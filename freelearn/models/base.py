@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from freelearn.data.states import States
 from freelearn.effects.base import Effect
+from freelearn.effects.mount import settle
 from freelearn.errors import UserError
 from freelearn.models.parameter import Parameter
 from freelearn.models.prediction import Prediction
@@ -32,10 +33,17 @@ class Model(nn.Module):
     """
 
     name: str
+    # Which effects it can take (Effect.models): its own name, or that of the model that it is a variant of.
+    family: str
     # Whether a fit needs rows held back to know when to stop.
     needs_validation = False
     # Whether a fit may end in different minima from different starts, so that restarts help.
     needs_restarts = False
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if not hasattr(cls, "family"):
+            cls.family = cls.name
 
     def __init__(
         self,
@@ -49,7 +57,7 @@ class Model(nn.Module):
         self.effects = tuple(effects)
         self.declared = {p.name: p for p in declared}
         for effect in self.effects:
-            self.declared |= {f"{effect.name}.{p.name}": p for p in effect.parameters}
+            self.declared |= effect.declared()
         self.raw = nn.ParameterDict()
 
     # --- parameters ------------------------------------------------------------------------------------------
@@ -134,7 +142,8 @@ class Model(nn.Module):
     def description(self) -> dict[str, Any]:
         """Everything needed to rebuild the model, as plain containers and tensors (see models.checkpoint)."""
         state = {name: tensor.detach().clone() for name, tensor in self.state_dict().items()}
-        return {"model": self.name, "effects": [e.name for e in self.effects], "state": state}
+        samples = sorted({sample for effect in self.effects for sample in effect.samples})
+        return {"model": self.name, "effects": [e.name for e in self.effects], "samples": samples, "state": state}
 
     # --- the chain -------------------------------------------------------------------------------------------
 
@@ -148,16 +157,32 @@ class Model(nn.Module):
 
     def chain(self, states: States, values: Values) -> Prediction:
         """`forward` in one block, with values that may differ from row to row."""
+        yielding = [effect for effect in self.effects if effect.load_dependent]
         for effect in self.effects:
-            states = effect.impose(states, effect.own(values))
+            if not effect.load_dependent:
+                states = effect.impose(states, effect.own(values, states))
+        if yielding:
+
+            def impose(states: States, loads: Tensor, values: Values) -> States:
+                for effect in yielding:
+                    states = effect.impose(states, effect.own(values, states), loads)  # type: ignore[call-arg]
+                return states
+
+            states, (loads, status) = settle(states, values, impose, self.actuator)
+        else:
+            loads, status = self.actuator(states, values)
+        for effect in self.effects:
+            loads = effect.sense(loads, states, effect.own(values, states))
+        return Prediction(loads, status)
+
+    def actuator(self, states: States, values: Values) -> Prediction:
+        """What reaches the mount at the state that was really imposed: geometry → structure → dissipation."""
         shaped = states
         for effect in self.effects:
-            shaped = effect.reshape(shaped, effect.own(values))
+            shaped = effect.reshape(shaped, effect.own(values, states))
         loads, status = self.structure(shaped, values)
         for effect in self.effects:
-            loads = effect.dissipate(loads, states, effect.own(values))
-        for effect in self.effects:
-            loads = effect.sense(loads, states, effect.own(values))
+            loads = effect.dissipate(loads, states, effect.own(values, states))
         return Prediction(loads, status)
 
     def structure(self, states: States, values: Values) -> Prediction:

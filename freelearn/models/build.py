@@ -14,15 +14,27 @@ from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
+from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall
 
-MODELS: dict[str, type[Model]] = {model.name: model for model in (Continuum, Linear, MLP)}
+VARIANTS = (ContinuumLinearMaterial, ContinuumThinWall, ContinuumInextensible)
+MODELS: dict[str, type[Model]] = {model.name: model for model in (Continuum, Linear, MLP, *VARIANTS)}
 
 
-def build_model(name: str, values: Mapping[str, float] | None = None, effects: Sequence[str] = ()) -> Model:
-    """A model with its parameters' start values (SI) and effects. Raises UserError for unknown names or values."""
+def build_model(
+    name: str,
+    values: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
+    samples: Sequence[int] | None = None,
+) -> Model:
+    """A model with its parameters' start values (SI) and effects. Raises UserError for unknown names or values.
+
+    samples: those of the training set. With several, what is set by building or mounting a sample has one parameter
+    for each of them.
+    """
     if name not in MODELS:
         raise UserError(f"Unknown model {name!r}: choose one of {', '.join(MODELS)}.")
-    model = MODELS[name](effects=make_effects(effects, name))  # type: ignore[call-arg]
+    kind = MODELS[name]
+    model = kind(effects=make_effects(effects, kind.family, samples or ()))  # type: ignore[call-arg]
     model.set_values(values or {})
     return model
 
@@ -40,6 +52,6 @@ def load_model(path: str | Path) -> Model:
         raise UserError(f"No checkpoint at {path}.") from None
     except Exception as problem:
         raise UserError(f"{path} is not a freelearn checkpoint: {problem}".split("\n")[0]) from None
-    model = build_model(content["model"], effects=content["effects"])
+    model = build_model(content["model"], effects=content["effects"], samples=content.get("samples"))
     model.load_state_dict(content["state"])
     return model

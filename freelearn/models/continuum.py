@@ -10,9 +10,10 @@ from torch import Tensor
 
 from freelearn.data.states import States
 from freelearn.effects.base import Effect, columns
-from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
+from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
+from freelearn.mechanics.tube import QUADRATURE_POINTS
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
 from freelearn.models.prediction import Prediction, Status
@@ -33,6 +34,8 @@ class Continuum(Model):
     """
 
     name = "continuum"
+    # Quadrature points through the wall.
+    points = QUADRATURE_POINTS
 
     def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect] = ()) -> None:
         declared = [
@@ -45,12 +48,15 @@ class Continuum(Model):
     def energy(self, values: Values) -> EnergySum:
         """The wall's strain energy: the paper's two terms, then those of the effects."""
         base = [NeoHookean(values["C1"]), StandardFiber(values["C2"])]
-        extra = [term for e in self.effects for term in e.energy_terms(values)]
-        return EnergySum([*base, *extra])
+        return EnergySum([*base, *self.effect_terms(values)])
+
+    def effect_terms(self, values: Values) -> list[Energy]:
+        """The energies that the effects add."""
+        return [term for e in self.effects for term in e.energy_terms(values)]
 
     def structure(self, states: States, values: Values) -> Prediction:
         energy = self.energy(values)
-        tube, u, found, unbalanced = inflate(states, energy)
+        tube, u, found, unbalanced = inflate(states, energy, self.points)
         status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
         # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
         # there, instead of rewarding a wall too soft for the pressure.

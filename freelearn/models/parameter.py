@@ -15,7 +15,9 @@ class Parameter:
 
     start: value before any fit. none: value at which it has no effect (None for a parameter without one).
     lower, upper: bounds that the fit respects. log: the fit moves the logarithm, so the value stays positive
-    and its scale does not matter. source: where the standard form comes from.
+    and its scale does not matter. source: where the standard form comes from. per_sample: a fit of several samples
+    has one value for each. scale: size of a noticeable effect (of a plausible one, for a parameter that has no
+    value without effect); every parameter of an effect has it.
     """
 
     name: str
@@ -27,6 +29,8 @@ class Parameter:
     none: float | None = None
     log: bool = False
     source: str = ""
+    per_sample: bool = False
+    scale: float | None = None
 
     def to_raw(self, value: float) -> Tensor:
         raw = math.log(value) if self.log else value
@@ -41,5 +45,5 @@ class Parameter:
     @property
     def raw_bounds(self) -> tuple[float, float]:
         if self.log:
-            return -math.inf, math.inf
+            return (math.log(self.lower) if self.lower > 0 else -math.inf), math.log(self.upper)
         return self.lower, self.upper
