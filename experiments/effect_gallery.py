@@ -95,10 +95,11 @@ def picture(effect: Effect, table: pd.DataFrame) -> Figure:
 def main(names: list[str]) -> None:
     torch.set_num_threads(1)
     console = Console()
+    FOLDER.mkdir(parents=True, exist_ok=True)
     for effect in make_effects(names or list(EFFECTS), "continuum"):
         table = differences(effect.name)
         save(picture(effect, table), table, FOLDER / f"{effect.name}.png")
-        parameters = ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters)
+        parameters = ", ".join(f"{p.name} ({p.unit})" for p in effect.parameters)
         console.print(f"[bold]{effect.name}[/]  {effect.port()}  {parameters}  {effect.suspect}", soft_wrap=True)
     console.print(f"Pictures and tables are in {FOLDER}")
 

@@ -1,0 +1,17 @@
+"""The contract of tests/effects/contract.py for every effect of the library on every model that it can join."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from contract import TRUTH, EffectContract
+
+from freelearn.effects.registry import EFFECTS
+
+# Every class is a test class of its own: Test_end_clamps_linear and so on.
+for _name, _kind in EFFECTS.items():
+    for _family in TRUTH:
+        if _family in _kind.models:
+            _title = f"Test_{_name}_{_family}"
+            globals()[_title] = type(_title, (EffectContract,), {"effect": _name, "family": _family})
