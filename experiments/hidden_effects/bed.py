@@ -67,8 +67,10 @@ def wall_energy(length, twist, u, gamma, reference, inner, outer, c1, c2, fx):
     i2 = (i1**2 - (rr**2 + hoop**2 + axial**4 + 2 * theta_z)) / 2
     i4 = square * (np.sin(gamma)[:, None] / radius + rate * np.cos(gamma)[:, None]) ** 2
     i4 = i4 + (axial * np.cos(gamma)[:, None]) ** 2
-    density = strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
-    return reference * half * (density @ WEIGHTS)
+    # Past the chains' full extension (Gent) the energy does not exist: bisection takes NaN for too far out.
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        density = strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
+        return reference * half * (density @ WEIGHTS)
 
 
 def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> tuple[np.ndarray, np.ndarray]:
@@ -85,10 +87,10 @@ def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> 
         slope = wall_energy(length, twist, u + 1j * STEP, *design).imag / STEP
         return slope / (np.pi * length) - pressure
 
-    found = (excess(low) < 0) & (excess(high) > 0)
+    found = (excess(low) < 0) & ~(excess(high) <= 0)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        above = excess(middle) > 0
+        above = ~(excess(middle) <= 0)
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     u = (low + high) / 2
 

@@ -48,10 +48,11 @@ PAPER = Accuracy(0.073 * MM, 0.175 * DEG, 0.15 * KPA, 0.03, 0.6 * NMM)
 @dataclass
 class Discovery:
     """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
-    findings.kept. failed: regions where the base model fails."""
+    findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails."""
 
     findings: Findings
     table: pd.DataFrame
+    states: States
     accuracy: Accuracy
     failed: list[Failure]
     splits: pd.DataFrame
@@ -70,14 +71,15 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
     load_own_effects()
     table, warnings, provenance = load_table(settings["data"])
     seal(settings["data"], folder)
-    chosen = np.isin(table["sample"], samples_of(str(settings["train"]), table["sample"].to_numpy()))
-    seen = table[chosen & (table["buckled"] == 0).to_numpy()]
-    if not len(seen):
+    members = samples_of(str(settings["train"]), table["sample"].to_numpy())
+    usable = (table["buckled"] == 0).to_numpy()
+    place = np.flatnonzero(np.isin(table["sample"], members) & usable)
+    if not len(place):
         raise UserError(f"Training set {settings['train']!r} has no un-buckled rows: choose another one.")
-    # States are told from the whole table, where buckled rows stand between the others.
-    place = np.flatnonzero(chosen & (table["buckled"] == 0).to_numpy())
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))[torch.as_tensor(place)]
-    seen = seen.reset_index(drop=True)
+    # Told from the whole table: buckled rows belong to a state and to what it remembers.
+    everything = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    rows = everything[torch.as_tensor(place)]
+    seen = table.iloc[place].reset_index(drop=True)
 
     values = {k: float(v) for k, v in settings["model"].items() if k != "name"}
     name = settings["model"]["name"]
@@ -101,7 +103,11 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
     )
     with view:
         findings = search.run(given, past)
-    discovery = _examine(findings, seen, table, accuracy, [*notes, *warnings], untestable, settings, provenance)
+    whole = everything[torch.as_tensor(np.flatnonzero(usable))]
+    tests = _tests(findings, whole, str(settings["test"]))
+    discovery = _examine(
+        findings, seen, rows.states, table, tests, accuracy, [*notes, *warnings], untestable, settings, provenance
+    )
     _write(discovery, folder, key)
     if settings["figures"]:
         # matplotlib costs a second to import: only when there is something to draw.
@@ -134,7 +140,9 @@ def _accuracy(stated: Any, build: Any, rows: Rows, seed: int, given: list[str]) 
 def _examine(
     findings: Findings,
     seen: pd.DataFrame,
+    states: States,
     table: pd.DataFrame,
+    tests: dict[str, dict[str, float]],
     accuracy: Accuracy,
     notes: list[str],
     untestable: list[dict[str, Any]],
@@ -168,12 +176,12 @@ def _examine(
         "seed": settings["seed"],
         "rows": len(kept),
         "accuracy": vars(accuracy),
-        "tests": _tests(findings, table, str(settings["test"]), kept),
+        "tests": tests,
         "splits": splits.to_dict("records"),
         "data": provenance,
     }
     content = document(findings, failed, screens, proposed, left, notes, untestable, about)
-    return Discovery(findings, seen, accuracy, failed, splits, screens, proposed, left, notes, content)
+    return Discovery(findings, seen, states, accuracy, failed, splits, screens, proposed, left, notes, content)
 
 
 def _noise_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str]:
@@ -185,34 +193,40 @@ def _noise_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str
             f"the scatter is {size} than data.accuracy says; the tests take the scatter as found, the noise floor is "
             "the stated one: correct data.accuracy, or use data.accuracy=estimate"
         )
+    first, others = findings.steps[0].E_new_sample, last.E_new_sample
+    if first is not None and others is not None and others > first:
+        notes.append(
+            f"on samples that were left out of the fit the error rises from {100 * first:.3g} to {100 * others:.3g} %: "
+            "what was added may not carry over to other actuators"
+        )
     repeats = repeat_scale(kept, findings.rows.state, last.fit.raw_residual, last.whiten)
     if repeats is not None and not 1 / WRONG_NOISE < repeats < WRONG_NOISE:
         notes.append(f"repeats of the same state scatter {repeats:.2g} times as much as data.accuracy says")
     return notes
 
 
-def _tests(findings: Findings, table: pd.DataFrame, test: str, kept: pd.DataFrame) -> dict[str, dict[str, float]]:
-    """E before and after on each test set: held-out states of samples that were fitted, all rows of others."""
-    sample = table["sample"].to_numpy()
-    whole = table[(table["buckled"] == 0).to_numpy()].reset_index(drop=True)
+def _tests(findings: Findings, whole: Rows, test: str) -> dict[str, dict[str, float]]:
+    """E before and after on each test set: held-out states of samples that were fitted, all rows of others.
+
+    whole: every un-buckled row of the table."""
+    sample, fitted_sample = whole.states.sample.numpy(), findings.rows.states.sample.numpy()
     found = {}
-    states, loads = States.from_table(whole), measured_loads(whole)
     for name in set_names(sample) if test == "every" else [test]:
         members = samples_of(name, sample)
-        fitted = np.isin(members, kept["sample"])
+        fitted = np.isin(members, fitted_sample)
         pair = {}
         for when, step in (("before", findings.steps[0]), ("after", findings.final)):
             if fitted.all():
-                inside = torch.as_tensor(np.flatnonzero(np.isin(kept["sample"], members)))
+                inside = torch.as_tensor(np.flatnonzero(np.isin(fitted_sample, members)))
                 residual, scale = step.held.raw[inside], load_scale(findings.rows.loads[inside])
             elif not fitted.any():
-                inside = torch.as_tensor(np.flatnonzero(np.isin(whole["sample"], members)))
-                if not len(inside):
+                part = whole[torch.as_tensor(np.flatnonzero(np.isin(sample, members)))]
+                if not len(part):
                     continue
                 with torch.no_grad():
-                    predicted, status = step.fit.model(states[inside])
+                    predicted, status = step.fit.model(part.states)
                 ok = status == Status.OK
-                residual, scale = (predicted - loads[inside])[ok], load_scale(loads[inside])
+                residual, scale = (predicted - part.loads)[ok], load_scale(part.loads)
             else:
                 continue
             pair[when] = float((residual / scale).square().sum(-1).mean().sqrt())
@@ -250,7 +264,7 @@ def predictions(discovery: Discovery, step: Step) -> pd.DataFrame:
     """The rows looked at, with the loads of one step's model, in the columns of a run's predictions.csv."""
     table = discovery.table.copy()
     with torch.no_grad():
-        loads, status = step.fit.model(States.from_table(table))
+        loads, status = step.fit.model(discovery.states)
     loads = np.where((status.numpy() == Status.NO_EQUILIBRIUM)[:, None], np.nan, loads.numpy())
     table["split"] = "train"
     table["force_pred_n"], table["moment_pred_nmm"] = loads[:, 0], loads[:, 1] / NMM

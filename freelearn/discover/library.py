@@ -28,4 +28,4 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str]) -> tu
 
 def _out(name: str, reason: str) -> dict[str, Any]:
     entry = {"step": 0, "effect": name, "status": "not_testable", "reason": reason}
-    return entry | {"score": None, "p_value": None, "E_heldout": None}
+    return entry | {"score": None, "p_value": None, "E_heldout": None, "E_new_sample": None}

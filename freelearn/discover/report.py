@@ -61,6 +61,7 @@ def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
         "effects": list(step.effects),
         "E_train": step.E_train,
         "E_heldout": step.E_heldout,
+        "E_new_sample": step.E_new_sample,
         "parameters": step.fit.values(),
         "stderr": stderr(step),
         "structure_p_value": step.left.p_value,

@@ -31,13 +31,18 @@ REFITTED = 6
 # Rounds in which an effect already in may be exchanged for one that explains more.
 EXCHANGES = 3
 WHITENINGS = 3
+# An effect this many σ from no effect, by its own standard errors, is not tested for being idle.
+CERTAIN = 15.0
+# A stand-in must promise, to first order, at least this share of what the effect itself promises.
+COMPARABLE = 0.25
 
 
 @dataclass
 class Step:
     """One model on the way: its fit, held-out residuals, what is left, and the candidates that were tried on it.
 
-    E_train, E_heldout: the paper's error on the fitted rows and on held-out kinematic states; floor: what measuring
+    E_train, E_heldout: the paper's error on the fitted rows and on held-out kinematic states; E_new_sample: on whole
+    samples left out in turn (None with one sample, or where a parameter belongs to a sample); floor: what measuring
     alone leaves of it (fractions)."""
 
     effects: list[str]
@@ -47,6 +52,7 @@ class Step:
     states: States
     E_train: float
     E_heldout: float
+    E_new_sample: float | None
     floor: float
     candidates: list[dict[str, Any]] = field(default_factory=list)
     scores: list[Score] = field(default_factory=list)
@@ -169,9 +175,15 @@ class Search:
     def _step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         held = held_out(fit, self.fold, self.rows.state)
         floor = float((whiten.variance / self.scale**2).sum(-1).mean().sqrt())
-        return Step(
-            effects, fit, whiten, held, self.rows.states, self._error(fit.raw_residual), self._error(held.raw), floor
-        )
+        within, outside = self._error(fit.raw_residual), self._error(held.raw)
+        return Step(effects, fit, whiten, held, self.rows.states, within, outside, self._new_sample(fit), floor)
+
+    def _new_sample(self, fit: WhiteFit) -> float | None:
+        sample = self.rows.states.sample.numpy()
+        count = len(np.unique(sample))
+        if count < 2 or any(p.per_sample for p in fit.model.declared.values()):
+            return None
+        return self._error(held_out(fit, folds_of(sample, self.seed, count), sample).raw)
 
     def _error(self, raw: Tensor) -> float:
         return float((raw / self.scale).square().sum(-1).mean().sqrt())
@@ -219,6 +231,7 @@ class Search:
                     "score": s.gain,
                     "p_value": s.p_value if s.status == "tested" else None,
                     "E_heldout": known.E_heldout if known else None,
+                    "E_new_sample": known.E_new_sample if known else None,
                 }
             )
 
@@ -254,6 +267,8 @@ class Search:
     def _without_idle(self, step: Step) -> Step:
         """Drops effects that the others have made superfluous."""
         for effect in step.effects[:-1]:
+            if _certain(step, effect):
+                continue
             reduced = self._reduced(step, effect)
             if reduced is None:
                 continue
@@ -296,8 +311,22 @@ class Search:
         if reduced is None:
             return found
         others = [n for n in self.names if n not in final.effects]
-        found |= self._refits(reduced, self._scores(reduced, others), REFITTED)
+        scores = self._scores(reduced, [effect, *others])
+        own = next(s.gain for s in scores if s.effect == effect)
+        found |= self._refits(
+            reduced, [s for s in scores if s.effect != effect and s.gain >= COMPARABLE * own], REFITTED
+        )
         return found
+
+
+def _certain(step: Step, effect: str) -> bool:
+    """Whether Wald's test alone says that the effect is not idle, so that no refit need be spent on it."""
+    declared, values = step.fit.model.declared, step.fit.values()
+    away = {n: values[n] - p.none for n, p in declared.items() if n.startswith(f"{effect}.") and p.none is not None}
+    place = [list(declared).index(label) for label in away]
+    size = torch.tensor(list(away.values()), dtype=torch.float64)
+    covariance = parameter_covariance(step)[place][:, place]
+    return float(size @ torch.linalg.pinv(covariance, hermitian=True) @ size) > CERTAIN**2 * len(size)
 
 
 def _alike(difference: tuple[float, float]) -> bool:

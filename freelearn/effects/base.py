@@ -119,6 +119,12 @@ class Effect:
 
         return torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
 
+    def psi_hessian(
+        self, *invariants: Tensor, p: Any, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...] | None:
+        """∂²psi/∂I∂I [Pa], row by row. None leaves it to autograd; an effect may write it by hand for speed."""
+        return None
+
     def energy_terms(self, values: Mapping[str, Tensor]) -> list[Energy]:
         """The strain energies that the effect adds, as mechanics sees them."""
         if not self.depends_on:
@@ -148,6 +154,13 @@ class EffectEnergy(Energy):
     def gradient_rate(
         self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
     ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
+        hessian = self.effect.psi_hessian(*invariants, p=self.p, material=self.material)
+        if hessian is not None:
+            along = tuple(
+                sum((h * rate for h, rate in zip(row[1:], rates[1:], strict=True)), start=row[0] * rates[0])
+                for row in hessian
+            )
+            return self.gradient(*invariants), along
         # The second derivatives are symmetric, so the reverse product is the forward one, several times quicker.
         value, pull = torch.func.vjp(self.gradient, *invariants)  # type: ignore[misc]
         return value, pull(tuple(rate.expand_as(v) for rate, v in zip(rates, value, strict=True)))

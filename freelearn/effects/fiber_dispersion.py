@@ -30,3 +30,10 @@ class FiberDispersion(Effect):
         along = invariants[1] - 1
         strain = p.kappa * (invariants[0] - 3) + (1 - 3 * p.kappa) * along
         return material["C2"] * p.kappa * strain, material["C2"] * ((1 - 3 * p.kappa) * strain - along)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        wall, along = p.kappa, 1 - 3 * p.kappa
+        C2 = material["C2"]
+        return (C2 * wall**2, C2 * wall * along), (C2 * wall * along, C2 * (along**2 - 1))

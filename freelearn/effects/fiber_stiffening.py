@@ -48,3 +48,12 @@ class FiberStiffening(Effect):
         z = p.k2 * x * x
         below = torch.clamp(z, max=JOIN)
         return (material["C2"] * x * (torch.expm1(below) + (z - below) * torch.exp(below)),)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        x = invariants[0] - 1
+        z = p.k2 * x * x
+        below = torch.clamp(z, max=JOIN)
+        growth = torch.exp(below)
+        return ((material["C2"] * (torch.expm1(below) + (z - below + 2 * z) * growth),),)

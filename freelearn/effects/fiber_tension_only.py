@@ -28,3 +28,8 @@ class FiberTensionOnly(Effect):
         self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
     ) -> tuple[Tensor, ...]:
         return (p.share * material["C2"] * torch.clamp(1 - invariants[0], min=0),)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        return ((-p.share * material["C2"] * (invariants[0] < 1),),)

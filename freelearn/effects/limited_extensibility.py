@@ -50,3 +50,9 @@ class LimitedExtensibility(Effect):
         y = p.beta * (invariants[0] - 3)
         below = torch.clamp(y, max=JOIN)
         return (material["C1"] / 2 * (below / (1 - below) + (y - below) / (1 - below) ** 2),)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        below = torch.clamp(p.beta * (invariants[0] - 3), max=JOIN)
+        return ((material["C1"] / 2 * p.beta / (1 - below) ** 2,),)

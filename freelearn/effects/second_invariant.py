@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from types import SimpleNamespace
 
+import torch
 from torch import Tensor
 
 from freelearn.effects.base import Effect
@@ -26,3 +27,8 @@ class SecondInvariant(Effect):
         self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
     ) -> tuple[Tensor, ...]:
         return ((p.C01 / 2).expand_as(invariants[0]),)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        return ((torch.zeros_like(p.C01),),)

@@ -26,3 +26,8 @@ class WallStiffening(Effect):
         self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
     ) -> tuple[Tensor, ...]:
         return (2 * p.C20 * (invariants[0] - 3),)
+
+    def psi_hessian(
+        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
+    ) -> tuple[tuple[Tensor, ...], ...]:
+        return ((2 * p.C20,),)
