@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.discover.structure import norms
 from freelearn.discover.white_fit import WhiteFit
 
 FOLDS = 5
@@ -39,7 +40,7 @@ def held_out(fit: WhiteFit, fold: np.ndarray, group: np.ndarray) -> HeldOut:
     """
     jacobian, residual = fit.jacobian, fit.residual
     whole = jacobian.flatten(0, 1)
-    scale = whole.norm(dim=0).clamp_min(1e-300)
+    scale = norms(whole).clamp_min(1e-300)
     normal = (whole / scale).T @ (whole / scale)
     white, raw = residual.clone(), fit.raw_residual.clone()
     for f in np.unique(fold):

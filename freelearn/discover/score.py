@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from scipy.optimize import lsq_linear
 from torch import Tensor
 
+from freelearn.data.states import States
 from freelearn.discover.noise import Whitener
-from freelearn.discover.structure import orthonormal
+from freelearn.discover.structure import norms, orthonormal
 from freelearn.discover.white_fit import ONE, WhiteFit
 from freelearn.effects.registry import EFFECTS
 from freelearn.fit.problem import Problem, Rows
@@ -24,6 +26,9 @@ DRAWS = 999
 GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
 # An effect of which refitting the base parameters leaves less than this share cannot be seen in these data.
 ABSORBED = 1e-4
+
+# Ports behind the structure, which need only its loads.
+LATE = ("dissipation", "measurement")
 
 # A model with the fit's effects and some more: names → Model.
 Build = Callable[[Sequence[str]], Model]
@@ -63,12 +68,13 @@ def score(
     signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
     scores = []
     plain = [n for n in names if not _gridded(build([n]), n, fit)]
+    held = _hold(fit, rows)
     shared: dict[str, Tensor] = {}
     for group in _groups(plain):
-        shared |= _columns(build(group), fit, rows, whiten)
+        shared |= _columns(build(group), fit, rows, whiten, held)
     for name in names:
         alone: Variants = [(build([name]), {}, shared)]
-        variants = alone if name in plain else _grid(name, build, fit, rows, whiten)
+        variants = alone if name in plain else _grid(name, build, fit, rows, whiten, held)
         best = Score(name, status="failed", reason="its derivative at no effect is not finite")
         for model, fixed, columns in variants:
             found = _one(name, model, fixed, columns, fit, absorbed, whiten, signs, variance)
@@ -88,11 +94,29 @@ def score(
 
 def _groups(names: Sequence[str]) -> list[list[str]]:
     """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
-    so they are kept away from the energies, which are dear."""
+    so they are kept away from the energies, which are dear; what acts on the loads needs no structure at all."""
     energies = [n for n in names if EFFECTS[n].port() == "energy"]
     springs = [n for n in names if EFFECTS[n].load_dependent]
-    rest = [n for n in names if n not in energies and n not in springs]
-    return [group for group in (energies, springs, rest) if group]
+    late = [n for n in names if EFFECTS[n].port() in LATE]
+    rest = [n for n in names if n not in (*energies, *springs, *late)]
+    return [group for group in (energies, springs, late, rest) if group]
+
+
+class _Held(NamedTuple):
+    """What the fit's ideal actuators carry (N, 2), and the states imposed on them, cut from every derivative."""
+
+    states: States
+    loads: Tensor
+
+
+def _hold(fit: WhiteFit, rows: Rows) -> _Held | None:
+    """None where a mount that gives way makes the state depend on the loads."""
+    if fit.model.yielding:
+        return None
+    with torch.no_grad():
+        values = fit.model.physical(fit.vector)
+        states = fit.model.imposed(rows.states, values)
+        return _Held(states, fit.model.ideal(states, values).loads)
 
 
 def _labels(model: Model, name: str) -> list[str]:
@@ -117,17 +141,40 @@ def _none_vector(model: Model, fit: WhiteFit, name: str | None = None, factor: f
     return vector
 
 
-def _columns(model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, factor: float = 1.0) -> dict[str, Tensor]:
-    """Whitened derivative (2N,) with respect to each raw parameter at no effect, by label."""
-    raw = Problem(model, rows, ONE).jacobians(_none_vector(model, fit, factor=factor)[None])[0]
-    jacobian = whiten(raw.reshape(len(rows), 2, -1)).flatten(0, 1)
-    return dict(zip(model.labels(), jacobian.T, strict=True))
+def _columns(
+    model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, held: _Held | None, factor: float = 1.0
+) -> dict[str, Tensor]:
+    """Whitened derivative (2N,) with respect to each effect's raw parameter at no effect, by label."""
+    vector = _none_vector(model, fit, factor=factor)
+    places = [i for i, label in enumerate(model.labels()) if label not in fit.model.declared]
+    if held is not None and all(e.port() in LATE for e in model.effects if e.name not in _names(fit.model)):
+        raw = _late_jacobian(model, vector, held)
+    else:
+        raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+    jacobian = whiten(raw[:, :, places]).flatten(0, 1)
+    return {model.labels()[i]: column for i, column in zip(places, jacobian.T.contiguous(), strict=True)}
 
 
-def _grid(name: str, build: Build, fit: WhiteFit, rows: Rows, whiten: Whitener) -> Variants:
+def _names(model: Model) -> set[str]:
+    return {effect.name for effect in model.effects}
+
+
+def _late_jacobian(model: Model, vector: Tensor, held: _Held) -> Tensor:
+    """∂loads/∂vector (N, 2, p) through dissipation and measurement alone: the structure need not be solved again."""
+    copies = vector.expand(len(held.loads), -1).clone().requires_grad_()
+    values = model.physical(copies)
+    loads = model.sensed(model.dissipated(held.loads, held.states, values), held.states, values)
+    parts = []
+    for load in loads.unbind(-1):
+        (by_load,) = torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)
+        parts.append(by_load)
+    return torch.stack(parts, dim=1)
+
+
+def _grid(name: str, build: Build, fit: WhiteFit, rows: Rows, whiten: Whitener, held: _Held | None) -> Variants:
     model = build([name])
     fixed = _gridded(model, name, fit)
-    return [(model, dict.fromkeys(fixed, f), _columns(model, fit, rows, whiten, f)) for f in GRID]
+    return [(model, dict.fromkeys(fixed, f), _columns(model, fit, rows, whiten, held, f)) for f in GRID]
 
 
 def _one(
@@ -145,13 +192,13 @@ def _one(
     raw = torch.stack([columns[label] for label in free], dim=1)
     if not bool(raw.isfinite().all()):
         return Score(name, status="failed", reason="its derivative at no effect is not finite")
-    length = raw.norm(dim=0)
+    length = norms(raw)
     if bool((length == 0).all()):
         return Score(name, status="not_testable", reason="it changes no load of these rows")
     unit = raw / length.clamp_min(1e-300)
     cleared = unit - absorbed @ (absorbed.T @ unit)
     cleared = cleared - absorbed @ (absorbed.T @ cleared)
-    seen = cleared.norm(dim=0) > ABSORBED
+    seen = norms(cleared) > ABSORBED
     if not bool(seen.any()):
         return Score(
             name, status="not_testable", reason="refitting the model's own parameters absorbs it in these rows"
@@ -160,17 +207,30 @@ def _one(
     lower, upper = zip(*(_signs(model, label) for label in free), strict=True)
     low, high = np.array(lower)[seen.numpy()], np.array(upper)[seen.numpy()]
     signature = cleared[:, seen]
-    step = lsq_linear(signature.numpy(), -flat.numpy(), (low, high)).x
+    # The same least squares in as few rows as there are unknowns.
+    directions, triangle = torch.linalg.qr(signature)
+    step = lsq_linear(triangle.numpy(), -(directions.T @ flat).numpy(), (low, high)).x
     gain = float(flat.square().sum() - (flat + signature @ torch.as_tensor(step)).square().sum())
     degrees = signature.shape[1]
     evidence = _evidence(np.array([gain / variance]), degrees)[0]
     null = _null(signature, flat, whiten, signs, variance, low, high)
     start = _none_vector(model, fit, factor=next(iter(fixed.values()), 1.0))
     places = [model.labels().index(label) for label, s in zip(free, seen.tolist(), strict=True) if s]
-    start[places] += torch.as_tensor(step) / length[seen]
+    moved = torch.as_tensor(step) / length[seen]
+    start[places] += moved
+    # The fit's own parameters give way to first order.
+    known = [model.labels().index(label) for label in fit.model.labels()]
+    start[known] -= _least_squares(fit.jacobian.flatten(0, 1), raw[:, seen] @ moved)
     bounds = model.raw_bounds()
     start = start.clamp(*bounds)
     return Score(name, gain=gain, start=start, signature=signature, _evidence=evidence, _null=null)
+
+
+def _least_squares(columns: Tensor, target: Tensor) -> Tensor:
+    """x of least norm that minimises |columns x − target|, by scaled normal equations."""
+    length = norms(columns).clamp_min(1e-300)
+    scaled = columns / length
+    return torch.linalg.pinv(scaled.T @ scaled, hermitian=True, rtol=1e-12) @ (scaled.T @ target) / length
 
 
 def _signs(model: Model, label: str) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from freelearn.data.states import States
 from freelearn.discover.crossval import HeldOut, folds_of, held_out, paired
 from freelearn.discover.noise import Accuracy, Whitener, sensitivities
 from freelearn.discover.score import Score, score
-from freelearn.discover.structure import Structure, structure
+from freelearn.discover.structure import Structure, norms, structure
 from freelearn.discover.white_fit import WhiteFit, white_fit
 from freelearn.evaluate.error import load_scale
 from freelearn.fit.problem import Rows
@@ -348,7 +348,7 @@ def parameter_covariance(step: Step) -> Tensor:
     """Covariance of the declared physical parameters (SI), scaled by the noise that was found: (k, k)."""
     fit = step.fit
     jacobian = fit.jacobian.flatten(0, 1)
-    length = jacobian.norm(dim=0).clamp_min(1e-300)
+    length = norms(jacobian).clamp_min(1e-300)
     scaled = jacobian / length
     inverse = torch.linalg.pinv(scaled.T @ scaled, hermitian=True, rtol=1e-13) / length / length[:, None]
 

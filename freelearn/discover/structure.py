@@ -11,6 +11,10 @@ from torch import Tensor
 from freelearn.data.states import States
 from freelearn.discover.noise import Whitener
 
+# Squared singular values (relative) below which columns of length one count as dependent.
+DEPENDENT = 1e-11
+# Standard deviations beyond which a residual counts as an outlier.
+OUTLYING = 4.0
 # Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
 POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
 
@@ -63,15 +67,16 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
 
     Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
     the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
-    multiplied by the number of bases (Bonferroni).
+    multiplied by the number of bases (Bonferroni). Residuals beyond OUTLYING standard deviations are drawn in to there:
+    a few rows on a kink of the model, or a few bad readings, are not a systematic misfit.
     """
-    flat = residual.reshape(-1)
+    flat = winsorised(residual.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
     spans, explained = [], []
     for basis in bases(states):
-        span = orthonormal(clear(whitened_basis(basis, whiten), absorbed))
-        spans.append(span.shape[1])
-        explained.append(float((span.T @ flat).square().sum()))
+        rank, part = _explained(whitened_basis(basis, whiten), absorbed, flat)
+        spans.append(rank)
+        explained.append(part)
     total = float(flat.square().sum())
     finest = int(np.argmax(spans))
     freedom = len(flat) - absorbed.shape[1] - spans[finest]
@@ -84,6 +89,27 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     return Structure(min(1.0, len(p_values) * min(p_values, default=1.0)), variance**0.5)
 
 
+def _explained(columns: Tensor, absorbed: Tensor, flat: Tensor) -> tuple[int, float]:
+    """Rank of columns (m, k) cleared of an orthonormal span (m, r), and what of |flat|² they explain.
+
+    All from inner products: the cleared columns themselves would cost several passes over m × k numbers."""
+    length = norms(columns)
+    columns = columns[:, length > 0] / length[length > 0]
+    if not columns.shape[1]:
+        return 0, 0.0
+    taken = absorbed.T @ columns
+    size, axes = torch.linalg.eigh(columns.T @ columns - taken.T @ taken)
+    along = axes.T @ (columns.T @ flat - taken.T @ (absorbed.T @ flat))
+    kept = size > DEPENDENT
+    return int(kept.sum()), float((along[kept].square() / size[kept]).sum())
+
+
+def winsorised(residual: Tensor) -> Tensor:
+    """Residuals drawn in to OUTLYING standard deviations, these from the median absolute value."""
+    limit = OUTLYING * 1.4826 * float(residual.abs().median())
+    return residual.clamp(-limit, limit) if limit > 0 else residual
+
+
 def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
     """Basis (N, k) given to force and to moment in turn, whitened: (2N, 2k). Columns of length one before that."""
     zero = torch.zeros_like(basis)
@@ -93,18 +119,28 @@ def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
 
 
 def orthonormal(columns: Tensor) -> Tensor:
-    """Orthonormal basis of the span of columns (m, k), (m, r)."""
-    length = columns.norm(dim=0)
+    """Orthonormal basis of the span of columns (m, k), (m, r), by the eigenvectors of their Gram matrix.
+
+    m is thousands of times k, so a singular value decomposition would cost many times more; what falls below the
+    square root of the rounding error counts as dependent.
+    """
+    length = norms(columns)
     columns = columns[:, length > 0] / length[length > 0]
     if not columns.shape[1]:
         return columns
-    left, size, _ = torch.linalg.svd(columns, full_matrices=False)
-    return left[:, size > 1e-9 * size[0]]
+    size, axes = torch.linalg.eigh(columns.T @ columns)
+    kept = size > DEPENDENT * size[-1]
+    return columns @ (axes[:, kept] / size[kept].sqrt())
+
+
+def norms(columns: Tensor) -> Tensor:
+    """Euclidean length of each column (m, k), (k,)."""
+    return columns.square().sum(0).sqrt()
 
 
 def clear(columns: Tensor, span: Tensor) -> Tensor:
-    """Columns (m, k) without their part in an orthonormal span (m, r)."""
+    """Columns (m, k) without their part in an orthonormal span (m, r); those that lie in it are left out."""
     rest = columns - span @ (span.T @ columns)
     # What only rounding left of a column must not be mistaken for a direction.
-    kept = rest.norm(dim=0) > 1e-8 * columns.norm(dim=0)
+    kept = norms(rest) > 1e-6 * norms(columns)
     return rest[:, kept] - span @ (span.T @ rest[:, kept])

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from freelearn.data.states import States
-from freelearn.effects.base import Effect
+from freelearn.effects.base import PORTS, Effect
 from freelearn.effects.mount import settle
 from freelearn.errors import UserError
 from freelearn.models.parameter import Parameter
@@ -56,8 +56,11 @@ class Model(nn.Module):
         self.weights = dict(weights or {})
         self.effects = tuple(effects)
         self.declared = {p.name: p for p in declared}
+        # Reading an effect's parameters costs something, so each is asked only in its own place.
+        self._at_port: dict[str, list[Effect]] = {port: [] for port in PORTS}
         for effect in self.effects:
             self.declared |= effect.declared()
+            self._at_port[effect.port()].append(effect)
         self.raw = nn.ParameterDict()
 
     # --- parameters ------------------------------------------------------------------------------------------
@@ -131,8 +134,9 @@ class Model(nn.Module):
             size = math.prod(shape)
             values[name] = vector[..., start : start + size].unflatten(-1, shape)
             start += size
-        for i, (name, p) in enumerate(self.declared.items(), start):
-            values[name] = p.to_physical(vector[..., i])
+        # Taken apart in one piece: the derivative is then put together in one piece too.
+        for (name, p), raw in zip(self.declared.items(), vector[..., start:].unbind(-1), strict=True):
+            values[name] = p.to_physical(raw)
         return values
 
     @property
@@ -157,33 +161,54 @@ class Model(nn.Module):
 
     def chain(self, states: States, values: Values) -> Prediction:
         """`forward` in one block, with values that may differ from row to row."""
-        yielding = [effect for effect in self.effects if effect.load_dependent]
-        for effect in self.effects:
-            if not effect.load_dependent:
-                states = effect.impose(states, effect.own(values, states))
-        if yielding:
+        states = self.imposed(states, values)
+        if self.yielding:
 
             def impose(states: States, loads: Tensor, values: Values) -> States:
-                for effect in yielding:
+                for effect in self.yielding:
                     states = effect.impose(states, effect.own(values, states), loads)  # type: ignore[call-arg]
                 return states
 
-            states, (loads, status) = settle(states, values, impose, self.actuator)
-        else:
-            loads, status = self.actuator(states, values)
-        for effect in self.effects:
-            loads = effect.sense(loads, states, effect.own(values, states))
-        return Prediction(loads, status)
+            def carried(states: States, values: Values) -> Prediction:
+                loads, status = self.ideal(states, values)
+                return Prediction(self.dissipated(loads, states, values), status)
 
-    def actuator(self, states: States, values: Values) -> Prediction:
-        """What reaches the mount at the state that was really imposed: geometry → structure → dissipation."""
+            states, (loads, status) = settle(states, values, impose, carried)
+        else:
+            loads, status = self.ideal(states, values)
+            loads = self.dissipated(loads, states, values)
+        return Prediction(self.sensed(loads, states, values), status)
+
+    @property
+    def yielding(self) -> list[Effect]:
+        """Boundary effects whose imposed state depends on the loads."""
+        return [effect for effect in self._at_port["boundary"] if effect.load_dependent]
+
+    def imposed(self, states: States, values: Values) -> States:
+        """The states that were really imposed on the actuator and its mount."""
+        for effect in self._at_port["boundary"]:
+            if not effect.load_dependent:
+                states = effect.impose(states, effect.own(values, states))
+        return states
+
+    def ideal(self, states: States, values: Values) -> Prediction:
+        """Loads of the actuator as it really is, at the state that was really imposed: geometry → structure."""
         shaped = states
-        for effect in self.effects:
+        for effect in self._at_port["geometry"]:
             shaped = effect.reshape(shaped, effect.own(values, states))
-        loads, status = self.structure(shaped, values)
-        for effect in self.effects:
+        return self.structure(shaped, values)
+
+    def dissipated(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """What of the ideal actuator's loads reaches the mount."""
+        for effect in self._at_port["dissipation"]:
             loads = effect.dissipate(loads, states, effect.own(values, states))
-        return Prediction(loads, status)
+        return loads
+
+    def sensed(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """What the sensors show of the loads on the mount."""
+        for effect in self._at_port["measurement"]:
+            loads = effect.sense(loads, states, effect.own(values, states))
+        return loads
 
     def structure(self, states: States, values: Values) -> Prediction:
         """Loads of the ideal actuator at the state that was really imposed. The one method a model must write."""

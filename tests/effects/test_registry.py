@@ -41,7 +41,14 @@ NAMES = [
     "sensor_crosstalk",
     "sensor_drift",
 ]
-PER_SAMPLE = {"friction_hysteresis", "length_offset", "twist_offset", "twist_slack", "fiber_misalignment", "wall_thickness"}
+PER_SAMPLE = {
+    "friction_hysteresis",
+    "length_offset",
+    "twist_offset",
+    "twist_slack",
+    "fiber_misalignment",
+    "wall_thickness",
+}
 
 OWN = """
 from freelearn.effects.base import Effect
