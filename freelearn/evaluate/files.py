@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freelearn.data.sets import samples_of
 from freelearn.errors import UserError
 from freelearn.evaluate.run import Run
 from freelearn.files import write_text, write_whole
@@ -53,6 +54,14 @@ def predictions(run: Run) -> pd.DataFrame:
     table["moment_pred_nmm"] = loads[:, 1] / NMM
     table["status"] = np.array([s.name.lower() for s in Status])[status]
     return table
+
+
+def training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the samples that were fitted; all rows where nothing was."""
+    if run.found is None:
+        return predictions
+    sample = predictions["sample"].to_numpy()
+    return predictions[np.isin(sample, samples_of(run.train, sample))]
 
 
 def counts(run: Run) -> dict[str, int]:

@@ -10,9 +10,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from freelearn.data.states import kinematic_state
 from freelearn.plots.canvas import heading, new_figure
 from freelearn.plots.cells import Cells
-from freelearn.plots.states import PLACE, usable
+from freelearn.plots.states import places, usable
 
 LOADS = (("force_n", "force_pred_n", "force", "N"), ("moment_nmm", "moment_pred_nmm", "moment", "N·mm"))
 # Diverging, and light in the middle: the sign survives colour blindness, the size survives greyscale.
@@ -22,34 +23,35 @@ Place = tuple[float, float, float, float]
 
 
 def residual_table(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Mean measured − predicted force [N] and moment [N·mm] of each kinematic state's usable rows."""
+    """Each kinematic state's place and, over its usable rows, mean measured − predicted force [N] and moment [N·mm]
+    (blank without one) and their number `rows`. Columns sample, elongation_mm, twist_deg, force_n, moment_nmm, rows."""
+    state = pd.Series(kinematic_state(predictions), index=predictions.index)
     rows = usable(predictions)
     residual = pd.DataFrame({name: rows[name] - rows[predicted] for name, predicted, *_ in LOADS})
-    return residual.groupby([rows[name] for name in PLACE]).mean().reset_index()
+    grouped = residual.groupby(state[rows.index])
+    means = grouped.mean().assign(rows=grouped.size()).rename_axis("state")
+    return places(predictions).join(means).fillna({"rows": 0}).reset_index(drop=True)
 
 
-def residual_map(predictions: pd.DataFrame, title: str, simulated: bool, shared_scale: bool = False) -> Figure:
+def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
     """A cell per sample, a row each for force and moment: mean residual over pressure at each length and twist.
 
-    Scales are symmetric about zero. By default each cell has its own, written above it, because samples differ a
-    hundredfold in load; shared_scale gives all samples of a row the same one. Grey dots are states without a usable
-    row. The two rows lie side by side where there is one sample. predictions: columns of predictions.csv.
+    Scales are symmetric about zero. Each cell has its own, written above it, because samples differ a hundredfold in
+    load. Grey dots are states without a usable row. The two rows lie side by side where there is one sample.
+    predictions: columns of predictions.csv.
     """
     present = np.sort(predictions["sample"].unique())
     samples = present[:MOST_SAMPLES]
     alone = len(samples) <= 1
-    shared = shared_scale or alone
-    states = predictions.loc[predictions["sample"].isin(samples), PLACE].drop_duplicates()
-    # Without a usable row the residual is NaN. One merge for all cells: a merge in each would take longer than drawing.
-    cells = Cells(states.merge(residual_table(predictions), on=PLACE, how="left"), samples)
+    cells = Cells(residual_table(predictions[predictions["sample"].isin(samples)]), samples)
     figure = new_figure(10.2, 4.4) if alone else new_figure(min(14.0, 3.5 + 1.6 * len(samples)), 6.4, dpi=80)
     note = f", first {len(samples)} of {len(present)} samples" if len(present) > len(samples) else ""
     figure.suptitle(heading(title, simulated) + f"\nmeasured − predicted, mean over pressure{note}", fontsize=11)
     for number, (load, place) in enumerate(zip(LOADS, _places(figure, alone), strict=True)):
         axes = figure.add_axes(place)
         cells.frame(axes, bottom=alone or number == 1)
-        top = _draw(axes, cells, load, shared)
-        if shared:
+        top = _draw(axes, cells, load, alone)
+        if alone:
             _colorbar(figure, place, top, f"{load[2]} residual [{load[3]}]")
         elif number == 1:
             # Cells with scales of their own have one bar for both rows: colours there are shares of the cell's limit.

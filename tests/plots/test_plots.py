@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from freelearn.plots.canvas import save, to_rgb
 from freelearn.plots.curves import curves
 from freelearn.plots.parity import SHOWN, parity
-from freelearn.plots.residual_map import residual_map
+from freelearn.plots.residual_map import residual_map, residual_table
 from freelearn.plots.states import pick_states
 
 UNIT = re.compile(r"\[(N|N·mm|kPa|mm|deg|%|–|share of .*)\]$")
@@ -78,8 +78,8 @@ def test_every_axis_has_a_unit(predictions, curve):
         for axes in figure.axes:
             assert UNIT.search(axes.get_xlabel())
             assert UNIT.search(axes.get_ylabel())
-    for table, shared in ((predictions, False), (predictions, True), (one, False)):
-        labels = {text for a in residual_map(table, "", True, shared).axes for text in (a.get_xlabel(), a.get_ylabel())}
+    for table in (predictions, one):
+        labels = {text for a in residual_map(table, "", True).axes for text in (a.get_xlabel(), a.get_ylabel())}
         assert all(UNIT.search(label) for label in labels - {""})
         assert len(labels - {""}) == (4 if shared or table is one else 3)
 
@@ -127,13 +127,12 @@ def test_squares_are_filled_where_the_pressure_rose(predictions, curve):
 
 
 def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):
-    for shared in (False, True):
-        for points in colored(residual_map(predictions, "title", True, shared_scale=shared)):
-            low, high = points.get_clim()
-            assert low == -high
+    for points in colored(residual_map(predictions, "title", True)):
+        low, high = points.get_clim()
+        assert low == -high
     # Measured minus predicted, N: −9 at the planted state of sample 6, −1 elsewhere, one marker per state.
-    force = colored(residual_map(predictions, "title", True, shared_scale=True))[0]
-    assert sorted(force.get_array()) == pytest.approx([-9] + [-1] * 11)
+    force = colored(residual_map(predictions[predictions["sample"] == 6], "title", True))[0]
+    assert sorted(force.get_array()) == pytest.approx([-9] + [-1] * 5)
     assert force.get_clim() == (-9, 9)
     # With scales of their own, sample 3 is −1 N everywhere and so at the end of its scale; sample 6 is −1/9 or −1.
     own = colored(residual_map(predictions, "title", True))[0]
@@ -165,7 +164,8 @@ def test_the_best_the_middle_and_the_worst_state_are_picked(predictions):
     predictions["force_pred_n"] = predictions["force_n"] + state
     predictions.loc[predictions.index[:5], "force_pred_n"] += 99
     predictions.loc[predictions.index[:2], "buckled"] = 1
-    assert pick_states(predictions) == [(3, -1.0, 10.0), (6, -1.0, -10.0), (6, 1.0, 10.0)]
+    picked = [tuple(state.iloc[0][["sample", "elongation_mm", "twist_deg"]]) for state in pick_states(predictions)]
+    assert picked == [(3, -1.0, 10.0), (6, -1.0, -10.0), (6, 1.0, 10.0)]
     assert pick_states(predictions.assign(buckled=1)) == []
 
 
@@ -190,3 +190,9 @@ def test_a_failed_save_leaves_the_old_files_and_nothing_else(predictions, tmp_pa
         with pytest.raises(OSError, match="disk full"):
             save(figure, predictions, tmp_path / "parity.png")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_creeping_bed_gives_one_state_per_visit(predictions):
+    predictions["elongation_mm"] += np.linspace(0, 0.01, len(predictions))
+    assert len(residual_table(predictions)) == 12
+    assert [len(state) for state in pick_states(predictions)] == [5, 5, 5]
