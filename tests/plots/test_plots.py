@@ -81,7 +81,7 @@ def test_every_axis_has_a_unit(predictions, curve):
     for table in (predictions, one):
         labels = {text for a in residual_map(table, "", True).axes for text in (a.get_xlabel(), a.get_ylabel())}
         assert all(UNIT.search(label) for label in labels - {""})
-        assert len(labels - {""}) == (4 if shared or table is one else 3)
+        assert len(labels - {""}) == (4 if table is one else 3)
 
 
 def test_curves_dash_what_is_extrapolated_and_join(predictions, curve):
