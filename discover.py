@@ -15,10 +15,12 @@ def main(config: DictConfig) -> None:
 
     from freelearn.discover.app import discover
     from freelearn.errors import UserError
+    from freelearn.report.command import command_line
 
     try:
         settings: Any = OmegaConf.to_container(config, resolve=True)
-        discover(settings, Path(HydraConfig.get().runtime.output_dir), Console())
+        command = command_line(["discover.py"], HydraConfig.get().overrides.task)
+        discover(settings, Path(HydraConfig.get().runtime.output_dir), Console(), command)
     except UserError as mistake:
         sys.exit(f"error: {mistake}")
     except KeyboardInterrupt:

@@ -15,17 +15,19 @@ def main(config: DictConfig) -> float | None:
     from rich.console import Console
 
     from freelearn.errors import UserError
+    from freelearn.report.command import command_line
     from freelearn.train import train
 
     hydra_config = HydraConfig.get()
     folder = Path(hydra_config.runtime.output_dir)
     try:
+        command = command_line(["train.py"], hydra_config.overrides.task)
         settings: Any = OmegaConf.to_container(config, resolve=True)
         if hydra_config.mode == RunMode.MULTIRUN:
             from freelearn.sweep.job import sweep_job
 
-            return sweep_job(settings, hydra_config.job.num, folder)
-        train(settings, folder, console=Console())
+            return sweep_job(settings, hydra_config.job.num, folder, command)
+        train(settings, folder, console=Console(), command=command)
     except UserError as mistake:
         sys.exit(f"error: {mistake}")
     except KeyboardInterrupt:

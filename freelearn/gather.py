@@ -15,20 +15,22 @@ from rich.table import Table
 from freelearn.errors import UserError
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_whole
+from freelearn.report.command import command_line
 from freelearn.sweep.collect import collect
 from freelearn.sweep.summary import cells, summary
 
 
-def gather_folders(folders: Sequence[Path], out: Path, console: Console) -> int:
-    """Writes heatmap.csv, summary.csv, heatmap_<label>.png, heatmaps.png and overview.png to `out`, and the pictures
-    to TensorBoard; prints the summary. Returns how many jobs failed. Raises UserError."""
+def gather_folders(folders: Sequence[Path], out: Path, console: Console, command: str) -> int:
+    """Writes heatmap.csv, summary.csv, report.html, heatmap_<label>.png, heatmaps.png and overview.png to `out`, and
+    the pictures to TensorBoard; prints the summary. command: what makes the results again. Returns how many jobs
+    failed. Raises UserError."""
     check_folder(out)
     table = collect(folders)
     failed = table[table["error"] != ""]
     good = table[table["error"] == ""]
     grouped = cells(table)
     best = grouped.loc[grouped["best"], ["label", "train", "test"]].assign(best=True)
-    written = table.merge(best, on=["label", "train", "test"], how="left").drop(columns="simulated")
+    written = table.merge(best, on=["label", "train", "test"], how="left").drop(columns="data")
     written["best"] = written["best"].eq(True).where(written["error"] == "")
     write_whole(out / "heatmap.csv", lambda p: written.to_csv(p, index=False, float_format="%.8g"))
     if len(good):
@@ -37,7 +39,12 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console) -> int:
         # matplotlib costs a second to import: only here.
         from freelearn.plots.sweep import draw_sweep
 
-        pictures = draw_sweep(grouped, numbers, bool(good["simulated"].eq(True).any()), out)
+        simulated = [data for data in good["data"] if data["simulated"]]
+        pictures = draw_sweep(grouped, numbers, bool(simulated), out)
+        from freelearn.report.sweep import report_sweep
+
+        # Where simulated and measured data meet in one sweep, the page says simulated.
+        report_sweep(table, grouped, numbers, (simulated or [good["data"].iloc[0]])[0], out, command)
         console.print(_table(numbers))
         for path in pictures:
             console.print(f"picture: {path}", markup=False, highlight=False, soft_wrap=True)
@@ -76,8 +83,9 @@ def main() -> None:
     parser.add_argument("folder", nargs="+", type=Path, help="a sweep's folder, whose subfolders are its jobs")
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
+    command = command_line(["-m", "freelearn.gather"], sys.argv[1:])
     try:
-        gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console())
+        gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)
     except UserError as mistake:
         sys.exit(f"error: {mistake}")
 

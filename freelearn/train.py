@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import lightning as L
 from rich.console import Console
 
 from freelearn.data.hidden import hidden_effects
@@ -27,10 +28,18 @@ from freelearn.models.continuum import CONSTITUENT
 from freelearn.terminal import FitProgress, show_run
 
 
-def train(settings: dict[str, Any], folder: Path, key: str = "", console: Console | None = None) -> Run:
+def train(
+    settings: dict[str, Any],
+    folder: Path,
+    key: str = "",
+    console: Console | None = None,
+    command: str = "",
+    progress: L.Callback | None = None,
+) -> Run:
     """Everything that `python train.py` does, from plain settings (see conf/train.yaml); files go to `folder`.
 
     key: digest of all that the results depend on, kept with them. console: where progress and tables are shown.
+    command: the shell command that repeats the run, for the report. progress: told of epochs, instead of the console.
     Raises UserError.
     """
     seed = _integer(settings["seed"], "seed")
@@ -65,7 +74,7 @@ def train(settings: dict[str, Any], folder: Path, key: str = "", console: Consol
         seed,
         by_states=settings["split"]["name"] == "states",
         folder=folder,
-        progress=FitProgress(console, options.max_epochs) if options and console else None,
+        progress=progress or (FitProgress(console, options.max_epochs) if options and console else None),
         store=store,
         constituents=constituents,
     )
@@ -85,6 +94,9 @@ def train(settings: dict[str, Any], folder: Path, key: str = "", console: Consol
     about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
     if comparison:
         about["comparison"] = comparison
+    from freelearn.report.run import report_run
+
+    report_run(outcome, predicted, folder, about, command, bool(settings["figures"]))
     write_run(outcome, predicted, folder, about)
     if console:
         show_run(console, outcome, folder, warnings, simulated, comparison)

@@ -24,9 +24,10 @@ from freelearn.discover.noise import Accuracy, sensitivities
 from freelearn.discover.remainder import Remainder, remainder
 from freelearn.discover.report import document
 from freelearn.discover.screens import Screen, reciprocity, rising_falling
-from freelearn.discover.search import Findings, Search, Step, record
+from freelearn.discover.search import Findings, Search, Step, Watch, record
 from freelearn.discover.terminal import DiscoveryView
 from freelearn.errors import UserError
+from freelearn.evaluate.curve import model_curve
 from freelearn.evaluate.error import load_scale
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_text, write_whole
@@ -34,6 +35,7 @@ from freelearn.fit.problem import Rows
 from freelearn.models.base import Model
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.prediction import Status
+from freelearn.plots.states import pick_states
 from freelearn.sweep.job import job_key
 from freelearn.train import load_own_effects, seal
 from freelearn.units import DEG, KPA, MM, NMM
@@ -63,8 +65,13 @@ class Discovery:
     content: dict[str, Any]
 
 
-def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discovery:
-    """Everything that `python discover.py` does, from plain settings (see conf/discover.yaml). Raises UserError."""
+def discover(
+    settings: dict[str, Any], folder: Path, console: Console, command: str = "", watch: Watch | None = None
+) -> Discovery:
+    """Everything that `python discover.py` does, from plain settings (see conf/discover.yaml).
+
+    command: the shell command that repeats it, for the report. watch: told of each step. Raises UserError.
+    """
     check_folder(folder)
     if settings["fit"]["name"] != "levenberg_marquardt":
         raise UserError(f"discover.py fits by levenberg_marquardt; fit={settings['fit']['name']} belongs to train.py.")
@@ -97,7 +104,13 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
     accuracy, notes = _accuracy(settings["data"]["accuracy"], build, rows, int(settings["seed"]), given)
     key = job_key(settings)
     past = _progress(folder, key)
-    search = Search(build, library, rows, accuracy, int(settings["seed"]), view.step)
+
+    def step(found: Step, text: str) -> None:
+        view.step(found, text)
+        if watch:
+            watch(found, text)
+
+    search = Search(build, library, rows, accuracy, int(settings["seed"]), step)
     search.keep = lambda found: write_text(
         folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in found]}) + "\n"
     )
@@ -114,6 +127,9 @@ def discover(settings: dict[str, Any], folder: Path, console: Console) -> Discov
         from freelearn.plots.discovery import draw_discovery
 
         draw_discovery(discovery, folder, bool(provenance["simulated"]))
+    from freelearn.report.discovery import report_discovery
+
+    report_discovery(discovery, folder, command, settings["figures"])
     view.end(discovery, folder)
     return discovery
 
@@ -270,3 +286,13 @@ def predictions(discovery: Discovery, step: Step) -> pd.DataFrame:
     table["force_pred_n"], table["moment_pred_nmm"] = loads[:, 0], loads[:, 1] / NMM
     table["status"] = np.array([s.name.lower() for s in Status])[status.numpy()]
     return table
+
+
+def before_and_after(discovery: Discovery) -> list[tuple[pd.DataFrame, dict[str, pd.DataFrame]]]:
+    """Measured rows, and curves of the first and the last model, at a middling and at the worst state of the first."""
+    first, last = discovery.findings.steps[0], discovery.findings.final
+    shown = []
+    for measured in pick_states(predictions(discovery, first))[1:]:
+        curves = {when: model_curve(s.fit.model, measured) for when, s in (("before", first), ("after", last))}
+        shown.append((measured, curves))
+    return shown

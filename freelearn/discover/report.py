@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import pandas as pd
+
 from freelearn.discover.failures import Failure
 from freelearn.discover.next_experiment import Proposal
 from freelearn.discover.remainder import Remainder
@@ -64,8 +66,18 @@ def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
         "E_new_sample": step.E_new_sample,
         "parameters": step.fit.values(),
         "stderr": stderr(step),
+        "noise_floor": step.floor,
         "structure_p_value": step.left.p_value,
     }
+
+
+def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
+    """The staircase of a discovery.json: step (what was added), E_heldout, E_train, noise_floor (fractions)."""
+    table = pd.DataFrame(content["trail"])[["effect", "E_heldout", "E_train", "noise_floor"]]
+    added = table["effect"].map(lambda effect: f"+ {effect.replace('+', ' + ')}", na_action="ignore")
+    names = added.fillna("exchanged")
+    names.iloc[0] = "model alone" if pd.isna(table["effect"].iloc[0]) else f"model {added.iloc[0]}"
+    return table.assign(step=names)[["step", "E_heldout", "E_train", "noise_floor"]]
 
 
 def stderr(step: Step) -> dict[str, float]:
@@ -85,7 +97,8 @@ def verdict_in_words(findings: Findings) -> str:
     if findings.verdict == "adequate":
         return "Adequate: at this accuracy nothing systematic is missing."
     if findings.verdict == "named":
-        return f"Named: {names} was missing; with it nothing systematic is left."
+        was, them = ("was", "it") if len(last.effects) == 1 else ("were", "them")
+        return f"Named: {names} {was} missing; with {them} nothing systematic is left."
     if findings.verdict == "class":
         groups = "; ".join(" or ".join(c) for c in findings.classes)
         return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."

@@ -19,6 +19,7 @@ PANELS = (
     ("pressure_kpa", "moment_nmm", "pressure_kpa", "moment_pred_nmm", PRESSURE, MOMENT),
     ("force_n", "moment_nmm", "force_pred_n", "moment_pred_nmm", FORCE, MOMENT),
 )
+COLUMNS = ["pressure_kpa", "force_n", "moment_nmm"]
 # Dashes are taken by extrapolation, so models differ by colour and by a few sparse marks. None of them is a square.
 MARKS = ("", "o", "^", "D", "v", "P", "*")
 MARKS_ON_A_CURVE = 6
@@ -75,3 +76,11 @@ def _stretches(outside: np.ndarray) -> list[slice]:
     """Each run of extrapolated points, widened by the neighbours inside that it joins on to, so no gap shows."""
     edges = np.flatnonzero(np.diff(np.r_[False, outside, False].astype(int)))
     return [slice(max(0, start - 1), stop + 1) for start, stop in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def curve_numbers(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """What the three panels show, as one table: the column `what` says measured, or the model's name."""
+    rows = measured.loc[measured["buckled"] == 0, COLUMNS].assign(what="measured")
+    names = {"force_pred_n": "force_n", "moment_pred_nmm": "moment_nmm"}
+    parts = [rows, *(curve.rename(columns=names).assign(what=name) for name, curve in curves.items())]
+    return pd.concat(parts, ignore_index=True)[["what", *COLUMNS, "extrapolated"]] if curves else rows

@@ -11,15 +11,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.discover.app import Discovery, predictions
+from freelearn.discover.app import Discovery, before_and_after, predictions
+from freelearn.discover.report import trail_numbers
 from freelearn.discover.score import Score
 from freelearn.discover.search import ALPHA
 from freelearn.plots.canvas import COLORS, finish, heading, new_figure, save, to_rgb
+from freelearn.plots.curves import curve_numbers, curves
 from freelearn.plots.residual_map import residual_map, residual_table
+from freelearn.plots.states import state_title
 
 
 def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[Path]:
-    """Writes staircase, ranking, likeness, residuals_before and residuals_after (.png, with a .csv each)."""
+    """Writes staircase, ranking, likeness, residuals_before, residuals_after and curves_* (.png, with a .csv each)."""
     findings = discovery.findings
     figures: dict[str, tuple[Figure, pd.DataFrame]] = {"staircase": staircase(discovery, simulated)}
     if any(c["status"] == "tested" for c in findings.steps[0].candidates):
@@ -31,6 +34,9 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         effects = " + ".join(step.effects) or "no effect"
         title = f"{when}: {step.fit.model.name}, {effects}"
         figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table)
+    for number, (measured, named) in enumerate(before_and_after(discovery), 1):
+        title = f"{findings.final.fit.model.name}: {state_title(measured)}"
+        figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)
     paths = []
     with SummaryWriter(str(folder)) as writer:
         for number, step in enumerate(findings.steps):
@@ -48,25 +54,12 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
 
 def staircase(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame]:
     """Held-out error from step to step, down towards the noise floor."""
-    steps = discovery.findings.steps
-    seen: list[str] = []
-    labels: list[str] = []
-    for step in steps:
-        new = [e for e in step.effects if e not in seen]
-        seen = list(step.effects)
-        labels.append("+ " + "\n+ ".join(new) if new and labels else "model alone" if not labels else "exchanged")
-    table = pd.DataFrame(
-        {
-            "step": [label.replace("\n", " ") for label in labels],
-            "E_heldout": [s.E_heldout for s in steps],
-            "E_fitted": [s.E_train for s in steps],
-            "noise_floor": [s.floor for s in steps],
-        }
-    )
-    figure = new_figure(max(5.5, 2.2 + 1.5 * len(steps)), 4.2)
+    table = trail_numbers(discovery.content)
+    labels = table["step"].str.replace(" + ", "\n+ ", regex=False)
+    figure = new_figure(max(5.5, 2.2 + 1.5 * len(table)), 4.2)
     figure.suptitle(heading("Error on held-out kinematic states", simulated), fontsize=11)
     axes = figure.add_axes((0.13, 0.2, 0.84, 0.68))
-    place = np.arange(len(steps))
+    place = np.arange(len(table))
     percent = 100 * table["E_heldout"]
     axes.plot(place, percent, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
     for x, value in zip(place, percent, strict=True):
@@ -76,7 +69,7 @@ def staircase(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFra
     )
     axes.set_xticks(place, labels, fontsize=9)
     finish(axes, "", "E [%], logarithmic")
-    axes.set_xlim(-0.6, len(steps) - 0.4)
+    axes.set_xlim(-0.6, len(table) - 0.4)
     # The error may fall a hundredfold: on a linear axis the last steps, which decide, would not show.
     axes.set_yscale("log")
     low, high = float(min(percent.min(), 100 * table["noise_floor"].min())), float(percent.max())

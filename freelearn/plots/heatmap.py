@@ -32,7 +32,7 @@ def color_scale(cells: pd.DataFrame) -> LogNorm:
 
 def heatmap(cells: pd.DataFrame, title: str, norm: LogNorm, note: str) -> Figure:
     """One map with the mean above it, and its smallest and largest cells written in. cells: see draw_map."""
-    across, down = _sets(cells["train"]), _sets(cells["test"])
+    across, down = set_order(cells["train"]), set_order(cells["test"])
     figure = new_figure(2.9 + CELL * len(across), 1.9 + CELL * len(down))
     width, height = figure.get_size_inches()
     axes = figure.add_axes((1.1 / width, 0.95 / height, CELL * len(across) / width, CELL * len(down) / height))
@@ -48,7 +48,7 @@ def side_by_side(
     cells: pd.DataFrame, labels: Sequence[str], captions: Mapping[str, str], title: str, norm: LogNorm
 ) -> Figure:
     """The maps of several labels on one scale; under each its caption, such as published figures."""
-    across, down = _sets(cells["train"]), _sets(cells["test"])
+    across, down = set_order(cells["train"]), set_order(cells["test"])
     cell = 0.3
     lines = max((text.count("\n") + 1 for text in captions.values()), default=0)
     foot, head, left = 0.95 + 0.155 * lines, 0.75, 0.95
@@ -90,7 +90,7 @@ def draw_map(
     first: bool = True,
 ) -> None:
     """cells: train, test, E (a fraction). Hatched cells were not evaluated, or have no usable row."""
-    across, down = across or _sets(cells["train"]), down or _sets(cells["test"])
+    across, down = across or set_order(cells["train"]), down or set_order(cells["test"])
     grid = 100 * cells.pivot_table(index="test", columns="train", values="E").reindex(index=down, columns=across)
     values = grid.to_numpy(dtype=np.float64)
     axes.patch.set(hatch="////", edgecolor="0.75", facecolor="white")
@@ -129,7 +129,7 @@ def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) ->
     bar.ax.tick_params(labelsize=8)
 
 
-def _sets(names: pd.Series) -> list[str]:
+def set_order(names: pd.Series) -> list[str]:
     """Set names in reading order: samples by number, groups, what was not fitted."""
     groups = ("even", "all", "constituent")
 

@@ -30,7 +30,7 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
             part = rows[rows["split"] == split]
             if len(part):
                 name = split if len(part) <= SHOWN else f"{split} ({SHOWN} of {len(part)} shown)"
-                part = _thinned(part)
+                part = thinned(part)
                 axes.plot(part[measured], part[predicted], marker, color=color, ms=3.5, mfc="none", mew=0.7, label=name)
         if len(rows):
             both = rows[[measured, predicted]].to_numpy()
@@ -41,7 +41,7 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
     return figure
 
 
-def _thinned(part: pd.DataFrame) -> pd.DataFrame:
+def thinned(part: pd.DataFrame) -> pd.DataFrame:
     """At most SHOWN rows, the same ones each time.
 
     Drawn at random: every n-th row could fall on the same pressure step of every state.

@@ -25,7 +25,8 @@ Place = tuple[float, float, float, float]
 def residual_table(predictions: pd.DataFrame) -> pd.DataFrame:
     """Each kinematic state's place and, over its usable rows, mean measured − predicted force [N] and moment [N·mm]
     (blank without one) and their number `rows`. Columns sample, elongation_mm, twist_deg, force_n, moment_nmm, rows."""
-    state = pd.Series(kinematic_state(predictions), index=predictions.index)
+    predictions = predictions.reset_index(drop=True)
+    state = pd.Series(kinematic_state(predictions))
     rows = usable(predictions)
     residual = pd.DataFrame({name: rows[name] - rows[predicted] for name, predicted, *_ in LOADS})
     grouped = residual.groupby(state[rows.index])

@@ -50,7 +50,8 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[pd.DataFrame]
     Of the states with at least four usable rows (or, if there is none, with the most rows), evenly spaced ranks of
     the mean squared error, so the first is the best and the last the worst.
     """
-    state = pd.Series(kinematic_state(predictions), index=predictions.index)
+    predictions = predictions.reset_index(drop=True)
+    state = pd.Series(kinematic_state(predictions))
     each = squared_error(predictions)
     if not len(each):
         return []

@@ -20,10 +20,12 @@ class GatherSweep(Callback):
 
         from freelearn.errors import UserError
         from freelearn.gather import gather_folders
+        from freelearn.report.command import command_line
 
         folder = Path(config.hydra.sweep.dir)
+        command = command_line(["train.py", "-m"], config.hydra.overrides.task)
         try:
-            failed = gather_folders([folder], folder, Console())
+            failed = gather_folders([folder], folder, Console(), command)
         except UserError as mistake:
             sys.exit(f"error: {mistake}")
         if failed:

@@ -29,7 +29,7 @@ COLUMNS = (
     "fit",
     "split",
     "parameters",
-    "simulated",
+    "data",
     "label",
     "error",
 )
@@ -72,7 +72,7 @@ def _rows(job: Path, base: Path) -> list[dict[str, Any]]:
     common |= {"effects": "+".join(content["effects"]), "run": name, "error": ""}
     if failed:
         return [common | {"test": content["test"], "error": content["error"]}]
-    common |= {"parameters": len(content["parameters"]), "simulated": content["data"]["simulated"]}
+    common |= {"parameters": len(content["parameters"]), "data": content["data"]}
     return [common | {"test": test, **scores} for test, scores in content["tests"].items()]
 
 

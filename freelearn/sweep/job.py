@@ -21,7 +21,7 @@ from freelearn.sweep.collect import ERROR_FILE
 from freelearn.train import train
 
 
-def sweep_job(settings: dict[str, Any], number: int, folder: Path) -> float | None:
+def sweep_job(settings: dict[str, Any], number: int, folder: Path, command: str) -> float | None:
     """Runs a job unless `folder` already holds its results; returns E on its training set, where that is tested.
 
     A combination named in `exclude` is left out. Any failure ends up in error.json beside the other jobs' results.
@@ -38,7 +38,7 @@ def sweep_job(settings: dict[str, Any], number: int, folder: Path) -> float | No
         return _own_error(kept["tests"], settings["train"])
     try:
         (folder / ERROR_FILE).unlink(missing_ok=True)
-        run = train(settings, folder, key=key, console=None)
+        run = train(settings, folder, key=key, command=command)
     except UserError as mistake:
         _fail(folder, console, label, settings, str(mistake))
         return None

@@ -1,0 +1,124 @@
+"""A self-contained page: text, tables and charts in one HTML file that opens without a network."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from bokeh.embed import components
+from bokeh.resources import Resources
+from jinja2 import Environment
+from markupsafe import Markup
+
+from freelearn.files import write_text
+
+# Everything from data, settings and names passes through autoescape; only Bokeh's own output is marked safe.
+PAGE = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
+    """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{{ title }}</title>
+<style>
+body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; max-width: 1300px; margin: 1.5rem auto; padding: 0 1rem; }
+h1 { font-size: 1.5rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .4rem; }
+.source { display: inline-block; padding: .1rem .6rem; border: 1.5px solid; border-radius: 4px; font-weight: 600; }
+.simulated { color: #8a4b00; background: #fff4e0; } .measured { color: #00557f; background: #e6f4fb; }
+table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th { border-bottom: 2px solid #888; } td:first-child, th:first-child { text-align: left; }
+.charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide { overflow-x: auto; }
+pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
+.verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; } a:focus { outline: 2px solid #0072B2; }
+</style>
+{% if script %}
+<script>{{ library }}</script>
+{% endif %}
+</head>
+<body>
+<h1>{{ title }}</h1>
+<p><span class="source {{ 'simulated' if simulated else 'measured' }}">
+{{ 'SIMULATED DATA: nothing here was measured' if simulated else 'measured data' }}</span></p>
+{% for section in sections %}
+<section>
+<h2>{{ section.heading }}</h2>
+{% for line in section.lines %}
+<p{% if section.kind %} class="{{ section.kind }}"{% endif %}>{{ line }}</p>
+{% endfor %}
+{% if section.code %}
+<pre>{{ section.code }}</pre>
+{% endif %}
+{% if section.table is not none %}
+<div class="wide"><table><thead><tr>{% for name in section.table.columns %}<th>{{ name }}</th>{% endfor %}</tr></thead>
+<tbody>
+{% for row in section.table.itertuples(index=False) %}
+<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+{% endfor %}
+</tbody></table></div>
+{% endif %}
+{% if section.marks %}
+<div class="charts">{% for mark in section.marks %}{{ mark }}{% endfor %}</div>
+{% endif %}
+{% for file in section.files %}
+<p><a download="{{ file.name }}" href="{{ file.link }}">{{ file.name }}</a>: the numbers shown here</p>
+{% endfor %}
+</section>
+{% endfor %}
+{{ script }}
+</body>
+</html>
+"""
+)
+
+
+@dataclass
+class Section:
+    """One part of a page. table: cells are shown as they are. charts: Bokeh figures; numbers: what they show, by file
+    name, to download. kind: "verdict" or "hint" where the lines stand out."""
+
+    heading: str
+    lines: Sequence[str] = ()
+    table: pd.DataFrame | None = None
+    charts: Sequence[Any] = ()
+    numbers: dict[str, pd.DataFrame] = field(default_factory=dict)
+    code: str = ""
+    kind: str = ""
+
+
+def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Section]) -> None:
+    """Writes the page, whole or not at all."""
+    charts = [chart for section in sections for chart in section.charts]
+    script, marks = components(charts) if charts else ("", ())
+    places = iter(marks)
+    shown = [
+        vars(section)
+        | {
+            "marks": [Markup(next(places)) for _ in section.charts],
+            "files": [{"name": name, "link": _link(table)} for name, table in section.numbers.items()],
+        }
+        for section in sections
+    ]
+    # Without charts the page needs no library, and a sweep's many small reports stay small.
+    library = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw) if charts else ""
+    text = PAGE.render(title=title, simulated=simulated, sections=shown, script=Markup(script), library=Markup(library))
+    write_text(path, text)
+
+
+def _link(table: pd.DataFrame) -> str:
+    content = table.to_csv(index=False, float_format="%.8g").encode()
+    return "data:text/csv;base64," + base64.b64encode(content).decode()
+
+
+def percent(value: float | None, digits: int = 2) -> str:
+    """A fraction as a cell in %."""
+    return "–" if value is None or pd.isna(value) else f"{100 * value:.{digits}f}"
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """A cell; blank numbers as a dash."""
+    return "–" if value is None or pd.isna(value) else f"{value:.{digits}g}"

@@ -1,0 +1,118 @@
+"""report.html of one run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from freelearn.charts.curves import CurveCharts
+from freelearn.charts.parity import parity_charts, parity_numbers
+from freelearn.charts.residuals import ResidualCharts
+from freelearn.evaluate.curve import model_curve
+from freelearn.evaluate.files import counts, training_samples
+from freelearn.evaluate.run import Run
+from freelearn.fit.report import INTERVAL, effect_notes, notes
+from freelearn.plots.curves import curve_numbers
+from freelearn.plots.residual_map import residual_table
+from freelearn.plots.states import pick_states, state_title
+from freelearn.report.page import Section, number, percent, write_page
+from freelearn.report.provenance import provenance_section
+
+# A map per sample; more of them would fill the page.
+MOST_SAMPLES = 8
+
+
+def report_run(
+    run: Run, predictions: pd.DataFrame, folder: Path, about: dict[str, Any], command: str, figures: bool
+) -> None:
+    """Writes report.html. predictions, about: what predictions.csv and results.json hold. figures: charts as well."""
+    simulated = bool(about["data"]["simulated"])
+    effects = [e.name for e in run.model.effects]
+    title = " + ".join([run.model.name, *effects]) + f", fitted on {run.train}"
+    sections = [_errors(run), *_comparison(about.get("comparison")), _parameters(run)]
+    if figures:
+        own = training_samples(run, predictions)
+        sections += [*_curves(run, own), *residual_sections(own, ""), _parity(own)]
+    facts = {"seed": about["seed"], "split": about["split"], "fit": f"{run.method}, {run.message}"}
+    sections.append(provenance_section(about["data"], command, facts))
+    write_page(folder / "report.html", title, simulated, sections)
+
+
+def _errors(run: Run) -> Section:
+    table = pd.DataFrame(
+        [
+            [name + (" (training set)" if name == run.train else ""), *map(percent, (e.E, e.E_force, e.E_moment)), e.n]
+            for name, e in run.errors.items()
+        ],
+        columns=["test set", "E %", "force %", "moment %", "rows"],
+    )
+    explained = "E = √mean(((F−F̂)/max|F|)² + ((M−M̂)/max|M|)²) over a set's test rows."
+    rows = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in counts(run).items())
+    return Section("How good it is", [explained, f"Rows: {rows}."], table)
+
+
+def _comparison(comparison: dict[str, dict[str, float]] | None) -> list[Section]:
+    if not comparison:
+        return []
+    table = pd.DataFrame(
+        [[name, percent(pair["without"]), percent(pair["with"])] for name, pair in comparison.items()],
+        columns=["test set", "E without %", "E with %"],
+    )
+    return [Section("Without and with the effects", ["Whole kinematic states held out of both fits."], table)]
+
+
+def _parameters(run: Run) -> Section:
+    heading = "Parameters"
+    if not run.model.declared:
+        return Section(heading, [f"{len(run.model.vector())} weights and biases, listed in fit_report.txt."])
+    error = dict(zip(run.found.names, run.found.stderr, strict=True)) if run.found else {}
+    rows = []
+    for name, value in run.model.scalars().items():
+        e = float(error.get(name, math.nan))
+        ends = [number(value + side * INTERVAL * e) for side in (-1, 1)]
+        rows.append([name, number(value), number(e, 2), *ends, run.model.declared[name].unit])
+    table = pd.DataFrame(rows, columns=["parameter", "value", "± stderr", "95 % from", "to", "unit"])
+    remarks = [*notes(run.model, run.start), *effect_notes(run.model, run.found)] if run.found else []
+    return Section(heading, remarks, table)
+
+
+def _curves(run: Run, own: pd.DataFrame) -> list[Section]:
+    sections = []
+    for measured, rank in zip(pick_states(own), ("best", "middling", "worst"), strict=False):
+        curves = {run.model.name: model_curve(run.model, measured)}
+        sections.append(curve_section(measured, curves, f"Loads at the {rank} predicted state"))
+    return sections
+
+
+def curve_section(measured: pd.DataFrame, curves: dict[str, pd.DataFrame], heading: str) -> Section:
+    """F–P, M–P and F–M of one state."""
+    charts = CurveCharts(list(curves))
+    charts.show(measured, curves)
+    where = state_title(measured)
+    name = "curves_" + where.replace(",", "").replace("°", "deg").replace(" ", "_") + ".csv"
+    note = "Squares: measured, open where the pressure fell. Faint lines: beyond the measured pressures."
+    return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: curve_numbers(measured, curves)})
+
+
+def residual_sections(own: pd.DataFrame, when: str) -> list[Section]:
+    """Maps of the mean residual, one pair per sample. when: a word before the heading, such as before or after."""
+    table = residual_table(own)
+    panels = []
+    samples = sorted(table["sample"].unique())
+    for sample in samples[:MOST_SAMPLES]:
+        charts = ResidualCharts(title=f"sample {sample}, ")
+        charts.show(table[table["sample"] == sample])
+        panels += charts.panels
+    lines = ["Mean over pressure at each length and twist; grey cells have no usable row."]
+    if len(samples) > MOST_SAMPLES:
+        lines.append(f"First {MOST_SAMPLES} of {len(samples)} samples.")
+    heading = f"{when}: where it is wrong" if when else "Where it is wrong"
+    return [Section(heading, lines, charts=panels, numbers={f"residuals{'_' + when if when else ''}.csv": table})]
+
+
+def _parity(own: pd.DataFrame) -> Section:
+    shown = parity_numbers(own)
+    return Section("Predicted against measured", charts=parity_charts(shown), numbers={"parity.csv": shown})
