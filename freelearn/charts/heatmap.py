@@ -16,8 +16,10 @@ def heatmap_chart(cells: pd.DataFrame, label: str, everything: pd.DataFrame) -> 
     norm = color_scale(everything)
     part = cells[(cells["label"] == label) & cells["E"].notna()]
     across, down = set_order(everything["train"]), set_order(everything["test"])
+    # The title has to fit above the narrowest.
+    width, height = max(170 + 34 * len(across), 290), 130 + 30 * len(down)
     panel = chart(
-        f"{label}: mean {mean_text(part)}", "training set", "test set", 170 + 34 * len(across), 130 + 30 * len(down),
+        f"{label}: mean {mean_text(part)}", "training set", "test set", width, height,
         x_range=across, y_range=down[::-1],
     )  # fmt: skip
     mapper = LogColorMapper(Viridis256[::-1], low=norm.vmin, high=norm.vmax)

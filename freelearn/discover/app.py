@@ -27,7 +27,7 @@ from freelearn.discover.screens import Screen, reciprocity, rising_falling
 from freelearn.discover.search import Findings, Search, Step, Watch, record
 from freelearn.discover.terminal import DiscoveryView
 from freelearn.errors import UserError
-from freelearn.evaluate.curve import model_curve
+from freelearn.evaluate.curve import model_curves
 from freelearn.evaluate.error import load_scale
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_text, write_whole
@@ -291,8 +291,6 @@ def predictions(discovery: Discovery, step: Step) -> pd.DataFrame:
 def before_and_after(discovery: Discovery) -> list[tuple[pd.DataFrame, dict[str, pd.DataFrame]]]:
     """Measured rows, and curves of the first and the last model, at a middling and at the worst state of the first."""
     first, last = discovery.findings.steps[0], discovery.findings.final
-    shown = []
-    for measured in pick_states(predictions(discovery, first))[1:]:
-        curves = {when: model_curve(s.fit.model, measured) for when, s in (("before", first), ("after", last))}
-        shown.append((measured, curves))
-    return shown
+    models = {"before": first.fit.model, "after": last.fit.model}
+    table = predictions(discovery, first)
+    return [(table.iloc[rows], model_curves(models, table, rows)) for rows in pick_states(table)[1:]]

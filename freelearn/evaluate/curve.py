@@ -1,6 +1,8 @@
-"""A model's loads against pressure at one kinematic state."""
+"""A model's loads along the pressure steps of one kinematic state."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -9,31 +11,46 @@ import torch
 from freelearn.data.states import States
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
-from freelearn.units import NMM
+from freelearn.units import KPA, NMM
 
 POINTS = 60
 
 
-def model_curve(model: Model, measured: pd.DataFrame) -> pd.DataFrame:
-    """Predicted loads from zero to the highest pressure at the state of `measured` (measurement columns).
+def model_curves(models: Mapping[str, Model], table: pd.DataFrame, rows: np.ndarray) -> dict[str, pd.DataFrame]:
+    """`model_curve` of each model. rows: positions in `table` of one state's rows, in time order.
 
-    Columns pressure_kpa, force_pred_n, moment_pred_nmm (blank without an equilibrium), extrapolated (outside the
-    measured, un-buckled pressures). Pressure counts as neither rising nor falling.
+    The table matters beyond its rows: some effects remember what the sample went through before.
     """
-    fitted = measured.loc[measured["buckled"] == 0, "pressure_kpa"]
-    if not len(fitted):
-        fitted = measured["pressure_kpa"]
-    top = max(measured["pressure_kpa"].max(), 0.0)
-    pressure = np.union1d(np.linspace(min(0.0, fitted.min()), top, POINTS), [fitted.min(), fitted.max()])
-    rows = measured.iloc[[0] * len(pressure)].assign(pressure_kpa=pressure)
+    states = States.from_table(table)[torch.as_tensor(rows)]
+    buckled = (table["buckled"].to_numpy() == 1)[rows]
+    return {name: model_curve(model, states, buckled) for name, model in models.items()}
+
+
+def model_curve(model: Model, states: States, buckled: np.ndarray) -> pd.DataFrame:
+    """Predicted loads along the path that the pressure took: from zero to the first step, then from step to step.
+
+    states: one kinematic state's rows in time order; buckled: (N,) of them. Points between two steps remember what
+    the later one does (its direction, its times), so that rising and falling pressure draw two branches.
+    Columns, in the order of the path: pressure_kpa, force_pred_n, moment_pred_nmm (blank without an equilibrium),
+    extrapolated (outside the measured, un-buckled pressures).
+    """
+    per_step = max(1, round(POINTS / len(states)))
+    step = np.repeat(np.arange(len(states)), per_step)
+    share = np.tile(np.arange(1, per_step + 1) / per_step, len(states))
+    pressure = states.pressure.numpy()
+    before = np.r_[0.0, pressure[:-1]][step]
+    along = np.r_[0.0, before + share * (pressure[step] - before)]
+    path = states[torch.as_tensor(np.r_[0, step])].replace(pressure=torch.as_tensor(along))
     with torch.no_grad():
-        loads, status = model(States.from_table(rows).replace(direction=torch.zeros(len(pressure)).double()))
+        loads, status = model(path)
     loads[status == Status.NO_EQUILIBRIUM] = torch.nan
+    fitted = pressure[~buckled] if not buckled.all() else pressure
+    slack = 1e-9 * np.abs(pressure).max()
     return pd.DataFrame(
         {
-            "pressure_kpa": pressure,
+            "pressure_kpa": along / KPA,
             "force_pred_n": loads[:, 0].numpy(),
             "moment_pred_nmm": loads[:, 1].numpy() / NMM,
-            "extrapolated": (pressure < fitted.min()) | (pressure > fitted.max()),
+            "extrapolated": (along < fitted.min() - slack) | (along > fitted.max() + slack),
         }
     )

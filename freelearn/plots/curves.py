@@ -31,7 +31,7 @@ def curves(
     """Three panels, F–P, M–P and F–M: measured rows as black squares (open where the pressure fell), models as lines.
 
     measured: measurement columns of one kinematic state, in time order; buckled rows are left out. models: by name
-    (or one alone, then called "model"), frames with pressure_kpa, force_pred_n, moment_pred_nmm and `extrapolated`;
+    (or one alone, then called "model"), frames of model_curve, drawn in their own order;
     the line is solid over the measured pressures and dashed beyond them.
     """
     named = {"model": models} if isinstance(models, pd.DataFrame) else models
@@ -49,7 +49,7 @@ def curves(
             if rows.any():
                 axes.plot(shown[x][rows], shown[y][rows], "s", color="black", mfc=fill, ms=5, label=label, zorder=3)
         for (name, curve), color, mark in zip(named.items(), cycle(COLORS), cycle(MARKS), strict=False):
-            _line(axes, curve.sort_values("pressure_kpa", kind="stable"), model_x, model_y, name, color, mark)
+            _line(axes, curve, model_x, model_y, name, color, mark)
         finish(axes, x_label, y_label)
         axes.locator_params(nbins=6)
         if number == 1:

@@ -44,8 +44,8 @@ def squared_error(predictions: pd.DataFrame) -> pd.Series:
     return force**2 + moment**2
 
 
-def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[pd.DataFrame]:
-    """All rows, in time order, of kinematic states worth showing: from the best to the worst predicted.
+def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
+    """Positions of all rows, in time order, of kinematic states worth showing: from the best to the worst predicted.
 
     Of the states with at least four usable rows (or, if there is none, with the most rows), evenly spaced ranks of
     the mean squared error, so the first is the best and the last the worst.
@@ -59,4 +59,4 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[pd.DataFrame]
     enough = error[error["size"] >= min(ROWS_FOR_A_CURVE, error["size"].max())]
     ranked = enough.sort_values("mean", kind="stable").index.to_numpy()
     chosen = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
-    return [predictions[state == ranked[i]] for i in chosen]
+    return [np.flatnonzero(state == ranked[i]) for i in chosen]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.evaluate.curve import model_curve
+from freelearn.evaluate.curve import model_curves
 from freelearn.evaluate.files import training_samples
 from freelearn.evaluate.run import Run
 from freelearn.plots.canvas import to_rgb
@@ -27,8 +27,9 @@ def log_figures(run: Run, predictions: pd.DataFrame, folder: Path, simulated: bo
             ("residual_map", residual_map(own, title, simulated)),
         ):
             writer.add_image(tag, to_rgb(figure), dataformats="HWC")
-        for measured in pick_states(own):
+        for rows in pick_states(own):
+            measured = own.iloc[rows]
             where = state_title(measured)
-            curve = {run.model.name: model_curve(run.model, measured)}
-            figure = curves(measured, curve, f"{title}: {where}", simulated)
+            lines = model_curves({run.model.name: run.model}, own, rows)
+            figure = curves(measured, lines, f"{title}: {where}", simulated)
             writer.add_image(f"curves/{where}", to_rgb(figure), dataformats="HWC")

@@ -11,7 +11,7 @@ import pandas as pd
 from freelearn.charts.curves import CurveCharts
 from freelearn.charts.parity import parity_charts, parity_numbers
 from freelearn.charts.residuals import ResidualCharts
-from freelearn.evaluate.curve import model_curve
+from freelearn.evaluate.curve import model_curves
 from freelearn.evaluate.files import counts, training_samples
 from freelearn.evaluate.run import Run
 from freelearn.fit.report import INTERVAL, effect_notes, notes
@@ -81,9 +81,9 @@ def _parameters(run: Run) -> Section:
 
 def _curves(run: Run, own: pd.DataFrame) -> list[Section]:
     sections = []
-    for measured, rank in zip(pick_states(own), ("best", "middling", "worst"), strict=False):
-        curves = {run.model.name: model_curve(run.model, measured)}
-        sections.append(curve_section(measured, curves, f"Loads at the {rank} predicted state"))
+    for rows, rank in zip(pick_states(own), ("best", "middling", "worst"), strict=False):
+        curves = model_curves({run.model.name: run.model}, own, rows)
+        sections.append(curve_section(own.iloc[rows], curves, f"Loads at the {rank} predicted state"))
     return sections
 
 

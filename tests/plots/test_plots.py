@@ -164,7 +164,9 @@ def test_the_best_the_middle_and_the_worst_state_are_picked(predictions):
     predictions["force_pred_n"] = predictions["force_n"] + state
     predictions.loc[predictions.index[:5], "force_pred_n"] += 99
     predictions.loc[predictions.index[:2], "buckled"] = 1
-    picked = [tuple(state.iloc[0][["sample", "elongation_mm", "twist_deg"]]) for state in pick_states(predictions)]
+    picked = [
+        tuple(predictions.iloc[rows[0]][["sample", "elongation_mm", "twist_deg"]]) for rows in pick_states(predictions)
+    ]
     assert picked == [(3, -1.0, 10.0), (6, -1.0, -10.0), (6, 1.0, 10.0)]
     assert pick_states(predictions.assign(buckled=1)) == []
 
