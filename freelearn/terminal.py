@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lightning as L
 from rich.console import Console
@@ -15,6 +15,11 @@ from rich.table import Table
 from freelearn.evaluate.files import counts
 from freelearn.evaluate.run import Run
 from freelearn.fit.report import INTERVAL, effect_notes, notes
+
+if TYPE_CHECKING:
+    from freelearn.discover.failures import Failure
+
+MOST_FAILURES = 3
 
 
 class FitProgress(L.Callback):
@@ -50,10 +55,11 @@ def show_run(
     warnings: Sequence[str],
     simulated: bool,
     comparison: dict[str, dict[str, float]] | None = None,
+    failed: Sequence[Failure] = (),
 ) -> None:
     """Errors by test set, parameters with 95 % intervals, what to know, and where the files are.
 
-    comparison: E of each test set {without, with} effects, whole kinematic states held out.
+    comparison: E of each test set {without, with} effects, whole kinematic states held out. failed: where it fails.
     """
     source = "simulated data" if simulated else "measured data"
     fitted = f"fitted on {run.train} by {run.method}" if run.found else f"not fitted ({run.train})"
@@ -71,6 +77,10 @@ def show_run(
         console.print(_parameter_table(run))
     else:
         console.print(f"{len(run.model.vector())} weights and biases (in fit_report.txt)")
+    if failed:
+        console.print("Where it fails, worst first:", highlight=False)
+    for failure in failed[:MOST_FAILURES]:
+        console.print(f"  · {failure.sentence()}", markup=False, highlight=False)
     for note in [*_count_notes(run), *_fit_notes(run), *warnings]:
         console.print(f"! {note}", markup=False, highlight=False)
     # Printed plainly: a wrapped or coloured path cannot be copied.

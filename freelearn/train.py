@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lightning as L
 from rich.console import Console
@@ -17,7 +17,7 @@ from freelearn.data.source import load_table
 from freelearn.effects.registry import load_own, missing_columns
 from freelearn.errors import UserError
 from freelearn.evaluate.comparison import compare
-from freelearn.evaluate.files import check_folder, predictions, write_run
+from freelearn.evaluate.files import check_folder, predictions, training_samples, write_run
 from freelearn.evaluate.run import CONSTITUENT_SET, Run, run
 from freelearn.files import write_text
 from freelearn.fit.fit import FitOptions
@@ -26,6 +26,9 @@ from freelearn.models.base import Model
 from freelearn.models.build import build_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.terminal import FitProgress, show_run
+
+if TYPE_CHECKING:
+    from freelearn.discover.failures import Failure
 
 
 def train(
@@ -86,7 +89,11 @@ def train(
     simulated = bool(provenance["simulated"])
     predicted = predictions(outcome)
     log_run(outcome, folder)
+    failed: list[Failure] = []
     if settings["figures"]:
+        from freelearn.discover.where import where_it_fails
+
+        failed = where_it_fails(outcome.model, training_samples(outcome, predicted), settings["data"]["accuracy"])
         # matplotlib costs a second to import: only when there is something to draw.
         from freelearn.plots.tensorboard import log_figures
 
@@ -94,12 +101,14 @@ def train(
     about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
     if comparison:
         about["comparison"] = comparison
+    if failed:
+        about["failures"] = [failure.numbers() for failure in failed]
     from freelearn.report.run import report_run
 
     report_run(outcome, predicted, folder, about, command, bool(settings["figures"]))
     write_run(outcome, predicted, folder, about)
     if console:
-        show_run(console, outcome, folder, warnings, simulated, comparison)
+        show_run(console, outcome, folder, warnings, simulated, comparison, failed)
     return outcome
 
 

@@ -27,7 +27,7 @@ from freelearn.discover.screens import Screen, reciprocity, rising_falling
 from freelearn.discover.search import Findings, Search, Step, Watch, record
 from freelearn.discover.terminal import DiscoveryView
 from freelearn.errors import UserError
-from freelearn.evaluate.curve import model_curves
+from freelearn.evaluate.curve import model_curve
 from freelearn.evaluate.error import load_scale
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_text, write_whole
@@ -293,4 +293,10 @@ def before_and_after(discovery: Discovery) -> list[tuple[pd.DataFrame, dict[str,
     first, last = discovery.findings.steps[0], discovery.findings.final
     models = {"before": first.fit.model, "after": last.fit.model}
     table = predictions(discovery, first)
-    return [(table.iloc[rows], model_curves(models, table, rows)) for rows in pick_states(table)[1:]]
+    shown = []
+    for rows in pick_states(table)[1:]:
+        # Not from `table`, which lacks the buckled rows: the path of the pressure went through them.
+        states = discovery.states[torch.as_tensor(rows)]
+        kept = np.zeros(len(rows), dtype=bool)
+        shown.append((table.iloc[rows], {when: model_curve(model, states, kept) for when, model in models.items()}))
+    return shown

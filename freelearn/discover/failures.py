@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -32,6 +33,10 @@ class Failure:
     mean_moment_nmm: float
     sigma_force: float
     sigma_moment: float
+
+    def numbers(self) -> dict[str, Any]:
+        """The sentence and its numbers, as discovery.json and results.json hold them."""
+        return {"sentence": self.sentence(), **vars(self)}
 
     def sentence(self) -> str:
         """What a researcher would say about it."""

@@ -34,17 +34,7 @@ def document(
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
         "trail": [_entry(step, previous) for previous, step in pairs],
         "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
-        "failures": [
-            {
-                "where": f.where,
-                "rows": f.rows,
-                "share_of_squared_error": f.share_of_squared_error,
-                "mean_force_n": f.mean_force_n,
-                "mean_moment_nmm": f.mean_moment_nmm,
-                "sentence": f.sentence(),
-            }
-            for f in failed
-        ],
+        "failures": [f.numbers() for f in failed],
         "next_experiment": [vars(p) for p in proposed],
         "screens": [vars(s) for s in screens],
         "remainder": vars(left) if left else None,

@@ -33,6 +33,9 @@ def report_run(
     effects = [e.name for e in run.model.effects]
     title = " + ".join([run.model.name, *effects]) + f", fitted on {run.train}"
     sections = [_errors(run), *_comparison(about.get("comparison")), _parameters(run)]
+    if "failures" in about:
+        lines = [f["sentence"][0].upper() + f["sentence"][1:] + "." for f in about["failures"]]
+        sections.append(Section("Where it fails, worst first", lines))
     if figures:
         own = training_samples(run, predictions)
         sections += [*_curves(run, own), *residual_sections(own, ""), _parity(own)]
