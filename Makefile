@@ -4,14 +4,14 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test bench lint clean
+.PHONY: setup demo test bench lint workbench clean
 
 setup: $(READY)
 
 $(READY): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
 	$(RUN) -m pip install --quiet -c constraints.txt torch
-	$(RUN) -m pip install --quiet -c constraints.txt -e ".[test]"
+	$(RUN) -m pip install --quiet -c constraints.txt -e ".[workbench,test]"
 	touch $@
 
 demo: setup
@@ -24,6 +24,9 @@ lint: setup
 
 test: setup
 	$(RUN) -m pytest -n auto
+
+workbench: setup
+	$(RUN) -m freelearn.workbench
 
 bench: setup
 	$(RUN) experiments/benchmark.py

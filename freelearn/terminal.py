@@ -17,7 +17,7 @@ from freelearn.evaluate.run import Run
 from freelearn.fit.report import INTERVAL, effect_notes, notes
 
 if TYPE_CHECKING:
-    from freelearn.discover.failures import Failure
+    from freelearn.discover.misfit import Misfit
 
 MOST_FAILURES = 3
 
@@ -55,11 +55,11 @@ def show_run(
     warnings: Sequence[str],
     simulated: bool,
     comparison: dict[str, dict[str, float]] | None = None,
-    failed: Sequence[Failure] = (),
+    misfit: Misfit | None = None,
 ) -> None:
     """Errors by test set, parameters with 95 % intervals, what to know, and where the files are.
 
-    comparison: E of each test set {without, with} effects, whole kinematic states held out. failed: where it fails.
+    comparison: E of each test set {without, with} effects, whole kinematic states held out. misfit: where it fails.
     """
     source = "simulated data" if simulated else "measured data"
     fitted = f"fitted on {run.train} by {run.method}" if run.found else f"not fitted ({run.train})"
@@ -77,9 +77,13 @@ def show_run(
         console.print(_parameter_table(run))
     else:
         console.print(f"{len(run.model.vector())} weights and biases (in fit_report.txt)")
-    if failed:
-        console.print("Where it fails, worst first:", highlight=False)
-    for failure in failed[:MOST_FAILURES]:
+    if misfit:
+        floor = (
+            f"A perfect model would have E = {100 * misfit.noise_floor:.2f} % on {run.train}: the measuring's noise."
+        )
+        console.print(floor, highlight=False, soft_wrap=True)
+        console.print("Where this one fails, worst first:", highlight=False)
+    for failure in misfit.failures[:MOST_FAILURES] if misfit else ():
         console.print(f"  · {failure.sentence()}", markup=False, highlight=False)
     for note in [*_count_notes(run), *_fit_notes(run), *warnings]:
         console.print(f"! {note}", markup=False, highlight=False)

@@ -28,7 +28,7 @@ from freelearn.models.continuum import CONSTITUENT
 from freelearn.terminal import FitProgress, show_run
 
 if TYPE_CHECKING:
-    from freelearn.discover.failures import Failure
+    from freelearn.discover.misfit import Misfit
 
 
 def train(
@@ -89,11 +89,11 @@ def train(
     simulated = bool(provenance["simulated"])
     predicted = predictions(outcome)
     log_run(outcome, folder)
-    failed: list[Failure] = []
+    found: Misfit | None = None
     if settings["figures"]:
-        from freelearn.discover.where import where_it_fails
+        from freelearn.discover.misfit import misfit
 
-        failed = where_it_fails(outcome.model, training_samples(outcome, predicted), settings["data"]["accuracy"])
+        found = misfit(outcome.model, training_samples(outcome, predicted), settings["data"]["accuracy"])
         # matplotlib costs a second to import: only when there is something to draw.
         from freelearn.plots.tensorboard import log_figures
 
@@ -101,14 +101,15 @@ def train(
     about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
     if comparison:
         about["comparison"] = comparison
-    if failed:
-        about["failures"] = [failure.numbers() for failure in failed]
+    if found:
+        about["noise_floor"] = found.noise_floor
+        about["failures"] = [failure.numbers() for failure in found.failures]
     from freelearn.report.run import report_run
 
     report_run(outcome, predicted, folder, about, command, bool(settings["figures"]))
     write_run(outcome, predicted, folder, about)
     if console:
-        show_run(console, outcome, folder, warnings, simulated, comparison, failed)
+        show_run(console, outcome, folder, warnings, simulated, comparison, found)
     return outcome
 
 

@@ -63,6 +63,9 @@ class CurveCharts:
         rows["fill"] = np.where(falling, "white", "black")
         rows["direction"] = np.where(falling, "falling", "rising")
         self.rows.data = rows
+        for panel in self.panels:
+            for item in panel.legend[0].items:
+                item.visible = item.label.value not in self.models or item.label.value in curves
         for name in self.models:
             self.lines[name].data = _columns(curves.get(name))
 

@@ -15,7 +15,14 @@ class StaircaseChart:
     def __init__(self, width: int = 480, height: int = 340) -> None:
         self.source = ColumnDataSource({name: [] for name in ("step", "E", "floor", "label")})
         self.panel: figure = chart(
-            "error on held-out kinematic states", "", "E [%], logarithmic", width, height, x_range=[], y_axis_type="log"
+            "error on held-out kinematic states",
+            "",
+            "E [%], logarithmic",
+            width,
+            height,
+            x_range=[],
+            y_axis_type="log",
+            y_range=(0.1, 100.0),
         )
         where = {"x": "step", "source": self.source}
         self.panel.line(y="floor", color="black", line_dash="dashed", width=1.5, legend_label="noise floor", **where)

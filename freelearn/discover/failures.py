@@ -18,6 +18,7 @@ SMALLEST = 0.03
 # A further split has to explain this share of the residuals' variance; less would only cut regions at random.
 SMALLEST_GAIN = 0.02
 MOST = 6
+EVERYWHERE = "everywhere"
 UNITS = {"elongation": " mm", "twist": "°", "pressure": " kPa"}
 
 
@@ -49,8 +50,9 @@ class Failure:
             if abs(sigma) >= 0.5
         ]
         what = " and ".join(parts) or "loads scatter without a common sign"
+        place = self.where if self.where == EVERYWHERE else f"where {self.where}"
         return (
-            f"{what} where {self.where}: {100 * self.share_of_rows:.0f} % of the rows hold "
+            f"{what} {place}: {100 * self.share_of_rows:.0f} % of the rows hold "
             f"{100 * self.share_of_squared_error:.0f} % of the squared error"
         )
 
@@ -138,7 +140,7 @@ def _where(inputs: pd.DataFrame, inside: np.ndarray, tree: DecisionTreeRegressor
             words.append(f"{name} > {low[name]:.3g}{UNITS[name]}")
         else:
             words.append(f"{name} ≤ {high[name]:.3g}{UNITS[name]}")
-    return " and ".join(words).replace("-", "−") or "everywhere"
+    return " and ".join(words).replace("-", "−") or EVERYWHERE
 
 
 def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray) -> pd.DataFrame:

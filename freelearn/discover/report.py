@@ -29,6 +29,7 @@ def document(
     pairs = zip([None, *findings.steps], findings.steps, strict=False)
     content = {
         "verdict": findings.verdict,
+        "says": verdict_in_words(findings),
         "effects": last.effects,
         "classes": [list(c) for c in findings.classes],
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},

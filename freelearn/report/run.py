@@ -34,7 +34,9 @@ def report_run(
     title = " + ".join([run.model.name, *effects]) + f", fitted on {run.train}"
     sections = [_errors(run), *_comparison(about.get("comparison")), _parameters(run)]
     if "failures" in about:
-        lines = [f["sentence"][0].upper() + f["sentence"][1:] + "." for f in about["failures"]]
+        floor = f"A perfect model would have E = {percent(about['noise_floor'])} % on its training set's test rows."
+        lines = [floor]
+        lines += [f["sentence"][0].upper() + f["sentence"][1:] + "." for f in about["failures"]]
         sections.append(Section("Where it fails, worst first", lines))
     if figures:
         own = training_samples(run, predictions)

@@ -87,3 +87,12 @@ def _labels(table: pd.DataFrame) -> pd.Series:
             several = values.groupby(label).transform("nunique") > 1
             label = label.where(~several | values.isna(), label + " " + values.astype(str))
     return label
+
+
+def read_gathered(path: Path) -> pd.DataFrame:
+    """A heatmap.csv as the table that it was written from. Raises UserError."""
+    try:
+        table = pd.read_csv(path)
+        return table.assign(error=table["error"].fillna(""), label=table["label"].astype(str))
+    except (OSError, ValueError, KeyError) as problem:
+        raise UserError(f"{path} is not a gathered sweep: {problem}") from None

@@ -1,0 +1,146 @@
+"""Model against measurement: error map over length × twist, and load curves at any kinematic state."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import panel as pn
+import torch
+
+from freelearn.charts.curves import CurveCharts
+from freelearn.charts.residuals import ResidualCharts, scales
+from freelearn.data.sets import samples_of
+from freelearn.data.states import States, kinematic_state
+from freelearn.evaluate.curve import model_curve
+from freelearn.models.base import Model
+from freelearn.models.build import load_model
+from freelearn.plots.residual_map import residual_table
+from freelearn.plots.states import places, state_title
+from freelearn.workbench.session import Session
+from freelearn.workbench.words import say, words
+
+FIRST, NOW = "first fit", "this fit"
+
+
+class Fitted:
+    """A finished run's rows, states and model."""
+
+    def __init__(self, folder: Path) -> None:
+        self.model: Model = load_model(folder / "checkpoint.ckpt")
+        self.table = pd.read_csv(folder / "predictions.csv")
+        self.states = States.from_table(self.table)
+        self.state = kinematic_state(self.table)
+        self.buckled = (self.table["buckled"] == 1).to_numpy()
+        self.residuals = residual_table(self.table)
+        self.places = places(self.table)
+
+    def curve(self, rows: np.ndarray) -> pd.DataFrame:
+        return model_curve(self.model, self.states[torch.as_tensor(rows)], self.buckled[rows])
+
+
+@lru_cache(8)
+def fitted(folder: Path, written: float) -> Fitted:
+    """written: when the run was, so that a newer one in the same folder is read anew."""
+    return Fitted(folder)
+
+
+class Comparison:
+    """The middle of the page."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.now: Fitted | None = None
+        self.first: Fitted | None = None
+        self.title = words()
+        self.sample = pn.widgets.Select(name="sample", options=[], width=110)
+        self.state = pn.widgets.DiscreteSlider(name="kinematic state", options=[0], width=560)
+        self.fixed = pn.widgets.Checkbox(name="map colours as in the first fit", value=True, width=220)
+        self.curves = CurveCharts([FIRST, NOW], width=312, height=290)
+        self.maps = ResidualCharts(width=312, height=290, tap=True)
+        self.maps.source.selected.on_change("indices", self._tapped)
+        self.sample.param.watch(lambda _: self._sample_chosen(), "value")
+        self.state.param.watch(lambda _: self._draw_curves(), "value")
+        self.fixed.param.watch(lambda _: self._draw_map(), "value")
+        self.view = pn.Column(
+            self.title,
+            pn.Row(self.sample, self.state, self.fixed),
+            pn.Row(*[pn.pane.Bokeh(panel) for panel in self.curves.panels]),
+        )
+        # Beside the staircase, see Results.
+        self.maps_view = [pn.pane.Bokeh(panel) for panel in self.maps.panels]
+
+    def refresh(self) -> None:
+        """Shows the latest run, and the first one that it can be compared with."""
+        runs = self.session.comparable()
+        self.first, self.now = self._fitted(runs[0]), self._fitted(runs[-1])
+        samples = [int(n) for n in np.unique(self.now.table["sample"])]
+        self._title(runs[-1])
+        if self.sample.options != samples:
+            own = samples_of(runs[-1]["question"].train, self.now.table["sample"].to_numpy())
+            self.sample.param.update(options=samples, value=int(own[0]))
+        self._sample_chosen()
+
+    def _fitted(self, run: dict[str, Any]) -> Fitted:
+        folder = self.session.folder / run["folder"]
+        return fitted(folder, (folder / "results.json").stat().st_mtime)
+
+    def _title(self, run: dict[str, Any]) -> None:
+        question = run["question"]
+        about = self.session.read(run, "results.json") or {}
+        source = "simulated data" if question.data != "csv" else f"measured data, {question.name}"
+        effects = " + ".join(["", *question.effects])
+        error = about.get("tests", {}).get(question.train, {}).get("E")
+        text = f"{question.model}{effects}, fitted on {question.train} ({source})"
+        say(self.title, [text + (f": E {100 * error:.3g} % on held-out states" if error is not None else "")], "good")
+
+    def _sample_chosen(self) -> None:
+        assert self.now is not None
+        places = self.now.places[self.now.places["sample"] == self.sample.value]
+        rows = np.bincount(self.now.state[~self.now.buckled], minlength=len(self.now.places))
+        places = places[rows[places.index] > 0].sort_values(["elongation_mm", "twist_deg"])
+        options = {
+            f"{p.elongation_mm:+.3g} mm, {p.twist_deg:+.4g}°": int(n)
+            for n, p in zip(places.index, places.itertuples(), strict=True)
+        }
+        if options and self.state.options != options:
+            kept = self.state.value if self.state.value in options.values() else self._worst(list(options.values()))
+            self.state.param.update(options=options, value=kept)
+        self._draw_map()
+        self._draw_curves()
+
+    def _worst(self, states: list[int]) -> int:
+        assert self.now is not None
+        part = self.now.residuals.iloc[states]
+        size = (part["moment_nmm"].abs() / scales(part)[1] + part["force_n"].abs() / scales(part)[0]).fillna(0)
+        return states[int(np.argmax(size))]
+
+    def _draw_map(self) -> None:
+        if self.now is None or self.first is None:
+            return
+        of_sample = self.now.residuals["sample"] == self.sample.value
+        first = self.first.residuals
+        limits = scales(first[first["sample"] == self.sample.value]) if self.fixed.value else None
+        self.shown = np.flatnonzero(of_sample)
+        self.maps.source.selected.indices = []
+        self.maps.show(self.now.residuals[of_sample], limits)
+
+    def _draw_curves(self) -> None:
+        if self.now is None or self.first is None:
+            return
+        rows = np.flatnonzero(self.now.state == self.state.value)
+        measured = self.now.table.iloc[rows]
+        curves = {NOW: self.now.curve(rows)}
+        if self.first is not self.now:
+            curves[FIRST] = self.first.curve(rows)
+        self.curves.show(measured, curves)
+        self.curves.panels[0].title.text = f"F–P: {state_title(measured)}"
+
+    def _tapped(self, attribute: str, old: list[int], new: list[int]) -> None:
+        if new:
+            place = int(self.shown[new[0]])
+            if place in self.state.options.values():
+                self.state.value = place

@@ -1,0 +1,100 @@
+"""Which effects would explain the misfit, and which of them the model has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import panel as pn
+
+from freelearn.charts.ranking import ranking_numbers
+from freelearn.effects.registry import EFFECTS
+from freelearn.workbench.session import Session
+from freelearn.workbench.words import heading, say, words
+
+
+class Effects:
+    """Where the latest fit fails, what the search says, and boxes to tick."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.refreshing = False
+        self.where, self.verdict, self.hints = words(), words(), words()
+        self.boxes = pn.widgets.CheckBoxGroup(name="effects in the model", options={}, inline=False)
+        self.use = pn.widgets.Button(
+            name="Tick what was found, and fit", button_type="success", visible=False, width=260
+        )
+        self.boxes.param.watch(self._ticked, "value")
+        self.use.on_click(lambda _: self._use())
+        self.view = pn.Row(
+            pn.Column(heading("Where it fails, worst first"), self.where, width=380),
+            pn.Column(heading("What is missing"), self.verdict, self.use, self.hints, self.boxes,
+                      width=570),
+        )  # fmt: skip
+
+    def _ticked(self, event: Any) -> None:
+        if not self.refreshing:
+            self.session.choose(effects=tuple(event.new))
+
+    def _use(self) -> None:
+        found = self.session.discovery()
+        if found and not self.session.busy:
+            self.session.choose(effects=tuple(found["effects"]))
+            self.session.start("train")
+
+    def refresh(self) -> None:
+        """Shows the session as it is."""
+        runs, found = self.session.comparable(), self.session.discovery()
+        about = self.session.read(runs[-1], "results.json") if runs else None
+        lines = [f["sentence"] for f in (about or {}).get("failures", [])]
+        say(self.where, [f"• {line}" for line in lines] or ["Nothing fitted yet."], "" if lines else "quiet")
+        self._verdict(found)
+        options = _labels(found)
+        chosen = [e for e in self.session.question.effects if e in options.values()]
+        self.refreshing = True
+        try:
+            self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
+        finally:
+            self.refreshing = False
+
+    def _verdict(self, found: dict[str, Any] | None) -> None:
+        wanted = found["effects"] if found else []
+        self.use.visible = bool(wanted) and set(wanted) != set(self.session.question.effects)
+        self.use.disabled = self.session.busy
+        if not found:
+            say(self.verdict, ["Tick effects by hand, or let the search rank them."], "quiet")
+            say(self.hints, [])
+            return
+        say(self.verdict, [found["says"]], "good")
+        hints = [f"{s['name']}: {s['says']}" for s in found["screens"]]
+        hints += [f"cannot be told apart: {', '.join(c)}" for c in found["classes"] if len(c) > 1]
+        hints += [
+            f"measure next: sample {p['sample']}, {p['elongation_mm']:+.3g} mm, {p['twist_deg']:+.4g}°, "
+            f"{p['pressure_kpa']:.3g} kPa would tell {' from '.join(p['separates'])} by {p['expected_z']:.1f} σ"
+            for p in found["next_experiment"][:3]
+        ]
+        if found["remainder"]:
+            hints.append(f"what is left, a hint only: {found['remainder']['hint']}")
+        say(self.hints, [*hints, *found["notes"]])
+
+
+def _labels(found: dict[str, Any] | None) -> dict[str, str]:
+    """Every effect by what its box says: ranked, with its evidence, once there is a search."""
+    if not found:
+        return {name: name for name in sorted(EFFECTS)}
+    labels = {}
+    for row in ranking_numbers(found["candidates"]).itertuples():
+        error = (
+            ""
+            if row.E_heldout is None or row.E_heldout != row.E_heldout
+            else f", E held-out {100 * row.E_heldout:.3g} %"
+        )
+        labels[f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"] = row.effect
+    for name in found["given_effects"]:
+        labels.setdefault(f"{name}: in the model from the start", name)
+    for c in found["candidates"]:
+        if c["effect"] not in labels.values():
+            labels[f"{c['effect']}: {c['status'].replace('_', ' ')}, {c['reason']}"] = c["effect"]
+    for name in sorted(EFFECTS):
+        if name not in labels.values():
+            labels[name] = name
+    return labels

@@ -1,0 +1,63 @@
+"""One page: steps on the left, the comparison with the measurements beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import panel as pn
+
+from freelearn.workbench.session import Session
+from freelearn.workbench.steps import Steps
+from freelearn.workbench.sweeps import Sweeps
+from freelearn.workbench.words import heading, say, words
+
+if TYPE_CHECKING:
+    from freelearn.workbench.results import Results
+
+EVERY = 250  # ms between looks at what runs
+
+WELCOME = (
+    "Choose data and a model on the left, then Fit: the page shows the model against the measurements at every "
+    "kinematic state, and where it is wrong. Find what is missing ranks the physical effects that would explain it.",
+)
+
+
+class Page:
+    """What one browser tab shows of a session. Draws anew when the session's version changes, never waits."""
+
+    def __init__(self, session: Session, sweeps: Path) -> None:
+        self.session, self.shown = session, -1
+        self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
+        self.results: Results | None = None
+        welcome = words()
+        say(welcome, WELCOME, "quiet")
+        self.main = pn.Column(welcome)
+        self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), width=970)
+        self.tabs.param.watch(self._turned, "active")
+        self.view = pn.Column(heading("freelearn workbench", 1), pn.Row(self.steps.view, self.tabs))
+        self.look()
+        pn.state.add_periodic_callback(self.look, period=EVERY)
+
+    def look(self) -> None:
+        """Draws what has changed."""
+        self.session.poll()
+        if self.shown == self.session.version:
+            return
+        self.shown = self.session.version
+        self.steps.refresh()
+        if not self.session.comparable():
+            return
+        if self.results is None:
+            # torch and matplotlib take seconds to import: not before there is something to show.
+            from freelearn.workbench.results import Results
+
+            self.results = Results(self.session)
+            self.results.refresh()
+            self.main.objects = [self.results.view]
+        else:
+            self.results.refresh()
+
+    def _turned(self, event: Any) -> None:
+        if event.new == 1:
+            self.sweeps.look()

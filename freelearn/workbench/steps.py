@@ -1,0 +1,147 @@
+"""The left column: data, model, fit, search, and what to take away."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import panel as pn
+
+from freelearn.workbench.question import DATA, MODELS
+from freelearn.workbench.session import LARGEST_CSV, MEGABYTE, Session
+from freelearn.workbench.words import heading, say, words
+
+WIDTH = 286
+DOING = {"check": "Reading the file", "train": "Fitting", "discover": "Searching"}
+
+
+class Steps:
+    """What can be chosen and started."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.refreshing = False
+        wide = {"width": WIDTH - 24}
+        self.data = pn.widgets.Select(name="data", options={text: key for key, text in DATA.items()}, **wide)
+        self.seed = pn.widgets.IntInput(name="which hidden effect (a seed)", start=0, end=10**6, step=1, **wide)
+        self.file = pn.widgets.FileDropper(
+            accepted_filetypes=[".csv", "text/csv"],
+            max_file_size=f"{LARGEST_CSV // MEGABYTE}MB",
+            multiple=False,
+            height=90,
+            **wide,
+        )
+        self.about_data = words()
+        self.faults = words()
+        self.faults_view = pn.Column(self.faults, scroll=True, max_height=260, visible=False)
+        self.model = pn.widgets.Select(name="model", options=list(MODELS), **wide)
+        self.train = pn.widgets.Select(name="training set", options=[], **wide)
+        self.effects = words()
+        self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)
+        self.find = pn.widgets.Button(name="Find what is missing", button_type="primary", **wide)
+        self.cancel = pn.widgets.Button(name="Cancel", visible=False, **wide)
+        self.bar = pn.indicators.Progress(value=-1, max=100, visible=False, **wide)
+        self.doing = words()
+        self.report = _download("report.html", "Report")
+        self.checkpoint = _download("checkpoint.ckpt", "Fitted model")
+        self.found_report = _download("report.html", "Report of the search")
+        self.command = words()
+        self.take = pn.Column(
+            heading("Take it with you"), self.report, self.checkpoint, self.found_report, self.command
+        )
+        self._watch()
+        self.view = pn.Column(
+            heading("1  Data"), self.data, self.seed, self.file, self.about_data, self.faults_view,
+            heading("2  Model"), self.model, self.train,
+            heading("3  Fit, and see where it fails"), self.effects, self.fit,
+            heading("4  See what is missing"), self.find,
+            self.cancel, self.bar, self.doing, self.take,
+            width=WIDTH,
+        )  # fmt: skip
+
+    def _watch(self) -> None:
+        for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.model, "model"), (self.train, "train")):
+            widget.param.watch(lambda event, name=name: self._chosen(name, event.new), "value")
+        self.file.param.watch(self._dropped, "value")
+        self.fit.on_click(lambda _: self.session.start("train"))
+        self.find.on_click(lambda _: self.session.start("discover"))
+        self.cancel.on_click(lambda _: self.session.cancel())
+
+    def _chosen(self, name: str, value: Any) -> None:
+        # What the page itself sets is no choice of the user's.
+        if not self.refreshing and value is not None:
+            self.session.choose(**{name: value})
+
+    def _dropped(self, event: Any) -> None:
+        for name, content in (event.new or {}).items():
+            self.session.upload(str(name), content.encode() if isinstance(content, str) else content)
+
+    def refresh(self) -> None:
+        """Shows the session as it is."""
+        self.refreshing = True
+        try:
+            self._refresh()
+        finally:
+            self.refreshing = False
+
+    def _refresh(self) -> None:
+        question, busy = self.session.question, self.session.busy
+        self.data.param.update(value=question.data, disabled=busy)
+        self.seed.param.update(value=question.seed, visible=question.data == "hidden", disabled=busy)
+        self.file.param.update(visible=question.data == "csv", disabled=busy)
+        self._refresh_data()
+        self.model.param.update(value=question.model, disabled=busy)
+        sets = self.session.sets
+        self.train.param.update(options=sets, value=question.train if sets else None, disabled=busy or not sets)
+        chosen = "with " + " + ".join(question.effects) if question.effects else "no effect added"
+        say(self.effects, [chosen], "quiet")
+        self.fit.disabled = self.find.disabled = not self.session.ready
+        self._refresh_job()
+        self._refresh_take()
+
+    def _refresh_data(self) -> None:
+        question, table = self.session.question, self.session.table
+        if question.data == "csv":
+            lines = [f"{question.name}: {table['rows']} rows, {table['usable']} of them un-buckled, {table['samples']} "
+                     f"sample(s), {table['states']} kinematic states", *table["warnings"]] if table else []  # fmt: skip
+            say(
+                self.about_data,
+                lines or [f"Drop a measurement table (CSV, up to {LARGEST_CSV // MEGABYTE} MB)."],
+                "quiet",
+            )
+        else:
+            say(self.about_data, ["SIMULATED, not measured"], "source")
+        problem = self.session.problem
+        named = [f"{question.name}:"] if question.name and problem else []
+        say(self.faults, [*named, *problem.splitlines()], "bad")
+        self.faults_view.visible = bool(problem)
+
+    def _refresh_job(self) -> None:
+        job = self.session.job
+        running = self.session.busy
+        self.cancel.visible = self.bar.visible = running
+        if job is None:
+            say(self.doing, [])
+        elif running:
+            self.bar.value = -1 if job.share is None else max(1, min(100, round(100 * job.share)))
+            say(self.doing, [f"{DOING[job.kind]}: {job.text}"], "quiet")
+        else:
+            ended = {"done": "done", "cancelled": "cancelled", "failed": job.text}[job.status]
+            say(self.doing, [f"{DOING[job.kind]}: {ended}"], "bad" if job.status == "failed" else "quiet")
+
+    def _refresh_take(self) -> None:
+        runs, found = self.session.comparable(), self.session.found
+        self.take.visible = bool(runs) or found is not None
+        last = runs[-1] if runs else None
+        for button, run in ((self.report, last), (self.checkpoint, last), (self.found_report, found)):
+            button.visible = run is not None
+            if run is not None:
+                button.file = str(self.session.folder / run["folder"] / button.filename)
+        commands = [runs[-1]["question"].command("train")] if runs else []
+        commands += [found["question"].command("discover")] if found else []
+        say(self.command, commands, code=True)
+
+
+def _download(name: str, label: str) -> pn.widgets.FileDownload:
+    return pn.widgets.FileDownload(
+        file=None, filename=name, label=label, auto=True, embed=False, visible=False, width=WIDTH - 24
+    )

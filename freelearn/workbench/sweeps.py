@@ -1,0 +1,58 @@
+"""Heat maps of finished sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import panel as pn
+
+from freelearn.errors import UserError
+from freelearn.workbench.words import say, words
+
+MOST_MAPS = 6
+
+
+class Sweeps:
+    """The second tab. Looks for sweeps under a folder when asked, because new ones end at any time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
+        self.again = pn.widgets.Button(name="Look again", width=120)
+        self.note = words()
+        self.maps = pn.FlexBox()
+        self.again.on_click(lambda _: self.look())
+        self.choice.param.watch(lambda _: self._draw(), "value")
+        self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps)
+
+    def look(self) -> None:
+        found = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
+        options = {str(path.parent.relative_to(self.folder)): path for path in found}
+        if not options:
+            say(
+                self.note,
+                [f"No sweep under {self.folder} yet: python train.py -m experiment=study makes one."],
+                "quiet",
+            )
+        self.choice.options = options
+
+    def _draw(self) -> None:
+        # matplotlib, whose colour scales the maps share, takes a second to import: not before the page is there.
+        from freelearn.charts.heatmap import heatmap_chart
+        from freelearn.sweep.collect import read_gathered
+        from freelearn.sweep.summary import cells
+
+        self.maps.clear()
+        if self.choice.value is None:
+            return
+        try:
+            shown = cells(read_gathered(self.choice.value))
+        except UserError as problem:
+            say(self.note, [str(problem)], "bad")
+            return
+        labels = list(dict.fromkeys(shown["label"]))
+        more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
+        say(self.note, [f"Error E of every training set on every test set; one colour scale.{more}"], "quiet")
+        self.maps.objects = [
+            pn.pane.Bokeh(heatmap_chart(shown, label, shown), sizing_mode="fixed") for label in labels[:MOST_MAPS]
+        ]

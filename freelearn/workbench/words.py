@@ -1,0 +1,34 @@
+"""Text on the page. Whatever came from a file is escaped here: nothing of it is ever read as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import panel as pn
+from markupsafe import escape
+
+STYLE = """
+:host { font-size: 14px; color: #1a1a1a; } p { margin: 2px 0; line-height: 1.35; } h1 { font-size: 18px; margin: 0; }
+h2 { font-size: 15px; margin: 6px 0 2px; } .good { color: #00557f; font-weight: 600; }
+.bad { color: #8a1f00; white-space: pre-wrap; } .quiet { color: #555; }
+.source { display: inline-block; padding: 0 6px; border: 1.5px solid #8a4b00; border-radius: 4px; color: #8a4b00;
+background: #fff4e0; font-weight: 600; } pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0;
+overflow-wrap: anywhere; }
+"""
+
+
+def heading(text: str, level: int = 2) -> pn.pane.HTML:
+    return pn.pane.HTML(f"<h{level}>{escape(text)}</h{level}>", stylesheets=[STYLE], margin=(4, 8, 0, 8))
+
+
+def words() -> pn.pane.HTML:
+    """An empty place for `say`."""
+    return pn.pane.HTML("", stylesheets=[STYLE], margin=(2, 8))
+
+
+def say(place: pn.pane.HTML, lines: Sequence[str], kind: str = "", code: bool = False) -> None:
+    """Puts lines of plain text in the place. kind: good, bad, quiet or source."""
+    tag = "pre" if code else "p"
+    text = "".join(f'<{tag} class="{escape(kind)}">{escape(line)}</{tag}>' for line in lines)
+    if place.object != text:
+        place.object = text
