@@ -17,7 +17,7 @@ def heatmap_chart(cells: pd.DataFrame, label: str, everything: pd.DataFrame) -> 
     part = cells[(cells["label"] == label) & cells["E"].notna()]
     across, down = set_order(everything["train"]), set_order(everything["test"])
     # The title has to fit above the narrowest.
-    width, height = max(170 + 34 * len(across), 290), 130 + 30 * len(down)
+    width, height = max(165 + 32 * len(across), 290), 130 + 30 * len(down)
     panel = chart(
         f"{label}: mean {mean_text(part)}", "training set", "test set", width, height,
         x_range=across, y_range=down[::-1],

@@ -27,6 +27,7 @@ class StaircaseChart:
         where = {"x": "step", "source": self.source}
         self.panel.line(y="floor", color="black", line_dash="dashed", width=1.5, legend_label="noise floor", **where)
         self.panel.line(y="E", color=COLORS[0], width=2, legend_label="held-out error", **where)
+        self.panel.scatter(y="floor", marker="dash", size=16, color="black", **where)
         marks = self.panel.scatter(y="E", size=9, color=COLORS[0], **where)
         self.panel.text(y="E", text="label", y_offset=-8, text_align="center", text_font_size="9pt", **where)
         hover(self.panel, [("step", "@step"), ("E", "@E{0.000} %"), ("noise floor", "@floor{0.000} %")], [marks])

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import panel as pn
 import torch
+from bokeh.models import Slider
 
 from freelearn.charts.curves import CurveCharts
 from freelearn.charts.residuals import ResidualCharts, scales
@@ -19,7 +20,7 @@ from freelearn.evaluate.curve import model_curve
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.plots.residual_map import residual_table
-from freelearn.plots.states import places, state_title
+from freelearn.plots.states import ROWS_FOR_A_CURVE, places, state_title
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
 
@@ -57,17 +58,19 @@ class Comparison:
         self.first: Fitted | None = None
         self.title = words()
         self.sample = pn.widgets.Select(name="sample", options=[], width=110)
-        self.state = pn.widgets.DiscreteSlider(name="kinematic state", options=[0], width=560)
+        # Bokeh's own: Panel's waits 50 ms for more before it tells of a move.
+        self.slider = Slider(start=0, end=1, step=1, value=0, show_value=False, title="kinematic state", width=560)
+        self.labels: dict[int, str] = {}
         self.fixed = pn.widgets.Checkbox(name="map colours as in the first fit", value=True, width=220)
         self.curves = CurveCharts([FIRST, NOW], width=312, height=290)
         self.maps = ResidualCharts(width=312, height=290, tap=True)
         self.maps.source.selected.on_change("indices", self._tapped)
         self.sample.param.watch(lambda _: self._sample_chosen(), "value")
-        self.state.param.watch(lambda _: self._draw_curves(), "value")
+        self.slider.on_change("value", lambda attr, old, new: self._draw_curves())
         self.fixed.param.watch(lambda _: self._draw_map(), "value")
         self.view = pn.Column(
             self.title,
-            pn.Row(self.sample, self.state, self.fixed),
+            pn.Row(self.sample, pn.pane.Bokeh(self.slider), self.fixed),
             pn.Row(*[pn.pane.Bokeh(panel) for panel in self.curves.panels]),
         )
         # Beside the staircase, see Results.
@@ -102,21 +105,31 @@ class Comparison:
         places = self.now.places[self.now.places["sample"] == self.sample.value]
         rows = np.bincount(self.now.state[~self.now.buckled], minlength=len(self.now.places))
         places = places[rows[places.index] > 0].sort_values(["elongation_mm", "twist_deg"])
-        options = {
-            f"{p.elongation_mm:+.3g} mm, {p.twist_deg:+.4g}°": int(n)
+        shown = self._state()
+        self.labels = {
+            int(n): f"{p.elongation_mm:+.3g} mm, {p.twist_deg:+.4g}°"
             for n, p in zip(places.index, places.itertuples(), strict=True)
         }
-        if options and self.state.options != options:
-            kept = self.state.value if self.state.value in options.values() else self._worst(list(options.values()))
-            self.state.param.update(options=options, value=kept)
+        self.slider.end = max(1, len(self.labels) - 1)
+        if self.labels:
+            self._move_to(shown if shown in self.labels else self._worst(list(self.labels)))
         self._draw_map()
         self._draw_curves()
+
+    def _state(self) -> int | None:
+        """The kinematic state that the slider is on."""
+        states = list(self.labels)
+        return states[min(int(self.slider.value), len(states) - 1)] if states else None
+
+    def _move_to(self, state: int) -> None:
+        self.slider.value = list(self.labels).index(state)
 
     def _worst(self, states: list[int]) -> int:
         assert self.now is not None
         part = self.now.residuals.iloc[states]
+        part = part[part["rows"] >= min(ROWS_FOR_A_CURVE, part["rows"].max())]
         size = (part["moment_nmm"].abs() / scales(part)[1] + part["force_n"].abs() / scales(part)[0]).fillna(0)
-        return states[int(np.argmax(size))]
+        return int(size.index[int(np.argmax(size))])
 
     def _draw_map(self) -> None:
         if self.now is None or self.first is None:
@@ -129,9 +142,11 @@ class Comparison:
         self.maps.show(self.now.residuals[of_sample], limits)
 
     def _draw_curves(self) -> None:
-        if self.now is None or self.first is None:
+        state = self._state()
+        if self.now is None or self.first is None or state is None:
             return
-        rows = np.flatnonzero(self.now.state == self.state.value)
+        self.slider.title = f"kinematic state ({self.labels[state]})"
+        rows = np.flatnonzero(self.now.state == state)
         measured = self.now.table.iloc[rows]
         curves = {NOW: self.now.curve(rows)}
         if self.first is not self.now:
@@ -142,5 +157,5 @@ class Comparison:
     def _tapped(self, attribute: str, old: list[int], new: list[int]) -> None:
         if new:
             place = int(self.shown[new[0]])
-            if place in self.state.options.values():
-                self.state.value = place
+            if place in self.labels:
+                self._move_to(place)

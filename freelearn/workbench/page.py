@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,9 +31,9 @@ class Page:
         self.session, self.shown = session, -1
         self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
         self.results: Results | None = None
-        welcome = words()
+        welcome, self.problem = words(), words()
         say(welcome, WELCOME, "quiet")
-        self.main = pn.Column(welcome)
+        self.main = pn.Column(self.problem, welcome)
         self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), width=970)
         self.tabs.param.watch(self._turned, "active")
         self.view = pn.Column(heading("freelearn workbench", 1), pn.Row(self.steps.view, self.tabs))
@@ -46,6 +47,15 @@ class Page:
             return
         self.shown = self.session.version
         self.steps.refresh()
+        say(self.problem, [])
+        try:
+            self._show()
+        except Exception as problem:
+            # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
+            traceback.print_exc()
+            say(self.problem, [f"This cannot be shown: {type(problem).__name__}: {problem}"], "bad")
+
+    def _show(self) -> None:
         if not self.session.comparable():
             return
         if self.results is None:
@@ -54,7 +64,7 @@ class Page:
 
             self.results = Results(self.session)
             self.results.refresh()
-            self.main.objects = [self.results.view]
+            self.main.objects = [self.problem, self.results.view]
         else:
             self.results.refresh()
 

@@ -20,7 +20,7 @@ class Sweeps:
         self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
         self.again = pn.widgets.Button(name="Look again", width=120)
         self.note = words()
-        self.maps = pn.FlexBox()
+        self.maps = pn.GridBox(ncols=2)
         self.again.on_click(lambda _: self.look())
         self.choice.param.watch(lambda _: self._draw(), "value")
         self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps)
@@ -53,6 +53,4 @@ class Sweeps:
         labels = list(dict.fromkeys(shown["label"]))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
         say(self.note, [f"Error E of every training set on every test set; one colour scale.{more}"], "quiet")
-        self.maps.objects = [
-            pn.pane.Bokeh(heatmap_chart(shown, label, shown), sizing_mode="fixed") for label in labels[:MOST_MAPS]
-        ]
+        self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label, shown)) for label in labels[:MOST_MAPS]]
