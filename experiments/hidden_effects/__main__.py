@@ -162,7 +162,7 @@ def amount(job: dict, names: list[str], material: tuple[float, float], noise: di
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan, about 140 data sets each")
+    parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan, about 139 data sets each")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
     parser.add_argument("--out", type=Path, default=Path("outputs/hidden_effects"))

@@ -67,6 +67,10 @@ OUTSIDE: dict[str, object] = {
     "temperature_swing": _force(lambda s, loads: 0.05 * np.sin(4 * np.pi * s["clock"] / s["clock"].max())),
     # End caps that bulge: their thrust rises with the square of the pressure, and only with the tube twisted.
     "bulging_caps": _force(lambda s, loads: 0.1 * (s["pressure"] / 7e4) ** 2 * np.cos(3 * s["twist"])),
+    # A load cell whose zero jumps once, in the middle of a sample's run.
+    "zero_jump": _force(lambda s, loads: 0.05 * (s["clock"] > s["clock"].max() / 2)),
+    # Gears that lean to one side whichever way they are turned.
+    "gear_bias": _moment(lambda s, loads: 1e-3 * np.sign(s["twist"])),
 }
 
 

@@ -33,6 +33,8 @@ EXCHANGES = 3
 WHITENINGS = 3
 # An effect this many σ from no effect, by its own standard errors, is not tested for being idle.
 CERTAIN = 15.0
+# Difference in χ² that speaks for neither of two models: two standard deviations of one whitened number.
+COINCIDE = 4.0
 # A stand-in must promise, to first order, at least this share of what the effect itself promises.
 COMPARABLE = 0.25
 
@@ -297,7 +299,7 @@ class Search:
                 alike = {
                     name: other
                     for name, other in found.items()
-                    if name == effect or _alike(paired(reference.held, other.held))
+                    if name == effect or _alike(paired(reference.held, other.held), len(other.held.loss))
                 }
                 classes.append({effect: reference} | alike)
             else:
@@ -329,9 +331,11 @@ def _certain(step: Step, effect: str) -> bool:
     return float(size @ torch.linalg.pinv(covariance, hermitian=True) @ size) > CERTAIN**2 * len(size)
 
 
-def _alike(difference: tuple[float, float]) -> bool:
+def _alike(difference: tuple[float, float], groups: int) -> bool:
+    """Whether a model predicts held-out states as well as a better one does: within one standard error of the paired
+    difference, or with a difference in χ² that noise makes wherever two signatures coincide."""
     mean, error = difference
-    return mean < error
+    return mean < error or mean * groups < COINCIDE
 
 
 def _states(rows: Rows) -> Tensor:

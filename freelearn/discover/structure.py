@@ -17,6 +17,8 @@ DEPENDENT = 1e-11
 OUTLYING = 4.0
 # Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
 POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
+# Bins of length and of twist in which a misfit of any shape may show, and half-waves over a sample's run.
+BINS, WAVES = 24, 6
 
 
 @dataclass(frozen=True)
@@ -48,18 +50,39 @@ def _scaled(x: Tensor) -> Tensor:
 
 
 def bases(states: States) -> list[Tensor]:
-    """Generic shapes that a missing effect may leave, (N, k) each, from coarse to fine."""
+    """Generic shapes that a missing effect may leave, (N, k) each: smooth ones, uneven ones, and each sample's own."""
     rising = states.direction[:, None]
     low, _ = monomials(states, 1)
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
     coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
     fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
+    uneven = torch.cat([_binned(states.length - states.reference_length, states), _binned(states.twist, states)], dim=1)
+    uneven = torch.cat([uneven, _waves(states)], dim=1)
     samples = torch.unique(states.sample)
     if len(samples) == 1:
-        return [coarse, fine]
+        return [coarse, fine, uneven]
     each = torch.cat([monomials(states, SAMPLE_DEGREE)[0], rising * low, order], dim=1)
     separate = torch.cat([each * (states.sample == n)[:, None] for n in samples], dim=1)
-    return [coarse, fine, separate]
+    return [coarse, fine, uneven, separate]
+
+
+def _binned(x: Tensor, states: States) -> Tensor:
+    """A constant and a slope over pressure in each bin of x: what polynomials are too smooth for, (N, 2 bins)."""
+    levels, level = torch.unique(x.round(decimals=9), return_inverse=True)
+    if len(levels) > BINS:
+        level = torch.div(level * BINS, len(levels), rounding_mode="floor")
+    inside = torch.nn.functional.one_hot(level).double()
+    return torch.cat([inside, inside * _scaled(states.pressure)[:, None]], dim=1)
+
+
+def _waves(states: States) -> Tensor:
+    """Slow waves over each sample's run, in the order of measuring: (N, WAVES × samples)."""
+    columns = []
+    for n in torch.unique(states.sample):
+        inside = states.sample == n
+        place = (torch.cumsum(inside, 0) - 0.5).double() / inside.sum()
+        columns += [torch.cos(torch.pi * k * place) * inside for k in range(1, WAVES + 1)]
+    return torch.stack(columns, dim=1)
 
 
 def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
