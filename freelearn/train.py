@@ -14,6 +14,8 @@ from rich.console import Console
 from freelearn.data.hidden import hidden_effects
 from freelearn.data.sets import samples_of
 from freelearn.data.source import load_table
+from freelearn.data.states import States
+from freelearn.effects.check import ROWS, check_effects
 from freelearn.effects.registry import load_own, missing_columns
 from freelearn.errors import UserError
 from freelearn.evaluate.comparison import compare
@@ -67,6 +69,7 @@ def train(
     model = build(True)
     if lacking := missing_columns(model.effects, table.columns):
         raise UserError(lacking)
+    check_effects(model.effects, model.values(), States.from_table(table[:ROWS]))
     store = FitStore(Path(settings["fits"])) if settings["fits"] else None
     outcome = run(
         model,

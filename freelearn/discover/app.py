@@ -26,6 +26,7 @@ from freelearn.discover.report import document
 from freelearn.discover.screens import Screen, reciprocity, rising_falling
 from freelearn.discover.search import Findings, Search, Step, Watch, record
 from freelearn.discover.terminal import DiscoveryView
+from freelearn.effects.check import check_effects
 from freelearn.errors import UserError
 from freelearn.evaluate.curve import model_curve
 from freelearn.evaluate.error import load_scale
@@ -98,6 +99,9 @@ def discover(
 
     given = list(settings["effects"] or [])
     library, untestable = candidates(build(given), given, table.columns)
+    for effect in [*given, *library]:
+        alone = build([effect])
+        check_effects(alone.effects, alone.values(), rows.states)
     if 2 * len(rows) < 4 * (len(build(given).vector()) + 1):
         raise UserError(f"{len(rows)} usable rows are too few to look for a missing effect: measure more.")
     view = DiscoveryView(console, f"{name} on {settings['train']}", bool(provenance["simulated"]))

@@ -16,7 +16,7 @@ class ForceGain(Effect):
     name = "force_gain"
     suspect = "All forces are off by the same share, and the moments are right."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = (Parameter("gain", "g_F", "1", start=0.0, lower=-0.5, upper=1.0, none=0.0, scale=0.05),)
+    parameters = (Parameter("gain", "g_F", "1", start=0.0, lower=-0.95, upper=5.0, none=0.0, scale=0.05),)
 
     def sense(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
         return loads * columns(1 + p.gain, torch.ones_like(p.gain))

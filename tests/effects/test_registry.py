@@ -9,6 +9,7 @@ from contract import TRUTH, labels_of, visits
 from freelearn.data.states import States
 from freelearn.effects import registry
 from freelearn.effects.base import Effect
+from freelearn.effects.check import check_effects
 from freelearn.effects.registry import EFFECTS, load_own, make_effects, missing_columns, register
 from freelearn.errors import UserError
 from freelearn.models.build import build_model, load_model, save_checkpoint
@@ -178,6 +179,35 @@ def test_what_is_wrong_with_an_own_effect_is_said_in_one_sentence(content, messa
         load_own([str(tmp_path / "mine.py")])
     assert "\n" not in str(raised.value)
     assert list(EFFECTS) == before
+
+
+@pytest.mark.usefixtures("own_effects")
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("return states.pressure", "failed with TypeError: it returns Tensor and not States"),
+        ("return states.replace(pressure=states.pressure[:3])", r"pressure of shape \(8,\), not shape \(3,\)"),
+        ("return states.replace(pressure=states.pressure * float('nan'))", "a pressure that are not finite"),
+        ("return states.replace(pressure=None)", r"pressure of shape \(8,\), not NoneType"),
+        ("raise KeyError('share')", "its impose failed with KeyError: 'share'"),
+    ],
+)
+def test_an_own_effect_that_returns_nonsense_is_told_before_the_fit(body, message, tmp_path):
+    (tmp_path / "mine.py").write_text(
+        OWN.replace("return states.replace(pressure=states.pressure * (1 - p.share))", body)
+    )
+    load_own([str(tmp_path / "mine.py")])
+    model = build_model("continuum", {}, ["leak"])
+    with pytest.raises(UserError, match=message) as raised:
+        check_effects(model.effects, model.values(), States.from_table(visits()))
+    assert "'leak'" in str(raised.value)
+
+
+@pytest.mark.parametrize("family", ["continuum", "linear", "mlp"])
+def test_every_effect_of_the_library_passes_the_check(family):
+    names = [name for name, effect in EFFECTS.items() if family in effect.models]
+    model = build_model(family, {}, names, [3, 5])
+    check_effects(model.effects, model.values(), States.from_table(visits()))
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path):
