@@ -29,7 +29,7 @@ workbench: setup
 	$(RUN) -m freelearn.workbench
 
 bench: setup
-	$(RUN) experiments/benchmark.py
+	$(RUN) experiments/benchmark
 
 clean:
 	rm -rf $(VENV)

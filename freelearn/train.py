@@ -28,6 +28,7 @@ from freelearn.models.base import Model
 from freelearn.models.build import build_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.terminal import FitProgress, show_run
+from freelearn.threads import one_thread
 
 if TYPE_CHECKING:
     from freelearn.discover.misfit import Misfit
@@ -47,6 +48,7 @@ def train(
     command: the shell command that repeats the run, for the report. progress: told of epochs, instead of the console.
     Raises UserError.
     """
+    one_thread()
     seed = _integer(settings["seed"], "seed")
     names = settings["effects"] or []
     if not isinstance(names, list):

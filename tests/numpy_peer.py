@@ -59,3 +59,60 @@ def continuum(gamma, L, Ri, Ro, length, phi, P, C1, C2):
     force = -np.pi * (weight * (2 * szz - srr - stt)).sum(0)
     moment = -2 * np.pi * (weight * twisting).sum(0)
     return np.where(found, force, np.nan), np.where(found, moment, np.nan)
+
+
+def continuum_plain(gamma, L, Ri, Ro, length, phi, P, C1, C2):
+    """The same model as its equations are usually typed in: stresses at given radii, Newton with a difference quotient.
+
+    Nothing is summed ahead or known of the energy's form, so another energy is a changed line.
+    """
+    stretch, k = length / L, phi / L
+    R = Ri + (Ro - Ri) / 2 * (1 + NODES[:, None])
+    weight = WEIGHTS[:, None] * (Ro - Ri) / 2
+
+    def stresses(ri):
+        r = np.sqrt((R**2 - Ri**2) / stretch + ri**2)
+        axial = stretch * np.cos(gamma)
+        hoop = r * (np.sin(gamma) / R + k * np.cos(gamma))
+        fiber = 2 * C2 * (hoop**2 + axial**2 - 1)
+        rr = C1 * (R / (r * stretch)) ** 2
+        tt = C1 * ((r / R) ** 2 + (r * k) ** 2) + fiber * hoop**2
+        zz = C1 * stretch**2 + fiber * axial**2
+        tz = C1 * r * k * stretch + fiber * hoop * axial
+        return r, weight * R / (r * stretch), rr, tt, zz, tz
+
+    def excess(ri):
+        r, width, rr, tt, _, _ = stresses(ri)
+        return ((tt - rr) / r * width).sum(0) - P
+
+    low, high = 0.02 * Ri, BALLOON * Ri
+    found = excess(high) >= 0
+    ri = Ri / np.sqrt(stretch)
+    for _ in range(100):
+        value = excess(ri)
+        low, high = np.where(value < 0, ri, low), np.where(value < 0, high, ri)
+        step = 1e-7 * ri
+        new = ri - value * step / (excess(ri + step) - value)
+        new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
+        done = np.abs(new - ri) <= 1e-10 * ri
+        ri = new
+        if np.all(done | ~found):
+            break
+    r, width, rr, tt, zz, tz = stresses(ri)
+    force = -np.pi * ((2 * zz - rr - tt) * r * width).sum(0)
+    moment = -2 * np.pi * (tz * r**2 * width).sum(0)
+    return np.where(found, force, np.nan), np.where(found, moment, np.nan)
+
+
+def linear(gamma, L, Ro, length, phi, P, ka, kb, kc):
+    """The linear model in vectorised NumPy: arrays (N,) in SI → F (N,) N, M (N,) N·m."""
+    B2, turned = (L / np.cos(gamma)) ** 2, L / Ro * np.tan(gamma) + phi
+    force = np.pi * (B2 - 3 * length**2) / turned**2 * P - ka * (length - L) - kc * phi
+    moment = -2 * np.pi * length * (B2 - length**2) / turned**3 * P - kc * (length - L) - kb * phi
+    return force, moment
+
+
+def network(x, weights):
+    """A 7-6-2 tanh network: inputs (N, 7), 62 weights → (N, 2)."""
+    W, o, U, p = weights[:42].reshape(6, 7), weights[42:48], weights[48:60].reshape(2, 6), weights[60:]
+    return np.tanh(x @ W.T + o) @ U.T + p

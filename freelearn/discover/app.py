@@ -38,6 +38,7 @@ from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.prediction import Status
 from freelearn.plots.states import pick_states
 from freelearn.sweep.job import job_key
+from freelearn.threads import one_thread
 from freelearn.train import load_own_effects, seal
 from freelearn.units import DEG, KPA, MM, NMM
 
@@ -73,6 +74,7 @@ def discover(
 
     command: the shell command that repeats it, for the report. watch: told of each step. Raises UserError.
     """
+    one_thread()
     check_folder(folder)
     if settings["fit"]["name"] != "levenberg_marquardt":
         raise UserError(f"discover.py fits by levenberg_marquardt; fit={settings['fit']['name']} belongs to train.py.")

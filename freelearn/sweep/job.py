@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import torch
 from rich.console import Console
 
 from freelearn.data.source import data_version
@@ -26,8 +25,6 @@ def sweep_job(settings: dict[str, Any], number: int, folder: Path, command: str)
 
     A combination named in `exclude` is left out. Any failure ends up in error.json beside the other jobs' results.
     """
-    # Every job computes on one thread, so that its numbers do not depend on the launcher.
-    torch.set_num_threads(1)
     console = Console(soft_wrap=True)
     label = f"job {number:<3} {settings['model']['name']:<10} {settings['train']:<12}"
     if any(_matches(settings, combination) for combination in settings["exclude"] or []):

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import lightning as L
-import torch
 from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
@@ -38,8 +37,6 @@ CONF = Path(freelearn.__file__).parents[1] / "conf"
 
 def work(kind: str, overrides: list[str], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
     """Does one job and tells `pipe` of it: ("progress", fields), then ("done", "") or ("failed", message)."""
-    # On two cores the page needs one of them, and a fit gains nothing from a second.
-    torch.set_num_threads(1)
     # Whatever is printed belongs to the job, not to the terminal of the page.
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / "log.txt", "w", encoding="utf-8") as log:
