@@ -25,6 +25,8 @@ from freelearn.models.prediction import Status
 
 # Chance of naming an effect, in one step, where there is nothing to find.
 ALPHA = 0.01
+# Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so smaller.
+LEFT = 0.002
 MOST_EFFECTS = 6
 # Candidates that are fitted in full at each step, the most promising ones.
 REFITTED = 6
@@ -132,7 +134,7 @@ class Search:
             self.keep(steps)
         classes = self._classes(steps)
         final = steps[-1]
-        if final.left.p_value < ALPHA:
+        if final.left.p_value < LEFT:
             verdict = "unexplained"
         elif not final.effects:
             verdict = "adequate"

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 
 from freelearn.discover.report import stderr, verdict_in_words
-from freelearn.discover.search import ALPHA, Step
+from freelearn.discover.search import LEFT, Step
 
 if TYPE_CHECKING:
     from freelearn.discover.app import Discovery
@@ -37,7 +37,7 @@ class DiscoveryView:
         self.live.stop()
 
     def step(self, step: Step, text: str) -> None:
-        left = "nothing" if step.left.p_value >= ALPHA else "structure"
+        left = "nothing" if step.left.p_value >= LEFT else "structure"
         floor = f"{100 * step.floor:.3f}"
         self.table.add_row(text, f"{100 * step.E_train:.3f}", f"{100 * step.E_heldout:.3f}", floor, left)
         self.live.refresh()
