@@ -33,16 +33,19 @@ from freelearn.evaluate.error import load_scale
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_text, write_whole
 from freelearn.fit.problem import Rows
+from freelearn.fit.report import notes as parameter_notes
 from freelearn.models.base import Model
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.prediction import Status
-from freelearn.plots.states import pick_states
+from freelearn.plots.states import pick_states, state_title
 from freelearn.sweep.job import job_key
 from freelearn.threads import one_thread
 from freelearn.train import load_own_effects, seal
 from freelearn.units import DEG, KPA, MM, NMM
 
 PROGRESS = "progress.json"
+# Standard deviations beyond which a reading is pointed out, and how many places of such are named.
+OUTLYING, MOST_STATES = 6.0, 5
 # Stated noise that is wrong by more than this factor is said to be.
 WRONG_NOISE = 1.5
 # Accuracy whose ratios an estimate takes over: the paper's bed.
@@ -208,7 +211,16 @@ def _examine(
 
 def _noise_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str]:
     factor = last.left.scale
-    notes = []
+    # No start to compare with: a search begins each fit where the one before it ended.
+    start = torch.full_like(last.fit.vector, torch.nan)
+    notes = [note.rstrip(".") for note in parameter_notes(last.fit.model, start)]
+    far = np.flatnonzero((last.fit.residual.abs() > OUTLYING * factor).any(-1).numpy())
+    if len(far) and findings.verdict != "unexplained":
+        # By state and not by row: one bad reading looks like a position error to the other rows of its state.
+        where = kept.iloc[far].drop_duplicates(["sample", "twist_deg", "length_mm", "elongation_mm"])
+        named = "; ".join(state_title(kept.iloc[[row]]) for row in where.index[:MOST_STATES])
+        more = ", among others" if len(where) > MOST_STATES else ""
+        notes.append(f"readings more than {OUTLYING:g} σ off the last model, bad ones perhaps, at {named}{more}")
     if not 1 / WRONG_NOISE < factor < WRONG_NOISE:
         size = f"{factor:.2g} times larger" if factor > 1 else f"{1 / factor:.2g} times smaller"
         notes.append(

@@ -26,7 +26,11 @@ class DiscoveryView:
         source = "simulated data" if simulated else "measured data"
         self.table = Table(title=f"{what} ({source})", title_justify="left")
         for heading in ("step", "fitted %", "held-out %", "floor %", "left"):
-            self.table.add_column(heading, justify="left" if heading == "step" else "right", no_wrap=True)
+            words = heading == "step"
+            # Numbers are never cut short: long names are.
+            self.table.add_column(
+                heading, justify="left" if words else "right", no_wrap=not words, min_width=None if words else 8
+            )
         self.live = Live(self.table, console=console, auto_refresh=False)
 
     def __enter__(self) -> DiscoveryView:

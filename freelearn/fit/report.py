@@ -13,6 +13,8 @@ from freelearn.models.base import Model
 
 # A 95 % interval is this many standard errors to each side (the rows are many: the normal quantile).
 INTERVAL = 1.959964
+# Share of its usual size below which a positive parameter counts as gone.
+VANISHED = 1e-8
 # A correlation above this is worth a warning.
 STRONG_CORRELATION = 0.95
 SHOW_CORRELATION = 0.1
@@ -117,7 +119,7 @@ def _warnings(model: Model, found: Uncertainty, start: Tensor) -> str:
 def notes(model: Model, start: Tensor) -> list[str]:
     """Sentences on physical parameters at a bound, or still where the fit began."""
     found = []
-    vector = model.vector().detach()
+    vector, physical = model.vector().detach(), model.scalars()
     lower, upper = model.raw_bounds()
     offset = len(vector) - len(model.declared)
     for i, name in enumerate(model.declared, offset):
@@ -125,6 +127,8 @@ def notes(model: Model, start: Tensor) -> list[str]:
         reach = 1e-9 * max(1.0, float(value.abs()))
         if value - lower[i] <= reach or upper[i] - value <= reach:
             found.append(f"{name} is at its bound ({float(value):.6g} {model.declared[name].unit}).")
+        elif model.declared[name].log and physical[name] < VANISHED * abs(model.declared[name].start):
+            found.append(f"{name} has gone to zero: the rows ask for none of it.")
         elif torch.isclose(value, start[i], rtol=1e-7, atol=1e-12):
             found.append(f"{name} is still where the fit began: the rows may not depend on it.")
     return [*found, *model.remarks()]

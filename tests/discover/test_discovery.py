@@ -236,3 +236,35 @@ def test_the_command_itself(tmp_path):
     assert again.returncode == 1
     assert again.stderr.startswith("error: ")
     assert "Traceback" not in again.stderr
+
+
+def test_bad_readings_are_pointed_out_and_change_no_verdict(tmp_path):
+    data = table(FRICTION)
+    data.loc[[40, 41], "force_n"] += 5.0
+    found = run(data, tmp_path)
+    assert found["effects"] == ["friction_hysteresis"]
+    (note,) = [note for note in found["notes"] if "bad ones" in note]
+    place = data.loc[40]
+    assert note.endswith(f"at sample 3, {place['elongation_mm']:+.3g} mm, {place['twist_deg']:+.4g}°")
+
+
+def test_the_table_of_steps_cuts_no_number_short(friction):
+    folder, found = friction
+    text = (folder / "terminal.txt").read_text()
+    assert "…" not in text.split("Where the model failed")[0]
+    for entry in found["trail"]:
+        assert f"{100 * entry['E_heldout']:.3f}" in text
+
+
+@pytest.mark.slow
+def test_real_measurements_are_not_explained_away(shared_data, tmp_path):
+    # Another laboratory's bed: its force follows a fifth of the pressure's thrust, and its own notes say that nobody
+    # knows why. An answer that claims to have explained it would be wrong.
+    path = shared_data / "free70_single" / "measurements.csv"
+    found = run(pd.read_csv(path), tmp_path)
+    assert found["verdict"] == "unexplained"
+    assert found["error"]["before"] > 1.0
+    assert found["error"]["after"] > 3 * found["error"]["noise_floor"]
+    assert "pressure" in found["failures"][0]["where"]
+    assert found["failures"][0]["mean_force_n"] > 0
+    assert any("times larger than data.accuracy says" in note for note in found["notes"])
