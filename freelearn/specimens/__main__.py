@@ -16,7 +16,7 @@ from rich.table import Table
 from freelearn.errors import UserError
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_whole
-from freelearn.specimens.compare import NEO_HOOKEAN, compare, comparison_table
+from freelearn.specimens.compare import NEO_HOOKEAN, compare, comparison_table, conclusion
 from freelearn.specimens.fit import RubberFit, fit_rubber
 from freelearn.specimens.mode import mode_name
 from freelearn.specimens.result import write_result
@@ -51,6 +51,7 @@ def compare_specimens(data: Specimens, out: Path, console: Console) -> None:
     compared = compare(data.table, data.modes)
     write_whole(out / "comparison.csv", lambda p: compared.to_csv(p, index=False, float_format="%.6g"))
     console.print(comparison_table(compared))
+    console.print(conclusion(compared), markup=False, highlight=False)
     for warning in data.warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(f"table: {out / 'comparison.csv'}", markup=False, highlight=False, soft_wrap=True)

@@ -14,6 +14,8 @@ from freelearn.specimens.mode import MODES
 from freelearn.specimens.rubber import Rubber, isotropic_effects
 
 NEO_HOOKEAN = "neo-Hookean"
+# Errors that differ by less than this share are as good as each other.
+CLOSE = 0.1
 
 
 def compare(table: pd.DataFrame, modes: Sequence[str]) -> pd.DataFrame:
@@ -32,6 +34,34 @@ def compare(table: pd.DataFrame, modes: Sequence[str]) -> pd.DataFrame:
                 row = {"effects": " ".join(effects) or NEO_HOOKEAN, "held_out": held_out, "mode": mode}
                 rows.append({**row, "error": e.error, "fitted": e.fitted, "n": e.n})
     return pd.DataFrame(rows)
+
+
+def conclusion(compared: pd.DataFrame) -> str:
+    """Which energy terms the tests ask for, in a sentence: those that predict modes which they were not fitted to.
+
+    Of the combinations within a tenth of the least error over held-out modes (root mean square, each mode counting
+    alike), those with the fewest effects. A better fit alone proves nothing: more terms always fit better.
+    """
+    apart = compared[compared["held_out"] == compared["mode"]]
+    if not len(apart):
+        return "One mode alone cannot tell energy terms apart: add tests in another mode."
+    error = apart.groupby("effects", sort=False)["error"].agg(lambda e: float((e**2).mean() ** 0.5))
+    count = error.index.map(lambda name: 0 if name == NEO_HOOKEAN else len(name.split()))
+    good = error <= (1 + CLOSE) * error.min()
+    fewest = count[good].min()
+    chosen = error[good & (count == fewest)].sort_values()
+    plain = error[NEO_HOOKEAN]
+    if not fewest:
+        return f"These tests ask for no more than the neo-Hookean wall: {100 * plain:.1f} % on modes held out."
+    names = " or ".join(f"{' + '.join(name.split())} ({100 * e:.1f} %)" for name, e in chosen.items())
+    said = f"These tests ask for {names}: on modes held out the error falls from {100 * plain:.1f} % to that."
+    worse = error[(count > fewest) & ~good]
+    if len(worse):
+        said += " More terms fit better and predict worse: " + ", ".join(
+            f"{' + '.join(name.split())} {100 * e:.1f} %" for name, e in worse.items()
+        )
+        said += "."
+    return said
 
 
 def comparison_table(compared: pd.DataFrame) -> Table:

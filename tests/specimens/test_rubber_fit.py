@@ -7,13 +7,14 @@ from closed_forms import I1, I2, STRESS, gent, sources, synthetic, yeoh
 from scipy.optimize import least_squares
 
 from freelearn.data.states import States
-from freelearn.effects.registry import EFFECTS, make_effects
+from freelearn.effects.registry import make_effects
 from freelearn.errors import UserError
 from freelearn.mechanics.energy import Energy, NeoHookean
 from freelearn.models.continuum import Continuum
+from freelearn.specimens.compare import compare, conclusion
 from freelearn.specimens.fit import fit_rubber
 from freelearn.specimens.mode import MODES, mode_name
-from freelearn.specimens.rubber import Rubber, isotropic_effects
+from freelearn.specimens.rubber import Rubber
 from freelearn.specimens.table import read_specimens
 
 # In equibiaxial tension the energy is spent in two directions.
@@ -174,7 +175,6 @@ def test_yeoh_fit_of_real_rubber_is_that_of_scipy(rubber):
     assert found.error == pytest.approx(error, rel=1e-9)
 
 
-@pytest.mark.skipif("limited_extensibility" not in EFFECTS, reason="the effect limited_extensibility is not there yet")
 def test_gent_fit_of_real_rubber_is_that_of_scipy(rubber):
     values, error = scipy_fit(rubber, gent, [1.0, 0.5], np.array([3e5, 0.01]))
     found = fit_rubber(Rubber(["limited_extensibility"]), rubber)
@@ -190,5 +190,20 @@ def test_neo_hooke_fails_where_rubber_is_stretched_far_and_effects_mend_it(share
     predicted = alone.rubber.stress(values, "uniaxial", tensor(far["stretch"].to_numpy())) / 1e6
     # Crystallising chains carry far more than a neo-Hookean solid.
     assert (predicted.numpy() < 0.75 * far["stress_mpa"]).all()
-    for effect in {"wall_stiffening", "limited_extensibility"} & set(isotropic_effects()):
+    for effect in ("wall_stiffening", "limited_extensibility"):
         assert fit_rubber(Rubber([effect]), table).error < alone.error / 2
+
+
+def test_natural_rubber_asks_for_chains_that_run_out_and_not_for_the_second_invariant(shared_data):
+    # Gent (1996) and Arruda & Boyce (1993) made their energies for just these tests of Treloar's.
+    data = read_specimens(sources(shared_data / "rubber/treloar_1944"))
+    said = conclusion(compare(data.table, data.modes))
+    named = said.split(":")[0]
+    assert "limited_extensibility" in named
+    assert "second_invariant" not in named
+    assert "predict worse: second_invariant" in said
+
+
+def test_one_mode_decides_nothing(shared_data):
+    table = read_specimens([f"UT={shared_data / 'rubber/treloar_1944/UT.csv'}"]).table
+    assert conclusion(compare(table, ["uniaxial"])).startswith("One mode alone")
