@@ -62,9 +62,10 @@ def _table(numbers: pd.DataFrame) -> Table:
     )
     table = Table(title="error E in %", caption=caption, title_justify="left", caption_justify="left")
     headings = {"mean": "mean", "range": "range", "diagonal": "own set", "unseen": "unseen", "best_share": "% best"}
-    table.add_column("", no_wrap=True)
+    # Numbers are never cut short: long labels take a second line.
+    table.add_column("", overflow="fold")
     for heading in [*headings.values(), "parameters"]:
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(heading, justify="right", no_wrap=True, min_width=max(len(heading), 6))
     for _, row in numbers.iterrows():
         shown = [f"{100 * row[c]:.1f}" if math.isfinite(row[c]) else "–" for c in headings]
         count = f"{row['parameters']:.0f}" if math.isfinite(row["parameters"]) else "–"

@@ -54,7 +54,7 @@ def side_by_side(
     foot, head, left = 0.95 + 0.155 * lines, 0.75, 0.95
     # Room for the captions, which are wider than a map of few columns.
     gap = max(0.25, 2.3 - cell * len(across))
-    width = left + len(labels) * (cell * len(across) + gap) + 0.9
+    width = left + len(labels) * (cell * len(across) + gap) + 1.2
     height = foot + head + cell * len(down)
     figure = new_figure(width, height)
     for number, label in enumerate(labels):
@@ -69,7 +69,7 @@ def side_by_side(
     figure.text(0.01, 1 - 0.1 / height, title, fontsize=11, va="top", weight="bold")
     if cells.groupby("label")["train"].nunique().nunique() > 1:
         figure.text(0.99, 0.05 / height, "hatched: not evaluated", fontsize=8, va="bottom", ha="right")
-    add_bar(figure, (width - 0.75) / width, foot / height, cell * len(down) / height, norm)
+    add_bar(figure, (width - 1.05) / width, foot / height, cell * len(down) / height, norm)
     return figure
 
 
@@ -156,11 +156,18 @@ def _percent(value: float) -> str:
     return f"{100 * value:.1f}" if np.isfinite(value) else "–"
 
 
+# Names of models side by side under the overview.
+NAMES_IN_A_ROW = 4
+
+
 def overview(summary: pd.DataFrame, simulated: bool) -> Figure:
     """Peak performance against generalisation, and error against the number of parameters, one mark per label."""
-    figure = new_figure(10.0, 4.2)
+    # Names stand below: beside the marks they would lie on each other.
+    rows = -(-len(summary) // NAMES_IN_A_ROW)
+    height = 4.3 + 0.22 * rows
+    figure = new_figure(10.0, height)
     figure.suptitle(heading("Peak performance, generalisation and size of the models", simulated), fontsize=11)
-    figure.subplots_adjust(left=0.075, right=0.98, bottom=0.14, top=0.86, wspace=0.25)
+    figure.subplots_adjust(left=0.075, right=0.98, bottom=(0.62 + 0.22 * rows) / height, top=0.88, wspace=0.25)
     panels = (
         ("diagonal", "E on the training set's own test rows [%]", 100.0),
         ("parameters", "number of fitted parameters", 1.0),
@@ -173,20 +180,24 @@ def overview(summary: pd.DataFrame, simulated: bool) -> Figure:
             for which, fill in (("unseen", color), ("diagonal", "white")):
                 if number == 1 and which == "diagonal":
                     continue
-                axes.plot(x, 100 * row[which], marker, color=color, mfc=fill, ms=9, mew=1.6)
-            axes.annotate(row["label"], (x, 100 * row["unseen"]), xytext=(9, 4), textcoords="offset points", fontsize=9)
+                name = row["label"] if number == 1 else None
+                axes.plot(x, 100 * row[which], marker, color=color, mfc=fill, ms=9, mew=1.6, label=name)
         axes.set_xscale("log")
         axes.set_yscale("log")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(FixedLocator(TICKS))
             axis.set_minor_locator(NullLocator())
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.margins(0.25)
+        if number == 2:
+            axes.xaxis.set_major_locator(FixedLocator(sorted(summary[column].dropna().unique())))
+        axes.margins(0.2)
         axes.grid(alpha=0.25, which="both", linewidth=0.6)
         axes.set_xlabel(label)
         axes.set_ylabel("E [%]" if number == 2 else "E on samples never trained on [%]")
         if number == 2:
-            axes.plot([], [], "o", color="0.3", label="samples never trained on")
-            axes.plot([], [], "o", color="0.3", mfc="white", label="the training set's own test rows")
-            axes.legend(frameon=False, fontsize=8)
+            axes.set_title("filled: samples never trained on; open: the training set's own test rows", fontsize=8.5)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="lower center", ncols=min(len(labels), NAMES_IN_A_ROW), frameon=False, fontsize=9
+    )
     return figure
