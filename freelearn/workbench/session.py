@@ -168,7 +168,8 @@ class Session:
             self.table = json.loads((self.job.folder / "table.json").read_text(encoding="utf-8"))
             self._settle()
         else:
-            self.problem = self.job.text
+            # The user knows the file by the name that it was dropped with.
+            self.problem = self.job.text.replace(self.question.path, self.question.name)
             self.job = None
 
     # --- results --------------------------------------------------------------------------------------------

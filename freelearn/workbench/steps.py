@@ -111,8 +111,7 @@ class Steps:
         else:
             say(self.about_data, ["SIMULATED, not measured"], "source")
         problem = self.session.problem
-        named = [f"{question.name}:"] if question.name and problem else []
-        say(self.faults, [*named, *problem.splitlines()], "bad")
+        say(self.faults, problem.splitlines(), "bad")
         self.faults_view.visible = bool(problem)
 
     def _refresh_job(self) -> None:

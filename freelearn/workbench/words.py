@@ -8,12 +8,15 @@ import panel as pn
 from markupsafe import escape
 
 STYLE = """
-:host { font-size: 14px; color: #1a1a1a; } p { margin: 2px 0; line-height: 1.35; } h1 { font-size: 18px; margin: 0; }
-h2 { font-size: 15px; margin: 6px 0 2px; } .good { color: #00557f; font-weight: 600; }
-.bad { color: #8a1f00; white-space: pre-wrap; } .quiet { color: #555; }
-.source { display: inline-block; padding: 0 6px; border: 1.5px solid #8a4b00; border-radius: 4px; color: #8a4b00;
-background: #fff4e0; font-weight: 600; } pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0;
-overflow-wrap: anywhere; }
+:host { font-size: 14px; color: #1a1a1a; }
+p { margin: 2px 0; line-height: 1.35; overflow-wrap: anywhere; }
+h1 { font-size: 18px; margin: 0; } h2 { font-size: 15px; margin: 6px 0 2px; }
+.good { color: #00557f; font-weight: 600; } .bad { color: #8a1f00; white-space: pre-wrap; } .quiet { color: #555; }
+.source {
+  display: inline-block; padding: 0 6px; border: 1.5px solid #8a4b00; border-radius: 4px;
+  color: #8a4b00; background: #fff4e0; font-weight: 600;
+}
+pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0; overflow-wrap: anywhere; }
 """
 
 
