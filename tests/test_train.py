@@ -203,7 +203,14 @@ def test_an_interrupted_run_leaves_no_results(tmp_path):
     folder = tmp_path / "run"
     line = [sys.executable, "train.py", "model=mlp", "fit=adam", "fit.max_epochs=100000", f"hydra.run.dir={folder}"]
     process = subprocess.Popen(
-        line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ}
+        line,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ},
+        # Tests that run in the background of a shell inherit that interrupts are ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     deadline = time.time() + 120
     while not list(folder.glob("events*")) and time.time() < deadline:
