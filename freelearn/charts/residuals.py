@@ -66,7 +66,7 @@ class ResidualCharts:
 
     def show(self, table: pd.DataFrame, limits: tuple[float, float] | None = None) -> None:
         """table: one sample's rows of residual_table. limits: ends of the force [N] and moment [N·mm] scales."""
-        wide, high = _spacing(table["elongation_mm"]), _spacing(table["twist_deg"])
+        wide, high = spacing(table["elongation_mm"]), spacing(table["twist_deg"])
         table = table.assign(wide=wide, high=high)
         self.source.data = {name: table[name].to_numpy(dtype=np.float64) for name in COLUMNS}
         ends = limits or scales(table)
@@ -79,7 +79,7 @@ def scales(table: pd.DataFrame) -> tuple[float, float]:
     return symmetric(table["force_n"]), symmetric(table["moment_nmm"])
 
 
-def _spacing(values: pd.Series) -> float:
+def spacing(values: pd.Series) -> float:
     """The usual distance between neighbouring values, a little less than which a cell is wide."""
     distinct = np.unique(np.round(values.to_numpy(dtype=np.float64), 6))
     apart = np.diff(distinct)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from bokeh.document import Document
 from bokeh.embed import components
 from bokeh.resources import Resources
 from jinja2 import Environment
@@ -93,7 +94,7 @@ class Section:
 def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Section]) -> None:
     """Writes the page, whole or not at all."""
     charts = [chart for section in sections for chart in section.charts]
-    script, marks = components(charts) if charts else ("", ())
+    script, marks = _embedded(charts) if charts else ("", ())
     places = iter(marks)
     shown = [
         vars(section)
@@ -107,6 +108,16 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
     library = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw) if charts else ""
     text = PAGE.render(title=title, simulated=simulated, sections=shown, script=Markup(script), library=Markup(library))
     write_text(path, text)
+
+
+def _embedded(charts: Sequence[Any]) -> tuple[str, tuple[str, ...]]:
+    """The script that draws the charts, and a mark for the place of each."""
+    # Bokeh's own temporary document looks through all charts again for each one: seconds with forty of them.
+    document = Document()
+    with document.models.freeze():
+        for chart in charts:
+            document.add_root(chart)
+    return components(charts)
 
 
 def _link(table: pd.DataFrame) -> str:

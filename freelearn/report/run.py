@@ -10,6 +10,7 @@ import pandas as pd
 
 from freelearn.charts.curves import CurveCharts
 from freelearn.charts.parity import parity_charts, parity_numbers
+from freelearn.charts.residual_strip import residual_strips
 from freelearn.charts.residuals import ResidualCharts
 from freelearn.evaluate.curve import model_curves
 from freelearn.evaluate.files import counts, training_samples
@@ -21,7 +22,7 @@ from freelearn.plots.states import pick_states, state_title
 from freelearn.report.page import Section, number, percent, write_page
 from freelearn.report.provenance import provenance_section
 
-# A map per sample; more of them would fill the page.
+# Maps side by side; more of them could not be read.
 MOST_SAMPLES = 8
 
 
@@ -107,10 +108,12 @@ def residual_sections(own: pd.DataFrame, when: str) -> list[Section]:
     table = residual_table(own)
     panels = []
     samples = sorted(table["sample"].unique())
-    for sample in samples[:MOST_SAMPLES]:
-        charts = ResidualCharts(title=f"sample {sample}, ")
-        charts.show(table[table["sample"] == sample])
-        panels += charts.panels
+    if len(samples) == 1:
+        charts = ResidualCharts()
+        charts.show(table)
+        panels = charts.panels
+    else:
+        panels = residual_strips(table[table["sample"].isin(samples[:MOST_SAMPLES])])
     lines = ["Mean over pressure at each length and twist; grey cells have no usable row."]
     if len(samples) > MOST_SAMPLES:
         lines.append(f"First {MOST_SAMPLES} of {len(samples)} samples.")
