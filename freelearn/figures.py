@@ -16,7 +16,7 @@ from rich.table import Table
 
 from freelearn.data.states import kinematic_state
 from freelearn.errors import UserError
-from freelearn.evaluate.curve import model_curves
+from freelearn.evaluate.curve import state_curves
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_whole
 from freelearn.models.base import Model
@@ -45,7 +45,7 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
     train = train or str(runs[0]["train"])
     models = _models(runs, train)
     rows = _rows(table, state, train)
-    measured, lines = table.iloc[rows], model_curves(models, table, rows)
+    ((measured, lines),) = state_curves(models, table, [rows])
     title = f"fitted on {train}: {state_title(measured)}"
     save(curves(measured, lines, title, simulated), curve_numbers(measured, lines), out / "curves.png")
 
@@ -58,8 +58,9 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
     _write(fitted, out / "parameters.csv")
     if len(fitted):
         console.print(_shown(fitted, "fitted parameters"))
-        console.print(_shown(spread(fitted), "how far they move between training sets"))
-        _write(spread(fitted), out / "spread.csv")
+        moved = spread(fitted)
+        console.print(_shown(moved, "how far they move between training sets"))
+        _write(moved, out / "spread.csv")
     for name in ("admissible", "load_vectors", "curves"):
         console.print(f"picture: {out / name}.png", markup=False, highlight=False, soft_wrap=True)
 
@@ -100,10 +101,10 @@ def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.
     if state is None:
         named = train.removeprefix("sample")
         own = table if not named.isdigit() else table[table["sample"] == int(named)]
-        picked = pick_states(own.assign(status=own["status"]))
+        picked = pick_states(own)
         if not picked:
             raise UserError(f"No kinematic state of {train} has usable rows to draw.")
-        return np.flatnonzero(table.index.isin(own.index[picked[len(picked) // 2]]))
+        return own.index.to_numpy()[picked[len(picked) // 2]]
     where = places(table)
     of_sample = where[where["sample"] == state[0]]
     if not len(of_sample):

@@ -83,8 +83,8 @@ def show_run(
         )
         console.print(floor, highlight=False, soft_wrap=True)
         console.print("Where this one fails, worst first:", highlight=False)
-    for failure in misfit.failures[:MOST_FAILURES] if misfit else ():
-        console.print(f"  · {failure.sentence()}", markup=False, highlight=False)
+        for failure in misfit.failures[:MOST_FAILURES]:
+            console.print(f"  · {failure.sentence()}", markup=False, highlight=False)
     for note in [*_count_notes(run), *_fit_notes(run), *warnings]:
         console.print(f"! {note}", markup=False, highlight=False)
     # Printed plainly: a wrapped or coloured path cannot be copied.

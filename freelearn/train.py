@@ -19,6 +19,7 @@ from freelearn.effects.check import ROWS, check_effects
 from freelearn.effects.registry import load_own, missing_columns
 from freelearn.errors import UserError
 from freelearn.evaluate.comparison import compare
+from freelearn.evaluate.curve import state_curves
 from freelearn.evaluate.files import check_folder, predictions, training_samples, write_run
 from freelearn.evaluate.run import CONSTITUENT_SET, Run, run
 from freelearn.files import write_text
@@ -27,6 +28,7 @@ from freelearn.fit.store import FitStore
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 from freelearn.models.continuum import CONSTITUENT
+from freelearn.plots.states import pick_states
 from freelearn.terminal import FitProgress, show_run
 from freelearn.threads import one_thread
 
@@ -95,14 +97,16 @@ def train(
     predicted = predictions(outcome)
     log_run(outcome, folder)
     found: Misfit | None = None
+    own, shown = None, []
     if settings["figures"]:
+        # scikit-learn and matplotlib cost a second each to import: only when there is something to show.
         from freelearn.discover.misfit import misfit
-
-        found = misfit(outcome.model, training_samples(outcome, predicted), settings["data"]["accuracy"])
-        # matplotlib costs a second to import: only when there is something to draw.
         from freelearn.plots.tensorboard import log_figures
 
-        log_figures(outcome, predicted, folder, simulated)
+        own = training_samples(outcome, predicted)
+        found = misfit(outcome.model, own, settings["data"]["accuracy"])
+        shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
+        log_figures(outcome, own, shown, folder, simulated)
     about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
     if comparison:
         about["comparison"] = comparison
@@ -111,7 +115,7 @@ def train(
         about["failures"] = [failure.numbers() for failure in found.failures]
     from freelearn.report.run import report_run
 
-    report_run(outcome, predicted, folder, about, command, bool(settings["figures"]))
+    report_run(outcome, folder, about, command, own, shown)
     write_run(outcome, predicted, folder, about)
     if console:
         show_run(console, outcome, folder, warnings, simulated, comparison, found)

@@ -20,19 +20,19 @@ COLUMNS = ("elongation_mm", "twist_deg", "force_n", "moment_nmm", "rows", "wide"
 class ResidualCharts:
     """Force and moment maps over one set of states. Their data can be exchanged; a tapped cell is source.selected."""
 
-    def __init__(self, width: int = 420, height: int = 330, title: str = "", tap: bool = False) -> None:
+    def __init__(self, width: int = 420, height: int = 330, tap: bool = False) -> None:
         self.source = ColumnDataSource({name: [] for name in COLUMNS})
         self.mappers, self.panels = [], []
         for load in LOADS:
-            mapper, panel = self._panel(load, width, height, title, tap)
+            mapper, panel = self._panel(load, width, height, tap)
             self.mappers.append(mapper)
             self.panels.append(panel)
 
     def _panel(
-        self, load: tuple[str, str, str, str], width: int, height: int, title: str, tap: bool
+        self, load: tuple[str, str, str, str], width: int, height: int, tap: bool
     ) -> tuple[LinearColorMapper, figure]:
         column, _, name, unit = load
-        panel = chart(f"{title}{name}: measured − predicted", "elongation [mm]", "twist [deg]", width, height)
+        panel = chart(f"{name}: measured − predicted", "elongation [mm]", "twist [deg]", width, height)
         mapper = LinearColorMapper(PALETTE, low=-1, high=1, nan_color=NOTHING)
         cells = panel.rect(
             "elongation_mm",

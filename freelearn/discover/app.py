@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from freelearn.discover.search import Findings, Search, Step, Watch, record
 from freelearn.discover.terminal import DiscoveryView
 from freelearn.effects.check import check_effects
 from freelearn.errors import UserError
-from freelearn.evaluate.curve import model_curve
+from freelearn.evaluate.curve import StateCurves, state_curves
 from freelearn.evaluate.error import load_scale
 from freelearn.evaluate.files import check_folder
 from freelearn.files import write_text, write_whole
@@ -68,6 +69,21 @@ class Discovery:
     left: Remainder | None
     notes: list[str]
     content: dict[str, Any]
+
+    @cached_property
+    def predictions(self) -> dict[str, pd.DataFrame]:
+        """The rows looked at, with the loads of the first model (before) and of the last one (after), in the columns
+        of a run's predictions.csv."""
+        ends = {"before": self.findings.steps[0], "after": self.findings.final}
+        return {when: _predicted(self.table, self.states, step.fit.model) for when, step in ends.items()}
+
+    @cached_property
+    def curves(self) -> list[StateCurves]:
+        """Curves of the first and the last model at a middling and at the worst state of the first."""
+        models = {"before": self.findings.steps[0].fit.model, "after": self.findings.final.fit.model}
+        table = self.predictions["before"]
+        # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
+        return state_curves(models, table, pick_states(table)[1:], self.states)
 
 
 def discover(
@@ -193,7 +209,7 @@ def _examine(
     lost = len(seen) - len(kept)
     if lost:
         notes = [*notes, f"{lost} of {len(seen)} rows have no answer from the base model and were left out"]
-    notes = [*notes, *_noise_notes(last, findings, kept)]
+    notes = [*notes, *_closing_notes(last, findings, kept)]
     about = {
         "model": settings["model"]["name"],
         "train": str(settings["train"]),
@@ -209,7 +225,7 @@ def _examine(
     return Discovery(findings, seen, states, accuracy, failed, splits, screens, proposed, left, notes, content)
 
 
-def _noise_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str]:
+def _closing_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[str]:
     factor = last.left.scale
     # No start to compare with: a search begins each fit where the one before it ended.
     start = torch.full_like(last.fit.vector, torch.nan)
@@ -280,8 +296,8 @@ def _progress(folder: Path, key: str) -> list[dict[str, Any]]:
 
 def _write(discovery: Discovery, folder: Path, key: str) -> None:
     findings = discovery.findings
-    for name, step in (("before", findings.steps[0]), ("after", findings.final)):
-        _write_table(predictions(discovery, step), folder / f"predictions_{name}.csv")
+    for name, table in discovery.predictions.items():
+        _write_table(table, folder / f"predictions_{name}.csv")
     _write_table(discovery.splits, folder / "splits.csv")
     save_checkpoint(findings.final.fit.model, folder / "checkpoint.ckpt")
     write_text(
@@ -294,27 +310,12 @@ def _write_table(table: pd.DataFrame, path: Path) -> None:
     write_whole(path, lambda p: table.to_csv(p, index=False, float_format="%.10g"))
 
 
-def predictions(discovery: Discovery, step: Step) -> pd.DataFrame:
-    """The rows looked at, with the loads of one step's model, in the columns of a run's predictions.csv."""
-    table = discovery.table.copy()
+def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFrame:
+    table = table.copy()
     with torch.no_grad():
-        loads, status = step.fit.model(discovery.states)
+        loads, status = model(states)
     loads = np.where((status.numpy() == Status.NO_EQUILIBRIUM)[:, None], np.nan, loads.numpy())
     table["split"] = "train"
     table["force_pred_n"], table["moment_pred_nmm"] = loads[:, 0], loads[:, 1] / NMM
     table["status"] = np.array([s.name.lower() for s in Status])[status.numpy()]
     return table
-
-
-def before_and_after(discovery: Discovery) -> list[tuple[pd.DataFrame, dict[str, pd.DataFrame]]]:
-    """Measured rows, and curves of the first and the last model, at a middling and at the worst state of the first."""
-    first, last = discovery.findings.steps[0], discovery.findings.final
-    models = {"before": first.fit.model, "after": last.fit.model}
-    table = predictions(discovery, first)
-    shown = []
-    for rows in pick_states(table)[1:]:
-        # Not from `table`, which lacks the buckled rows: the path of the pressure went through them.
-        states = discovery.states[torch.as_tensor(rows)]
-        kept = np.zeros(len(rows), dtype=bool)
-        shown.append((table.iloc[rows], {when: model_curve(model, states, kept) for when, model in models.items()}))
-    return shown

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.data.states import States, kinematic_state
+from freelearn.data.states import States, kinematic_state, measured_loads
 from freelearn.discover.failures import Failure, failures, inputs_of
 from freelearn.discover.noise import Accuracy, Whitener, sensitivities
+from freelearn.evaluate.error import load_scale
 from freelearn.models.base import Model
 from freelearn.plots.states import usable
-from freelearn.units import NMM
 
 # Fewer rows are no region.
 FEWEST = 40
@@ -40,25 +39,15 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Mapping[str, Any] 
     if isinstance(accuracy, str) or len(rows) < FEWEST:
         return None
     kept = predictions.iloc[rows]
-    residual, loads = (
-        np.stack([force.to_numpy(), moment.to_numpy() * NMM], axis=1)
-        for force, moment in (
-            (kept["force_pred_n"] - kept["force_n"], kept["moment_pred_nmm"] - kept["moment_nmm"]),
-            (kept["force_n"], kept["moment_nmm"]),
-        )
-    )
+    loads = measured_loads(kept)
+    names = {"force_pred_n": "force_n", "moment_pred_nmm": "moment_nmm"}
+    residual = measured_loads(kept[list(names)].rename(columns=names)) - loads
     states = States.from_table(predictions)[torch.as_tensor(rows)]
     state = torch.as_tensor(kinematic_state(predictions)[rows])
-    variance = Whitener(sensitivities(model, states), state, Accuracy.from_settings(accuracy)).variance.numpy()
-    held_out = (kept["split"] == "test").to_numpy()
-    if not held_out.any():
-        held_out[:] = True
-    floor = float(np.sqrt((variance[held_out] / _largest(loads[held_out]) ** 2).sum(1).mean()))
+    variance = Whitener(sensitivities(model, states), state, Accuracy.from_settings(accuracy)).variance
+    held_out = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
+    scored = held_out if bool(held_out.any()) else ~held_out
+    floor = float((variance[scored] / load_scale(loads[scored]) ** 2).sum(1).mean().sqrt())
     inputs = inputs_of(predictions).iloc[rows].reset_index(drop=True)
-    return Misfit(failures(inputs, residual, _largest(loads), np.sqrt(variance)), floor)
-
-
-def _largest(loads: np.ndarray) -> np.ndarray:
-    """Largest force and moment, (2,); 1 where there is none."""
-    largest = np.abs(loads).max(0)
-    return np.where(largest > 0, largest, 1.0)
+    found = failures(inputs, residual.numpy(), load_scale(loads).numpy(), variance.sqrt().numpy())
+    return Misfit(found, floor)

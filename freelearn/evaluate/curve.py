@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -16,14 +16,24 @@ from freelearn.units import KPA, NMM
 POINTS = 60
 
 
-def model_curves(models: Mapping[str, Model], table: pd.DataFrame, rows: np.ndarray) -> dict[str, pd.DataFrame]:
-    """`model_curve` of each model. rows: positions in `table` of one state's rows, in time order.
+# A kinematic state's measured rows, and each model's curve there by the model's name.
+StateCurves = tuple[pd.DataFrame, dict[str, pd.DataFrame]]
 
-    The table matters beyond its rows: some effects remember what the sample went through before.
+
+def state_curves(
+    models: Mapping[str, Model], table: pd.DataFrame, picked: Sequence[np.ndarray], states: States | None = None
+) -> list[StateCurves]:
+    """Rows and curves of each picked state. picked: positions in `table` of a state's rows, in time order.
+
+    states: those of the table's rows, where the table alone does not tell what they remember; some effects remember
+    what the sample went through before.
     """
-    states = States.from_table(table)[torch.as_tensor(rows)]
-    buckled = (table["buckled"].to_numpy() == 1)[rows]
-    return {name: model_curve(model, states, buckled) for name, model in models.items()}
+    states = States.from_table(table) if states is None else states
+    buckled = (table["buckled"] == 1).to_numpy()
+    return [
+        (table.iloc[rows], {n: model_curve(m, states[torch.as_tensor(rows)], buckled[rows]) for n, m in models.items()})
+        for rows in picked
+    ]
 
 
 def model_curve(model: Model, states: States, buckled: np.ndarray) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from freelearn.data.states import kinematic_state
 from freelearn.plots.canvas import heading, new_figure
 from freelearn.plots.cells import Cells
+from freelearn.plots.residual_map import MOST_SAMPLES
 from freelearn.plots.states import places
 
 SCALE = "viridis"
@@ -29,7 +30,7 @@ def admissible_table(table: pd.DataFrame) -> pd.DataFrame:
 def admissible(table: pd.DataFrame, simulated: bool) -> Figure:
     """One cell per sample, up to eight in a row: share of a state's pressure steps without buckling."""
     states = admissible_table(table)
-    samples = np.sort(table["sample"].unique())[:8]
+    samples = np.sort(table["sample"].unique())[:MOST_SAMPLES]
     cells = Cells(states[states["sample"].isin(samples)], samples)
     figure = new_figure(min(14.0, 3.5 + 1.6 * len(samples)), 4.0)
     figure.suptitle(heading("Admissible data: share of pressure steps without buckling", simulated), fontsize=11)

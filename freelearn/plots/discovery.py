@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.discover.app import Discovery, before_and_after, predictions
+from freelearn.discover.app import Discovery
 from freelearn.discover.report import trail_numbers
 from freelearn.discover.score import Score
 from freelearn.discover.search import ALPHA
@@ -30,11 +30,11 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     if len([s for s in findings.steps[0].scores if s.signature is not None]) > 1:
         figures["likeness"] = likeness(findings.steps[0].scores, simulated)
     for when, step in (("before", findings.steps[0]), ("after", findings.final)):
-        table = predictions(discovery, step)
+        table = discovery.predictions[when]
         effects = " + ".join(step.effects) or "no effect"
         title = f"{when}: {step.fit.model.name}, {effects}"
         figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table)
-    for number, (measured, named) in enumerate(before_and_after(discovery), 1):
+    for number, (measured, named) in enumerate(discovery.curves, 1):
         title = f"{findings.final.fit.model.name}: {state_title(measured)}"
         figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)
     paths = []

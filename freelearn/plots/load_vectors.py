@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from freelearn.data.states import kinematic_state
 from freelearn.plots.canvas import COLORS, heading, new_figure
+from freelearn.plots.residual_map import MOST_SAMPLES
 from freelearn.plots.states import places
-
-MOST = 8
 
 
 def load_vector_table(table: pd.DataFrame) -> pd.DataFrame:
@@ -36,7 +35,7 @@ def load_vectors(table: pd.DataFrame, simulated: bool) -> Figure:
     Arrows of one panel share a scale, each load over its largest value there, given above the panel.
     """
     vectors = load_vector_table(table)
-    samples = np.sort(table["sample"].unique())[:MOST]
+    samples = np.sort(table["sample"].unique())[:MOST_SAMPLES]
     across = min(4, len(samples))
     down = -(-len(samples) // across)
     figure = new_figure(1.2 + 3.3 * across, 0.9 + 3.1 * down)

@@ -9,13 +9,12 @@ import pandas as pd
 
 from freelearn.charts.ranking import ranking_chart, ranking_numbers
 from freelearn.charts.staircase import StaircaseChart
-from freelearn.discover.app import Discovery, before_and_after, predictions
-from freelearn.discover.report import stderr, trail_numbers, verdict_in_words
+from freelearn.discover.app import Discovery
+from freelearn.discover.report import stderr, trail_numbers
 from freelearn.discover.search import ALPHA
-from freelearn.fit.report import INTERVAL
-from freelearn.report.page import Section, number, percent, write_page
+from freelearn.report.page import Section, number, percent, sentence, write_page
 from freelearn.report.provenance import provenance_section
-from freelearn.report.run import curve_section, residual_sections
+from freelearn.report.run import curve_section, parameter_table, residual_sections
 
 
 def report_discovery(discovery: Discovery, folder: Path, command: str, figures: bool) -> None:
@@ -29,10 +28,10 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     ]
     sections += [*_classes(discovery), *_parameters(discovery)]
     if figures:
-        for measured, curves in before_and_after(discovery):
+        for measured, curves in discovery.curves:
             sections.append(curve_section(measured, curves, "Loads before and after"))
-        for when, step in (("before", discovery.findings.steps[0]), ("after", discovery.findings.final)):
-            sections += residual_sections(predictions(discovery, step), when)
+        for when, table in discovery.predictions.items():
+            sections += residual_sections(table, when)
     accuracy = ", ".join(f"{name} {value:.3g}" for name, value in content["accuracy"].items())
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation, SI": accuracy}
     sections.append(provenance_section(content["data"], command, facts))
@@ -41,7 +40,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
 
 
 def _verdict(discovery: Discovery) -> Section:
-    return Section("Verdict", [verdict_in_words(discovery.findings)], kind="verdict")
+    return Section("Verdict", [discovery.content["says"]], kind="verdict")
 
 
 def _staircase(discovery: Discovery, figures: bool) -> Section:
@@ -67,8 +66,8 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
 
 
 def _failures(discovery: Discovery) -> list[Section]:
-    lines = [failure.sentence()[0].upper() + failure.sentence()[1:] + "." for failure in discovery.failed]
-    screens = [f"{screen.name[0].upper()}{screen.name[1:]}: {screen.says}." for screen in discovery.screens]
+    lines = [sentence(failure.sentence()) for failure in discovery.failed]
+    screens = [sentence(f"{screen.name}: {screen.says}") for screen in discovery.screens]
     found = [Section("Where the model failed at first", lines or ["No region stands out."])]
     found.append(Section("What that already rules out", screens))
     if discovery.notes:
@@ -123,10 +122,5 @@ def _classes(discovery: Discovery) -> list[Section]:
 
 def _parameters(discovery: Discovery) -> list[Section]:
     step = discovery.findings.final
-    errors = stderr(step)
-    rows = []
-    for name, value in step.fit.values().items():
-        ends = [number(value + side * INTERVAL * errors[name]) for side in (-1, 1)]
-        rows.append([name, number(value), number(errors[name], 2), *ends, step.fit.model.declared[name].unit])
-    columns = ["parameter", "value", "± stderr", "95 % from", "to", "unit"]
-    return [Section("Parameters of the last model", [], pd.DataFrame(rows, columns=columns))]
+    table = parameter_table(step.fit.model, step.fit.values(), stderr(step))
+    return [Section("Parameters of the last model", [], table)]

@@ -125,6 +125,11 @@ def _link(table: pd.DataFrame) -> str:
     return "data:text/csv;base64," + base64.b64encode(content).decode()
 
 
+def sentence(text: str) -> str:
+    """Words as a sentence of their own."""
+    return f"{text[0].upper()}{text[1:]}."
+
+
 def percent(value: float | None, digits: int = 2) -> str:
     """A fraction as a cell in %."""
     return "–" if value is None or pd.isna(value) else f"{100 * value:.{digits}f}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,24 +13,28 @@ from freelearn.charts.curves import CurveCharts
 from freelearn.charts.parity import parity_charts, parity_numbers
 from freelearn.charts.residual_strip import residual_strips
 from freelearn.charts.residuals import ResidualCharts
-from freelearn.evaluate.curve import model_curves
-from freelearn.evaluate.files import counts, training_samples
+from freelearn.evaluate.curve import StateCurves
+from freelearn.evaluate.files import counts
 from freelearn.evaluate.run import Run
 from freelearn.fit.report import INTERVAL, effect_notes, notes
+from freelearn.models.base import Model
 from freelearn.plots.curves import curve_numbers
-from freelearn.plots.residual_map import residual_table
-from freelearn.plots.states import pick_states, state_title
-from freelearn.report.page import Section, number, percent, write_page
+from freelearn.plots.residual_map import MOST_SAMPLES, residual_table
+from freelearn.plots.states import state_title
+from freelearn.report.page import Section, number, percent, sentence, write_page
 from freelearn.report.provenance import provenance_section
-
-# Maps side by side; more of them could not be read.
-MOST_SAMPLES = 8
 
 
 def report_run(
-    run: Run, predictions: pd.DataFrame, folder: Path, about: dict[str, Any], command: str, figures: bool
+    run: Run,
+    folder: Path,
+    about: dict[str, Any],
+    command: str,
+    own: pd.DataFrame | None = None,
+    shown: Sequence[StateCurves] = (),
 ) -> None:
-    """Writes report.html. predictions, about: what predictions.csv and results.json hold. figures: charts as well."""
+    """Writes report.html. about: what results.json holds beside the outcome. own: rows of the samples that were fitted,
+    in the columns of predictions.csv, and shown: states of them with their curves, for charts; None for none."""
     simulated = bool(about["data"]["simulated"])
     effects = [e.name for e in run.model.effects]
     title = " + ".join([run.model.name, *effects]) + f", fitted on {run.train}"
@@ -37,11 +42,10 @@ def report_run(
     if "failures" in about:
         floor = f"A perfect model would have E = {percent(about['noise_floor'])} % on its training set's test rows."
         lines = [floor]
-        lines += [f["sentence"][0].upper() + f["sentence"][1:] + "." for f in about["failures"]]
+        lines += [sentence(f["sentence"]) for f in about["failures"]]
         sections.append(Section("Where it fails, worst first", lines))
-    if figures:
-        own = training_samples(run, predictions)
-        sections += [*_curves(run, own), *residual_sections(own, ""), _parity(own)]
+    if own is not None:
+        sections += [*_curves(shown), *residual_sections(own, ""), _parity(own)]
     facts = {"seed": about["seed"], "split": about["split"], "fit": f"{run.method}, {run.message}"}
     sections.append(provenance_section(about["data"], command, facts))
     write_page(folder / "report.html", title, simulated, sections)
@@ -75,22 +79,26 @@ def _parameters(run: Run) -> Section:
     if not run.model.declared:
         return Section(heading, [f"{len(run.model.vector())} weights and biases, listed in fit_report.txt."])
     error = dict(zip(run.found.names, run.found.stderr, strict=True)) if run.found else {}
-    rows = []
-    for name, value in run.model.scalars().items():
-        e = float(error.get(name, math.nan))
-        ends = [number(value + side * INTERVAL * e) for side in (-1, 1)]
-        rows.append([name, number(value), number(e, 2), *ends, run.model.declared[name].unit])
-    table = pd.DataFrame(rows, columns=["parameter", "value", "± stderr", "95 % from", "to", "unit"])
+    table = parameter_table(run.model, run.model.scalars(), error)
     remarks = [*notes(run.model, run.start), *effect_notes(run.model, run.found)] if run.found else []
     return Section(heading, remarks, table)
 
 
-def _curves(run: Run, own: pd.DataFrame) -> list[Section]:
-    sections = []
-    for rows, rank in zip(pick_states(own), ("best", "middling", "worst"), strict=False):
-        curves = model_curves({run.model.name: run.model}, own, rows)
-        sections.append(curve_section(own.iloc[rows], curves, f"Loads at the {rank} predicted state"))
-    return sections
+def parameter_table(model: Model, values: Mapping[str, float], stderr: Mapping[str, float]) -> pd.DataFrame:
+    """Physical parameters with 95 % intervals, as cells; a dash for an unknown standard error."""
+    rows = []
+    for name, value in values.items():
+        error = float(stderr.get(name, math.nan))
+        ends = [number(value + side * INTERVAL * error) for side in (-1, 1)]
+        rows.append([name, number(value), number(error, 2), *ends, model.declared[name].unit])
+    return pd.DataFrame(rows, columns=["parameter", "value", "± stderr", "95 % from", "to", "unit"])
+
+
+def _curves(shown: Sequence[StateCurves]) -> list[Section]:
+    return [
+        curve_section(measured, curves, f"Loads at the {rank} predicted state")
+        for (measured, curves), rank in zip(shown, ("best", "middling", "worst"), strict=False)
+    ]
 
 
 def curve_section(measured: pd.DataFrame, curves: dict[str, pd.DataFrame], heading: str) -> Section:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
 import panel as pn
 
 from freelearn.charts.ranking import ranking_numbers
@@ -83,11 +84,7 @@ def _labels(found: dict[str, Any] | None) -> dict[str, str]:
         return {name: name for name in sorted(EFFECTS)}
     labels = {}
     for row in ranking_numbers(found["candidates"]).itertuples():
-        error = (
-            ""
-            if row.E_heldout is None or row.E_heldout != row.E_heldout
-            else f", E held-out {100 * row.E_heldout:.3g} %"
-        )
+        error = "" if pd.isna(row.E_heldout) else f", E held-out {100 * row.E_heldout:.3g} %"
         labels[f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"] = row.effect
     for name in found["given_effects"]:
         labels.setdefault(f"{name}: in the model from the start", name)

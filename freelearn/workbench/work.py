@@ -69,7 +69,7 @@ def settings(kind: str, overrides: list[str]) -> dict[str, Any]:
 
 def _check(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
     """Reads the table; table.json says what is in it."""
-    table, warnings, provenance = load_table(chosen["data"])
+    table, warnings, _ = load_table(chosen["data"])
     usable = table["buckled"] == 0
     content = {
         "sets": list(set_names(table["sample"].to_numpy())),
@@ -78,7 +78,6 @@ def _check(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe:
         "samples": int(table["sample"].nunique()),
         "states": int(kinematic_state(table).max()) + 1,
         "warnings": warnings,
-        "simulated": bool(provenance["simulated"]),
     }
     write_text(folder / "table.json", json.dumps(content) + "\n")
 
@@ -90,7 +89,7 @@ def _train(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe:
 
 def _discover(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
     def watch(step: Step, text: str) -> None:
-        pipe.send(("progress", {"text": f"{text}: E held-out {100 * step.E_heldout:.3g} %", "error": step.E_heldout}))
+        pipe.send(("progress", {"text": f"{text}: E held-out {100 * step.E_heldout:.3g} %"}))
 
     with open(folder / "discovery.txt", "w", encoding="utf-8") as file:
         discover(chosen, folder, Console(file=file, width=110), command, watch)

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from freelearn.data.states import States
-from freelearn.evaluate.curve import model_curves
+from freelearn.evaluate.curve import state_curves
 from freelearn.models.build import build_model
 from freelearn.units import NMM
 
@@ -43,7 +43,7 @@ def table():
 def test_the_curve_passes_through_every_prediction_of_the_state(table, values):
     model = continuum(values)
     rows = np.arange(4, 10)
-    curve = model_curves({"m": model}, table, rows)["m"]
+    curve = state_curves({"m": model}, table, [rows])[0][1]["m"]
     with torch.no_grad():
         loads = model(States.from_table(table))[0].numpy()[rows]
     for force, moment, pressure in zip(*loads.T, table["pressure_kpa"][rows], strict=True):
@@ -60,7 +60,7 @@ def test_the_curve_passes_through_every_prediction_of_the_state(table, values):
 
 def test_rising_and_falling_pressure_draw_two_branches_only_where_the_model_has_them(table):
     for values, apart in (({}, 0.0), (FRICTION, 4.0)):
-        curve = model_curves({"m": continuum(values)}, table, np.arange(4, 10))["m"]
+        curve = state_curves({"m": continuum(values)}, table, [np.arange(4, 10)])[0][1]["m"]
         up, down = curve[: curve["pressure_kpa"].idxmax() + 1], curve[curve["pressure_kpa"].idxmax() + 1 :]
         at = [np.interp(40.0, *half.sort_values("pressure_kpa")[["pressure_kpa", "force_pred_n"]].T.to_numpy())
               for half in (up, down)]  # fmt: skip
