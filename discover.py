@@ -13,9 +13,9 @@ from omegaconf import DictConfig, OmegaConf
 def main(config: DictConfig) -> None:
     from rich.console import Console
 
-    from freelearn.discover.app import discover
+    from freelearn.commands.command_line import command_line
+    from freelearn.commands.discover import discover
     from freelearn.errors import UserError
-    from freelearn.report.command import command_line
 
     try:
         settings: Any = OmegaConf.to_container(config, resolve=True)

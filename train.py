@@ -14,9 +14,9 @@ from omegaconf import DictConfig, OmegaConf
 def main(config: DictConfig) -> float | None:
     from rich.console import Console
 
+    from freelearn.commands.command_line import command_line
+    from freelearn.commands.train import train
     from freelearn.errors import UserError
-    from freelearn.report.command import command_line
-    from freelearn.train import train
 
     hydra_config = HydraConfig.get()
     folder = Path(hydra_config.runtime.output_dir)
@@ -24,7 +24,7 @@ def main(config: DictConfig) -> float | None:
         command = command_line(["train.py"], hydra_config.overrides.task)
         settings: Any = OmegaConf.to_container(config, resolve=True)
         if hydra_config.mode == RunMode.MULTIRUN:
-            from freelearn.sweep.job import sweep_job
+            from freelearn.commands.job import sweep_job
 
             return sweep_job(settings, hydra_config.job.num, folder, command)
         train(settings, folder, console=Console(), command=command)

@@ -17,13 +17,13 @@ import torch
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from freelearn.data.states import States
-from freelearn.data.virtual import DESIGNS
-from freelearn.effects.base import Effect
-from freelearn.effects.registry import EFFECTS, make_effects
+from freelearn.bed.virtual import DESIGNS
+from freelearn.measurements.states import States
 from freelearn.models.build import build_model
+from freelearn.models.effects.registry import EFFECTS, make_effects
+from freelearn.models.ports import Effect
 from freelearn.models.prediction import Status
-from freelearn.plots.canvas import heading, new_figure, save
+from freelearn.render.png.canvas import heading, new_figure, save
 from freelearn.units import NMM
 
 FOLDER = Path(__file__).resolve().parents[1] / "outputs/effects"

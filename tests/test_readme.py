@@ -10,7 +10,7 @@ import sys
 import pytest
 from conftest import ROOT
 
-from freelearn.effects.registry import EFFECTS
+from freelearn.models.effects.registry import EFFECTS
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -51,7 +51,9 @@ def test_the_list_of_effects_is_that_of_the_library():
     text = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\w+) \| `(\w+)` \| (.*?) \| (.*?) \|$", text, re.MULTILINE)
     listed = {name: (port, parameters, suspect) for port, name, parameters, suspect in rows}
-    library = {name: effect for name, effect in EFFECTS.items() if effect.__module__.startswith("freelearn.effects.")}
+    library = {
+        name: effect for name, effect in EFFECTS.items() if effect.__module__.startswith("freelearn.models.effects.")
+    }
     assert set(listed) == set(library)
     for name, effect in library.items():
         parameters = ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters)

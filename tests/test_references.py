@@ -8,8 +8,9 @@ import warnings
 
 import numpy as np
 import pytest
-import textbook
-from numpy_peer import continuum
+
+from freelearn.testing.reference import textbook
+from freelearn.testing.reference.numpy_peer import continuum
 
 DEG = math.pi / 180
 GAMMA = DEG * np.array([15.0, 25, 36, 40, 50, 62, 73, 76])

@@ -40,7 +40,7 @@ def _gather(report: Report, folder: Path) -> None:
     """Gathers copies of the study's jobs, as if of ten seeds."""
     import rich.console
 
-    from freelearn.gather import gather_folders
+    from freelearn.commands.gather import gather_folders
 
     sweeps = []
     for seed in range(10):
@@ -67,7 +67,7 @@ import resource, sys, tempfile
 from pathlib import Path
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
-from freelearn.sweep.job import sweep_job
+from freelearn.commands.job import sweep_job
 with initialize_config_dir({str(ROOT / "conf")!r}, version_base="1.3"), tempfile.TemporaryDirectory() as folder:
     for seed in range({jobs}):
         chosen = ["model=linear", "test=sample3", "figures=false", "fits=null", f"seed={{seed}}"]
@@ -83,10 +83,10 @@ with initialize_config_dir({str(ROOT / "conf")!r}, version_base="1.3"), tempfile
 
 
 def reports(report: Report) -> None:
+    from freelearn.report import discovery as of_discovery
     from rich.console import Console
 
-    from freelearn.report import discovery as of_discovery
-    from freelearn.report import run as of_run
+    from freelearn.render.html import run as of_run
     from freelearn.workbench.work import settings
 
     seconds = {}
@@ -103,8 +103,8 @@ def reports(report: Report) -> None:
 
     watched(of_run, "report_run")
     watched(of_discovery, "report_discovery")
-    from freelearn.discover.app import discover
-    from freelearn.train import train
+    from freelearn.commands.discover import discover
+    from freelearn.commands.train import train
 
     with tempfile.TemporaryDirectory() as folder:
         train(settings("train", ["train=all", "fits=null"]), Path(folder) / "run")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +12,10 @@ import pandas as pd
 import torch
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
 
-from freelearn.data.states import States, kinematic_state, measured_loads  # noqa: E402
-from freelearn.data.virtual import simulate  # noqa: E402
-from freelearn.fit.problem import Rows  # noqa: E402
+from freelearn.bed.virtual import simulate  # noqa: E402
+from freelearn.measurements.rows import Rows  # noqa: E402
+from freelearn.measurements.states import States, kinematic_state, measured_loads  # noqa: E402
 
 ACCURACY = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 FIELDS = ("fiber_angle", "reference_length", "inner_radius", "outer_radius", "length", "twist", "pressure")

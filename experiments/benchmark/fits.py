@@ -7,17 +7,18 @@ import time
 import numpy as np
 import torch
 from benchmark.common import FIELDS, Report, bed, rows_of, table, timed
-from numpy_peer import continuum as numpy_continuum
-from numpy_peer import linear as numpy_linear
-from numpy_peer import network as numpy_network
 from scipy.optimize import least_squares
 
-from freelearn.data.sets import samples_of, set_names, split_rows
 from freelearn.fit.fit import FitOptions, fit
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.problem import Problem
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.sets import samples_of, set_names, split_rows
 from freelearn.models.build import build_model
 from freelearn.models.continuum import Continuum
 from freelearn.models.mlp import MLP, inputs
+from freelearn.testing.reference.numpy_peer import continuum as numpy_continuum
+from freelearn.testing.reference.numpy_peer import linear as numpy_linear
+from freelearn.testing.reference.numpy_peer import network as numpy_network
 
 LM = FitOptions("levenberg_marquardt", 1000, 1, 6, tolerance=1e-10)
 TOLERANCES = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-10)

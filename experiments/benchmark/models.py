@@ -7,16 +7,17 @@ import sys
 
 import numpy as np
 import torch
-from benchmark.common import FIELDS, ROOT, Report, timed
+from benchmark.common import FIELDS, Report, timed
 
-import textbook  # isort:skip
-from conftest import random_table  # isort:skip
-from numpy_peer import continuum as numpy_continuum, continuum_plain  # isort:skip
-
-from freelearn.data.states import States
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.problem import Problem
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.models.continuum import Continuum
+from freelearn.testing.reference import textbook
+from freelearn.testing.reference.numpy_peer import continuum as numpy_continuum
+from freelearn.testing.reference.numpy_peer import continuum_plain
+from freelearn.testing.tables import random_table
 
 FIVE = ["wall_stiffening", "end_clamps", "twist_offset", "friction_hysteresis", "sensor_crosstalk"]
 
@@ -57,10 +58,9 @@ def large(report: Report) -> None:
     count = 10_000_000
     code = f"""
 import resource, sys, time
-sys.path.insert(0, {str(ROOT / "tests")!r})
 import torch
-from conftest import random_table
-from freelearn.data.states import States
+from freelearn.testing.tables import random_table
+from freelearn.measurements.states import States
 from freelearn.models.continuum import Continuum
 model = Continuum(2e5, 1e6)
 part = States.from_table(random_table({count // 100}, 0))

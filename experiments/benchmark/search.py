@@ -9,10 +9,10 @@ import torch
 from benchmark.common import ACCURACY, Report, rows_of, table
 from scipy.optimize import least_squares
 
-from freelearn.discover.library import candidates
-from freelearn.discover.noise import Accuracy
-from freelearn.discover.search import Search
-from freelearn.discover.white_fit import WhiteProblem
+from freelearn.inference.library import candidates
+from freelearn.inference.noise import Accuracy
+from freelearn.inference.search import Search
+from freelearn.inference.white_fit import WhiteProblem
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 

@@ -28,7 +28,7 @@ SIZES = (4, 8, 15, 30)
 
 def plan(seeds: int) -> list[dict]:
     """Every data set: kind, what is hidden, its size in σ after refitting, samples, noise factor, seed."""
-    from hidden_effects.truths import OUTSIDE, UNIT
+    from freelearn.testing.reference.truths import OUTSIDE, UNIT
 
     sets = []
     names = list(UNIT)
@@ -61,15 +61,14 @@ def examine(job: dict) -> dict:
     import torch
 
     torch.set_num_threads(1)
-    from hidden_effects.bed import measure
-    from hidden_effects.truths import grown, outside
-
-    from freelearn.data.states import States, kinematic_state, measured_loads
-    from freelearn.discover.library import candidates
-    from freelearn.discover.noise import Accuracy
-    from freelearn.discover.search import Search, parameter_covariance
-    from freelearn.fit.problem import Rows
+    from freelearn.inference.library import candidates
+    from freelearn.inference.noise import Accuracy
+    from freelearn.inference.search import Search, parameter_covariance
+    from freelearn.measurements.rows import Rows
+    from freelearn.measurements.states import States, kinematic_state, measured_loads
     from freelearn.models.build import build_model
+    from freelearn.testing.reference.bed import measure
+    from freelearn.testing.reference.truths import grown, outside
 
     generator = np.random.default_rng(job["seed"])
     material = float(1e6 * 2 ** generator.uniform(-1, 1)), float(3e7 * 2 ** generator.uniform(-1, 1))
@@ -125,14 +124,15 @@ def examine(job: dict) -> dict:
 def amount(job: dict, names: list[str], material: tuple[float, float], noise: dict) -> float:
     """How many units of the effect make it as large as asked, in σ after refitting C1 and C2: from noise-free data."""
     import torch
-    from hidden_effects.bed import measure
-    from hidden_effects.truths import grown, outside
 
-    from freelearn.data.states import States, kinematic_state, measured_loads
-    from freelearn.discover.noise import Accuracy, Whitener, sensitivities
-    from freelearn.discover.structure import orthonormal
-    from freelearn.fit.problem import Problem, Rows
+    from freelearn.fit.problem import Problem
+    from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+    from freelearn.inference.structure import orthonormal
+    from freelearn.measurements.rows import Rows
+    from freelearn.measurements.states import States, kinematic_state, measured_loads
     from freelearn.models.build import build_model
+    from freelearn.testing.reference.bed import measure
+    from freelearn.testing.reference.truths import grown, outside
 
     silent = dict.fromkeys(NOISE, 0.0)
 

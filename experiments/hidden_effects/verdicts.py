@@ -9,7 +9,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.plots.canvas import COLORS, finish, new_figure, save
+from freelearn.render.png.canvas import COLORS, finish, new_figure, save
 
 MOST_IN_CLASS = 3
 

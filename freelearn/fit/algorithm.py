@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
-from freelearn.fit.search import Status, take
+from freelearn.fit.solver import Status, take
 
 OPTIMIZERS: Mapping[str, Callable[..., torch.optim.Optimizer]] = {
     "adam": torch.optim.Adam,

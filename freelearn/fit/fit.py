@@ -14,11 +14,12 @@ import torch
 from lightning.pytorch.loggers import TensorBoardLogger
 from torch import Tensor
 
-from freelearn.data.module import FitData
 from freelearn.errors import UserError
 from freelearn.fit.algorithm import OPTIMIZERS, Algorithm, GradientEpochs, LevenbergMarquardtEpochs
+from freelearn.fit.batches import FitData
 from freelearn.fit.fitting import Fitting
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.problem import Problem
+from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 

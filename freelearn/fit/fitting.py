@@ -8,9 +8,10 @@ import lightning as L
 import torch
 from torch import Tensor
 
-from freelearn.data.module import Batch
 from freelearn.fit.algorithm import Algorithm, LevenbergMarquardtEpochs
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.batches import Batch
+from freelearn.fit.problem import Problem
+from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 
 # Share by which a validation error has to fall to count as a gain: without it a network creeps on for hundreds of

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
-from freelearn.fit.search import Point, Result, State, Status, put, take
+from freelearn.fit.solver import Point, Result, State, Status, put, take
 from freelearn.fit.trust_region import linear_model, trial_point
 
 EPS = torch.finfo(torch.float64).eps

@@ -2,30 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
-from freelearn.evaluate.error import load_scale
+from freelearn.measurements.error import load_scale
+from freelearn.measurements.rows import Rows
 from freelearn.models.base import BLOCK, Model
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Configurations with their measured loads (N, 2) N, N·m and the number of their kinematic state (N,)."""
-
-    states: States
-    loads: Tensor
-    state: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.states)
-
-    def __getitem__(self, rows: Tensor) -> Rows:
-        return Rows(self.states[rows], self.loads[rows], self.state[rows.numpy()])
 
 
 class Problem:

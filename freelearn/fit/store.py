@@ -18,12 +18,12 @@ from filelock import FileLock
 import freelearn
 from freelearn.files import write_whole
 from freelearn.fit.fit import FitOptions, FitOutcome
-from freelearn.fit.problem import Rows
 from freelearn.fit.uncertainty import Uncertainty
+from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 
 # Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
-ROOMS = ("data", "effects", "evaluate", "fit", "mechanics", "models")
+ROOMS = ("measurements", "mechanics", "models", "fit")
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
 def code_version() -> str:
     """Digest of the package's code that a fit's numbers come from."""
     root = Path(freelearn.__file__).parent
-    return _digest(path for room in ROOMS for path in sorted((root / room).glob("*.py")))
+    return _digest(path for room in ROOMS for path in sorted((root / room).rglob("*.py")))
 
 
 def _digest(paths: Iterable[Path]) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
+from freelearn.measurements.states import States
 from freelearn.mechanics.energy import EnergySum, Hoop
 from freelearn.mechanics.tube import QUADRATURE_POINTS, Tube
 

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
+from freelearn.measurements.states import States
 
 # Gauss-Legendre points through the wall. The integrands are smooth: six reach 1e-9 of the load range over the
 # paper's samples and protocol (tests/mechanics measures it).

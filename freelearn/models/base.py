@@ -11,11 +11,11 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from freelearn.data.states import States
-from freelearn.effects.base import PORTS, Effect
-from freelearn.effects.mount import settle
 from freelearn.errors import UserError
+from freelearn.measurements.states import States
+from freelearn.models.mount import settle
 from freelearn.models.parameter import Parameter
+from freelearn.models.ports import PORTS, Effect
 from freelearn.models.prediction import Prediction
 
 # Rows predicted at once: few enough for what one operation reads to stay in the processor's cache.

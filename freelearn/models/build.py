@@ -7,11 +7,11 @@ from pathlib import Path
 
 import torch
 
-from freelearn.effects.registry import make_effects
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
+from freelearn.models.effects.registry import make_effects
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
 from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall

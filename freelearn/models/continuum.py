@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
-from freelearn.effects.base import Effect, columns
+from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
 from freelearn.mechanics.tube import QUADRATURE_POINTS
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
+from freelearn.models.ports import Effect, columns
 from freelearn.models.prediction import Prediction, Status
 
 # What the paper fixes for the constituents (Sedal et al. 2018) [Pa].

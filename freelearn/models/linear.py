@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
-from freelearn.effects.base import Effect
 from freelearn.errors import UserError
-from freelearn.evaluate.error import load_scale
+from freelearn.fit.stiffness import best_stiffness
+from freelearn.measurements.error import load_scale
+from freelearn.measurements.states import States
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
+from freelearn.models.ports import Effect
 from freelearn.models.prediction import Prediction, Status
-from freelearn.models.stiffness import best_stiffness
 
 # Fibres unwound to within this share of their angle Φ count as parallel to the axis.
 SINGULAR_SHARE = 0.02

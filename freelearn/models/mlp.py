@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
-from freelearn.effects.base import Effect
+from freelearn.measurements.states import States
 from freelearn.models.base import Model, Values
+from freelearn.models.ports import Effect
 from freelearn.models.prediction import Prediction, Status
 
 INPUTS, HIDDEN, OUTPUTS = 7, 6, 2

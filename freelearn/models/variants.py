@@ -11,9 +11,8 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
-from freelearn.effects.base import Effect, columns
-from freelearn.evaluate.error import load_scale
+from freelearn.measurements.error import load_scale
+from freelearn.measurements.states import States
 from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.linear_material import LinearMaterial
 from freelearn.mechanics.loads import tube_loads
@@ -21,6 +20,7 @@ from freelearn.mechanics.tube import Tube
 from freelearn.models.base import Model, Values
 from freelearn.models.continuum import Continuum
 from freelearn.models.parameter import Parameter
+from freelearn.models.ports import Effect, columns
 from freelearn.models.prediction import Prediction, Status
 
 # Smallest and largest shear modulus of a start [Pa].

@@ -12,15 +12,15 @@ import panel as pn
 import torch
 from bokeh.models import Slider
 
-from freelearn.charts.curves import CurveCharts
-from freelearn.charts.residuals import ResidualCharts, scales
-from freelearn.data.sets import samples_of
-from freelearn.data.states import States, kinematic_state
-from freelearn.evaluate.curve import model_curve
+from freelearn.measurements.sets import samples_of
+from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
-from freelearn.plots.residual_map import residual_table
-from freelearn.plots.states import ROWS_FOR_A_CURVE, places, state_title
+from freelearn.render.html.charts.curves import CurveCharts
+from freelearn.render.html.charts.residuals import ResidualCharts, scales
+from freelearn.render.png.residual_map import residual_table
+from freelearn.results.curve import model_curve
+from freelearn.results.states import ROWS_FOR_A_CURVE, places, state_title
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
 

@@ -7,8 +7,8 @@ from typing import Any
 import pandas as pd
 import panel as pn
 
-from freelearn.charts.ranking import ranking_numbers
-from freelearn.effects.registry import EFFECTS
+from freelearn.models.effects.registry import EFFECTS
+from freelearn.render.html.charts.ranking import ranking_numbers
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 

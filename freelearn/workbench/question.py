@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from freelearn.report.command import command_line
+from freelearn.commands.command_line import command_line
 
 DATA = {"virtual": "simulated bed", "hidden": "simulated bed with a hidden effect", "csv": "my own CSV file"}
 MODELS = ("continuum", "linear", "mlp")

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 import panel as pn
 
-from freelearn.charts.staircase import StaircaseChart
+from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.effects import Effects
 from freelearn.workbench.session import Session

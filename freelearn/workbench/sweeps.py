@@ -38,9 +38,9 @@ class Sweeps:
 
     def _draw(self) -> None:
         # matplotlib, whose colour scales the maps share, takes a second to import: not before the page is there.
-        from freelearn.charts.heatmap import heatmap_chart
-        from freelearn.sweep.collect import read_gathered
-        from freelearn.sweep.summary import cells
+        from freelearn.render.html.charts.heatmap import heatmap_chart
+        from freelearn.results.collect import read_gathered
+        from freelearn.results.summary import cells
 
         self.maps.clear()
         if self.choice.value is None:

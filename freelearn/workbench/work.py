@@ -17,20 +17,20 @@ from omegaconf import OmegaConf
 from rich.console import Console
 
 import freelearn
-from freelearn.data.sets import set_names
-from freelearn.data.source import load_table
-from freelearn.data.states import kinematic_state
-from freelearn.discover.app import discover
-from freelearn.discover.search import Step
+from freelearn.commands.discover import discover
+from freelearn.commands.tables import load_table
+from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.train import train
+from freelearn.inference.search import Step
+from freelearn.measurements.sets import set_names
+from freelearn.measurements.states import kinematic_state
 
 # Imported here so that the process from which jobs are forked has them: a fit then starts at once.
-from freelearn.discover import misfit  # noqa: F401  isort:skip
-from freelearn.plots import discovery  # noqa: F401  isort:skip
-from freelearn.report import run  # noqa: F401  isort:skip
-from freelearn.report.discovery import report_discovery  # noqa: F401  isort:skip
+from freelearn.inference import misfit  # noqa: F401  isort:skip
+from freelearn.render.png import discovery  # noqa: F401  isort:skip
+from freelearn.render.html import run  # noqa: F401  isort:skip
+from freelearn.render.html.discovery import report_discovery  # noqa: F401  isort:skip
 
 CONF = Path(freelearn.__file__).parents[1] / "conf"
 

@@ -5,20 +5,21 @@ import lmfit
 import numpy as np
 import pytest
 import torch
-from conftest import random_table
 from scipy.optimize import least_squares
 
-from freelearn.data.states import States, kinematic_state, measured_loads
 from freelearn.errors import UserError
 from freelearn.fit.fit import FitOptions, fit
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.problem import Problem
 from freelearn.fit.uncertainty import uncertainty
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
 from freelearn.models.prediction import Status
+from freelearn.testing.tables import random_table
 
 LM = FitOptions("levenberg_marquardt", max_epochs=300, restarts=1, patience=6)
 

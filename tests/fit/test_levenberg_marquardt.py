@@ -15,7 +15,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.search import Result, State, Status
+from freelearn.fit.solver import Result, State, Status
 
 T = torch.linspace(0.0, 3.0, 40, dtype=torch.float64)
 

@@ -7,9 +7,10 @@ import pytest
 import torch
 
 from freelearn.fit.fit import FitOptions, fit
-from freelearn.fit.problem import Problem, Rows
+from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, fit_key, timed
 from freelearn.fit.uncertainty import uncertainty
+from freelearn.measurements.rows import Rows
 from freelearn.models.build import build_model
 
 OPTIONS = FitOptions("levenberg_marquardt", max_epochs=50, restarts=1, patience=6)

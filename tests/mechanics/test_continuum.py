@@ -4,19 +4,19 @@ import math
 
 import numpy as np
 import pytest
-import textbook
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freelearn.data.states import States
-from freelearn.data.virtual import DESIGNS
+from freelearn.bed.virtual import DESIGNS
+from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import BALLOON, inflate
 from freelearn.mechanics.loads import tube_loads
 from freelearn.mechanics.tube import Tube
 from freelearn.models.continuum import Continuum
 from freelearn.models.prediction import Status
+from freelearn.testing.reference import textbook
 from freelearn.units import DEG, KPA, MM
 
 C1, C2 = 2e5, 1e6

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import textbook
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +9,7 @@ from hypothesis import strategies as st
 from freelearn.errors import UserError
 from freelearn.models.linear import Linear
 from freelearn.models.prediction import Status
+from freelearn.testing.reference import textbook
 
 
 def test_agrees_with_the_textbook(random_states):

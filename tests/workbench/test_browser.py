@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
-from freelearn.data.source import load_table
-from freelearn.train import train
+from freelearn.commands.tables import load_table
+from freelearn.commands.train import train
 from freelearn.workbench.question import Question
 from freelearn.workbench.work import settings
 

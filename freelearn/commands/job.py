@@ -1,0 +1,97 @@
+"""One job of a multirun: done once, and never fatal to the sweep."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from freelearn.commands.tables import data_version
+from freelearn.commands.train import train
+from freelearn.errors import UserError
+from freelearn.files import write_text
+from freelearn.fit.store import code_version
+from freelearn.results.collect import ERROR_FILE
+from freelearn.results.run import Run
+
+
+def sweep_job(settings: dict[str, Any], number: int, folder: Path, command: str) -> float | None:
+    """Runs a job unless `folder` already holds its results; returns E on its training set, where that is tested.
+
+    A combination named in `exclude` is left out. Any failure ends up in error.json beside the other jobs' results.
+    """
+    console = Console(soft_wrap=True)
+    label = f"job {number:<3} {settings['model']['name']:<10} {settings['train']:<12}"
+    if any(_matches(settings, combination) for combination in settings["exclude"] or []):
+        return None
+    key = job_key(settings)
+    if (kept := _results(folder)) and kept.get("key") == key:
+        console.print(f"{label} done before", highlight=False)
+        return _own_error(kept["tests"], settings["train"])
+    try:
+        (folder / ERROR_FILE).unlink(missing_ok=True)
+        run = train(settings, folder, key=key, command=command)
+    except UserError as mistake:
+        _fail(folder, console, label, settings, str(mistake))
+        return None
+    except Exception as problem:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / "traceback.txt", traceback.format_exc())
+        _fail(folder, console, label, settings, f"{type(problem).__name__}: {problem}")
+        return None
+    error = _own_error({name: e._asdict() for name, e in run.errors.items()}, settings["train"])
+    console.print(f"{label} {_summary(run, error)}", highlight=False)
+    return error
+
+
+def job_key(settings: Mapping[str, Any]) -> str:
+    """Digest of everything that a job's results depend on."""
+    parts = [json.dumps(settings, sort_keys=True), data_version(settings["data"]), code_version()]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+
+
+def _matches(settings: Mapping[str, Any], combination: Mapping[str, str]) -> bool:
+    """Whether every override of the combination is set; a group is named by its option."""
+    chosen = {k: v["name"] if isinstance(v, Mapping) and "name" in v else v for k, v in settings.items()}
+    return all(chosen.get(name) == value for name, value in combination.items())
+
+
+def _results(folder: Path) -> dict[str, Any] | None:
+    try:
+        return json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def _fail(folder: Path, console: Console, label: str, settings: Mapping[str, Any], message: str) -> None:
+    (folder / "results.json").unlink(missing_ok=True)
+    what = {
+        "model": settings["model"]["name"],
+        "train": settings["train"],
+        "test": settings["test"],
+        "fit": settings["fit"]["name"],
+        "split": settings["split"]["name"],
+        "effects": settings["effects"],
+        "seed": settings["seed"],
+        "error": message,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / ERROR_FILE, json.dumps(what, indent=2) + "\n")
+    console.print(f"{label} failed: {message}", markup=False, highlight=False)
+
+
+def _own_error(tests: Mapping[str, Mapping[str, Any]], train_set: str) -> float | None:
+    """E on the training set's own test rows, or on the only test set; what a sweeper may minimise."""
+    names = [train_set] if train_set in tests else list(tests)
+    return tests[names[0]]["E"] if len(names) == 1 else None
+
+
+def _summary(run: Run, error: float | None) -> str:
+    scored = f"E {100 * error:6.2f} %" if error is not None else ""
+    source = "fit reused" if run.reused else ""
+    return f"{scored}  {run.seconds:5.1f} s  {source}".rstrip()

@@ -1,0 +1,26 @@
+"""The rows of a fit, as Lightning wants them."""
+
+from __future__ import annotations
+
+import lightning as L
+from torch.utils.data import DataLoader
+
+from freelearn.measurements.rows import Rows
+
+# All training rows and all validation rows.
+Batch = tuple[Rows, Rows]
+
+
+class FitData(L.LightningDataModule):
+    """One batch an epoch: every training row and every validation row. The sets are small; algorithms cut their own."""
+
+    def __init__(self, train: Rows, validation: Rows) -> None:
+        super().__init__()
+        self.train, self.validation = train, validation
+
+    def train_dataloader(self) -> DataLoader[Batch]:
+        # batch_size=None hands the tuple through as it is, without collating rows one by one.
+        return DataLoader([(self.train, self.validation)], batch_size=None)  # type: ignore[arg-type]
+
+    def transfer_batch_to_device(self, batch: Batch, device: object, dataloader_idx: int) -> Batch:
+        return batch

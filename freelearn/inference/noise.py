@@ -1,0 +1,107 @@
+"""What the measuring alone does to the loads: the noise floor, and residuals whitened by it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from freelearn.errors import UserError
+from freelearn.measurements.states import States
+from freelearn.models.base import BLOCK, Model
+from freelearn.units import DEG, KPA, MM, NMM
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """One standard deviation of the measuring, SI. length and twist err once per kinematic state, the rest per row."""
+
+    length: float
+    twist: float
+    pressure: float
+    force: float
+    moment: float
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, float]) -> Accuracy:
+        """From `data.accuracy`, in its engineering units. Raises UserError."""
+        units = {
+            "elongation_mm": ("length", MM),
+            "twist_deg": ("twist", DEG),
+            "pressure_kpa": ("pressure", KPA),
+            "force_n": ("force", 1.0),
+            "moment_nmm": ("moment", NMM),
+        }
+        for name in units:
+            value = settings.get(name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
+                raise UserError(f"data.accuracy.{name} = {value!r} is not a standard deviation: give a number ≥ 0.")
+        for name in ("force_n", "moment_nmm"):
+            if settings[name] <= 0:
+                raise UserError(f"data.accuracy.{name} must be greater than 0: no load cell is perfect.")
+        return cls(**{field: settings[name] * unit for name, (field, unit) in units.items()})
+
+
+def sensitivities(model: Model, states: States) -> Tensor:
+    """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer."""
+    parts = []
+    values = {name: value.detach() for name, value in model.values().items()}
+    for rows in torch.arange(len(states)).split(BLOCK):
+        part = states[rows]
+        with torch.enable_grad():
+            inputs = [getattr(part, n).detach().requires_grad_() for n in ("length", "twist", "pressure")]
+            moved = part.replace(length=inputs[0], twist=inputs[1], pressure=inputs[2])
+            force, moment = model.chain(moved, values).loads.unbind(-1)
+            by_force = torch.autograd.grad(force.sum(), inputs, retain_graph=True, materialize_grads=True)
+            by_moment = torch.autograd.grad(moment.sum(), inputs, materialize_grads=True)
+        parts.append(torch.stack([torch.stack(by_force, -1), torch.stack(by_moment, -1)], dim=1))
+    return torch.cat(parts).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
+
+
+class Whitener:
+    """Turns loads' residuals into independent numbers of standard deviation one, if the noise is as stated.
+
+    The noise of a row is its sensors', plus its pressure error seen through ∂(F, M)/∂P; the noise of a kinematic state
+    is its rows', plus a position error (δl, δφ) that all its rows share, seen through ∂(F, M)/∂(l, φ). With L Lᵀ the
+    covariance of a row, A = L⁻¹ ∂(F, M)/∂(l, φ) diag(σ_l, σ_φ), and V diag(w) Vᵀ = Σ AᵀA over a state's rows, the
+    state's covariance is I + A Aᵀ in units of L, and its inverse root I − A V diag((1 − (1 + w)^−½)/w) Vᵀ Aᵀ.
+    """
+
+    def __init__(self, sensitivity: Tensor, state: Tensor, accuracy: Accuracy) -> None:
+        """sensitivity: (N, 2, 3), see `sensitivities`. state: (N,) int64, number of each row's kinematic state."""
+        _, self.state = torch.unique(state, return_inverse=True)
+        self.states = int(self.state.max()) + 1 if len(state) else 0
+        by_pressure = sensitivity[:, :, 2] * accuracy.pressure
+        force = accuracy.force**2 + by_pressure[:, 0] ** 2
+        moment = accuracy.moment**2 + by_pressure[:, 1] ** 2
+        both = by_pressure[:, 0] * by_pressure[:, 1]
+        self.force, self.slant = force.sqrt(), both / force.sqrt()
+        self.moment = (moment - self.slant**2).sqrt()
+        position = sensitivity[:, :, :2] * torch.tensor([accuracy.length, accuracy.twist], dtype=torch.float64)
+        # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not.
+        self.variance = torch.stack([force, moment], dim=-1) + position.square().sum(-1)
+        self.shared = self._rows(position)
+        size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
+        size = size.clamp_min(0)
+        share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
+        self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
+
+    def __call__(self, loads: Tensor) -> Tensor:
+        """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
+        columns = loads if loads.ndim == 3 else loads[..., None]
+        rows = self._rows(columns)
+        common = self.shrink @ self._sum(self.shared.transpose(1, 2) @ rows)
+        white = rows - self.shared @ common[self.state]
+        return white if loads.ndim == 3 else white[..., 0]
+
+    def _rows(self, columns: Tensor) -> Tensor:
+        """L⁻¹ times (N, 2, k)."""
+        first = columns[:, 0] / self.force[:, None]
+        second = (columns[:, 1] - self.slant[:, None] * first) / self.moment[:, None]
+        return torch.stack([first, second], dim=1)
+
+    def _sum(self, rows: Tensor) -> Tensor:
+        """Sum over the rows of each state: (N, …) → (states, …)."""
+        return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)

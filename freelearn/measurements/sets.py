@@ -1,0 +1,72 @@
+"""Named sets of samples, and the split of their rows."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.measurements.states import kinematic_state
+
+TRAIN, VALIDATION, TEST = "train", "validation", "test"
+# The paper's shares: 64 % training, 16 % validation, 20 % test.
+TRAIN_SHARE, VALIDATION_SHARE = 0.64, 0.16
+
+
+def samples_of(name: str, available: np.ndarray) -> np.ndarray:
+    """Samples that a set's name stands for, out of those available. Raises UserError when there are none."""
+    present = np.unique(available)
+    if name == "all":
+        chosen = present
+    elif name == "even":
+        chosen = present[present % 2 == 0]
+    elif match := re.fullmatch(r"sample(\d+)", name):
+        chosen = present[present == int(match.group(1))]
+    elif match := re.fullmatch(r"without(\d+)", name):
+        chosen = present[present != int(match.group(1))]
+    else:
+        raise UserError(
+            f"Unknown set {name!r}: choose sampleN, withoutN (all samples but N), even, all "
+            "(or, for training, constituent)."
+        )
+    if not len(chosen):
+        held = ", ".join(f"sample{n}" for n in present)
+        raise UserError(f"The data hold no rows of set {name!r}: they hold {held}. Choose one of these, or all.")
+    return chosen
+
+
+def set_names(available: np.ndarray) -> list[str]:
+    """Every set that the data hold: each sample, and for several samples `even` and `all`."""
+    present = np.unique(available)
+    names = [f"sample{n}" for n in present]
+    if len(present) > 1 and (present % 2 == 0).any():
+        names.append("even")
+    return [*names, "all"]
+
+
+def split_rows(table: pd.DataFrame, seed: int, by_states: bool) -> np.ndarray:
+    """Label of every row, "train", "validation", "test", or "" for a buckled one: (N,) str.
+
+    Each sample is split on its own, with a generator of its own, so a sample's test rows are the same whatever
+    else is in the table or the training set. by_states keeps the rows of one kinematic state together.
+    """
+    usable = (table["buckled"] == 0).to_numpy()
+    sample = table["sample"].to_numpy()
+    unit = kinematic_state(table) if by_states else np.arange(len(table))
+    label = np.full(len(table), "", dtype="<U10")
+    for number in np.unique(sample):
+        rows = np.flatnonzero(usable & (sample == number))
+        units = np.random.default_rng([seed, int(number)]).permutation(np.unique(unit[rows]))
+        bounds = np.round(np.cumsum([TRAIN_SHARE, VALIDATION_SHARE]) * len(units)).astype(int)
+        for name, part in zip((TRAIN, VALIDATION, TEST), np.split(units, bounds), strict=True):
+            label[rows[np.isin(unit[rows], part)]] = name
+    return label
+
+
+def overlap(first: str, second: str) -> bool:
+    """Whether two sets share a sample, judged by their names, of a table that has every sample they name."""
+    named = [int(n) for n in re.findall(r"\d+", f"{first} {second}")]
+    every = np.arange(1, max(named, default=0) + 3)
+    return bool(np.isin(samples_of(first, every), samples_of(second, every)).any())

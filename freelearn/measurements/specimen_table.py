@@ -1,0 +1,113 @@
+"""Reading tables of specimen tests (CSV), with every fault of all files in one report."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.measurements.specimen_modes import MODE_NAMES, mode_name
+from freelearn.measurements.specimen_schema import COLUMNS, find_faults, suspicions
+from freelearn.measurements.table import SEPARATORS, TableError, _header_faults, _numbers, _odd_rows, _records, _text
+
+# Headings of tables in the literature, and ours.
+ALIASES = {"lambda": "stretch", "P_MPa": "stress_mpa"}
+
+
+@dataclass(frozen=True)
+class Specimens:
+    """table: mode, specimen, stretch, stress_mpa (nominal), in the files' order. files: {path, sha256} of each."""
+
+    table: pd.DataFrame
+    files: list[dict[str, str]]
+    warnings: list[str]
+
+    @property
+    def modes(self) -> list[str]:
+        """The modes that the table holds, in their usual order."""
+        return [mode for mode in MODE_NAMES if (self.table["mode"] == mode).any()]
+
+
+def read_specimens(sources: Sequence[str]) -> Specimens:
+    """Reads tables, each given as FILE with a column `mode`, or as MODE=FILE.
+
+    Columns: mode (uniaxial, equibiaxial, pure_shear, or UT, ET, PS), stretch λ (or lambda), nominal stress
+    stress_mpa (or P_MPa), and optionally specimen; others are ignored. Raises UserError with all faults of all files.
+    """
+    tables: list[pd.DataFrame] = []
+    files: list[dict[str, str]] = []
+    mistakes: list[UserError] = []
+    for source in sources:
+        mode, path = _split(source)
+        if any(file["path"] == path for file in files):
+            raise UserError(f"{path} is named twice: name each file once.")
+        files.append({"path": path, "sha256": ""})
+        try:
+            tables.append(_read(path, mode))
+            files[-1]["sha256"] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+        except UserError as mistake:
+            mistakes.append(mistake)
+    if len(mistakes) == 1:
+        raise mistakes[0]
+    if mistakes:
+        raise UserError("\n".join(map(str, mistakes)))
+    table = pd.concat(tables, ignore_index=True)
+    for name, rows in table.groupby("mode", sort=False):
+        if (rows["stress_mpa"] == 0).all():
+            raise UserError(f"Every stress in mode {name} is zero, so its error has no scale: leave its rows out.")
+    return Specimens(table, files, suspicions(table))
+
+
+def _split(source: str) -> tuple[str | None, str]:
+    """Mode and path of MODE=FILE, or None and the path of FILE."""
+    short, equals, path = source.partition("=")
+    if not equals or Path(source).exists():
+        return None, source
+    mode = mode_name(short)
+    if mode is None:
+        known = ", ".join(f"{short} ({name})" for name, short in MODE_NAMES.items())
+        raise UserError(f"Unknown mode {short!r} in {source!r}: write MODE=FILE with one of {known}.")
+    return mode, path
+
+
+def _read(path: str, mode: str | None) -> pd.DataFrame:
+    """One file's rows. mode: that of all its rows, None to read the column."""
+    records = _records(path, _text(path))
+    original = [name.strip() for name in records.header]
+    header = [ALIASES.get(name, name) for name in original]
+    _refuse_other_formats(path, header)
+    if not records.rows:
+        raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
+    faults = [*_header_faults(header, records.header_line), *_odd_rows(records)]
+    odd = {fault.line for fault in faults}
+    kept = [(line, row) for line, row in zip(records.lines, records.rows, strict=True) if line not in odd]
+    text: dict[str, Sequence[str]] = {}
+    for place, name in enumerate(header):
+        text.setdefault(name, [row[place] for _, row in kept])
+    # Only a file that has no column of modes is given one: what the file says is checked against the command.
+    frame = pd.DataFrame(index=pd.Index([line for line, _ in kept], dtype=np.int64))
+    for name in COLUMNS:
+        if name in text:
+            frame[name] = [mode_name(cell) for cell in text[name]] if name == "mode" else _numbers(text[name])
+        elif name == "mode" and mode is not None:
+            frame[name] = mode
+    faults += find_faults(frame, text, records.header_line, mode)
+    if faults:
+        named = dict(zip(reversed(header), reversed(original), strict=True))
+        faults = [replace(fault, column=named.get(fault.column, fault.column)) for fault in faults]
+        raise TableError(path, sorted(faults, key=lambda fault: fault.line))
+    frame["specimen"] = [cell.strip() for cell in text["specimen"]] if "specimen" in text else ""
+    return frame[["mode", "specimen", "stretch", "stress_mpa"]]
+
+
+def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
+    for separator, name in SEPARATORS.items():
+        if len(header) == 1 and separator in header[0]:
+            raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
+    if not np.isnan(_numbers(header)).any():
+        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(COLUMNS)}.")

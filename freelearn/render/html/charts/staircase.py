@@ -1,0 +1,45 @@
+"""The error falling from step to step towards the noise floor."""
+
+from __future__ import annotations
+
+import pandas as pd
+from bokeh.models import ColumnDataSource
+from bokeh.plotting import figure
+
+from freelearn.render.html.charts.canvas import COLORS, chart, hover, legend_below
+
+
+class StaircaseChart:
+    """Held-out error by step on a logarithmic axis; its data can be exchanged."""
+
+    def __init__(self, width: int = 480, height: int = 340) -> None:
+        self.source = ColumnDataSource({name: [] for name in ("step", "E", "floor", "label")})
+        self.panel: figure = chart(
+            "error on held-out kinematic states",
+            "",
+            "E [%], logarithmic",
+            width,
+            height,
+            x_range=[],
+            y_axis_type="log",
+            y_range=(0.1, 100.0),
+        )
+        where = {"x": "step", "source": self.source}
+        self.panel.line(y="floor", color="black", line_dash="dashed", width=1.5, legend_label="noise floor", **where)
+        self.panel.line(y="E", color=COLORS[0], width=2, legend_label="held-out error", **where)
+        self.panel.scatter(y="floor", marker="dash", size=16, color="black", **where)
+        marks = self.panel.scatter(y="E", size=9, color=COLORS[0], **where)
+        self.panel.text(y="E", text="label", y_offset=-8, text_align="center", text_font_size="9pt", **where)
+        hover(self.panel, [("step", "@step"), ("E", "@E{0.000} %"), ("noise floor", "@floor{0.000} %")], [marks])
+        self.panel.xaxis.major_label_orientation = 0.35
+        legend_below(self.panel)
+
+    def show(self, table: pd.DataFrame) -> None:
+        """table: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
+        steps = [f"{number}. {name}" for number, name in enumerate(table["step"])]
+        error, floor = 100 * table["E_heldout"].astype(float), 100 * table["noise_floor"].astype(float)
+        low, high = min(error.min(), floor.min() if floor.notna().any() else error.min()), error.max()
+        self.panel.x_range.factors = steps
+        self.panel.y_range.start, self.panel.y_range.end = low / 1.5, high * 1.9
+        labels = [f"{value:.3g} %" for value in error]
+        self.source.data = {"step": steps, "E": error.to_numpy(), "floor": floor.to_numpy(), "label": labels}

@@ -1,0 +1,62 @@
+"""Measured loads as vectors over the kinematic plane, before any model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freelearn.measurements.states import kinematic_state
+from freelearn.render.png.canvas import COLORS, heading, new_figure
+from freelearn.render.png.residual_map import MOST_SAMPLES
+from freelearn.results.states import places
+
+
+def load_vector_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Each kinematic state's place, and its loads at the lowest and the highest un-buckled pressure.
+
+    Columns sample, elongation_mm, twist_deg, end (low, high), pressure_kpa, force_n, moment_nmm."""
+    table = table.reset_index(drop=True)
+    where = places(table)
+    kept = table[table["buckled"] == 0]
+    state = pd.Series(kinematic_state(table))[kept.index]
+    ends = []
+    for end, place in (("low", kept["pressure_kpa"].groupby(state).idxmin()),
+                       ("high", kept["pressure_kpa"].groupby(state).idxmax())):  # fmt: skip
+        loads = table.loc[place, ["pressure_kpa", "force_n", "moment_nmm"]].set_axis(place.index)
+        ends.append(where.loc[place.index].join(loads).assign(end=end))
+    columns = ["sample", "elongation_mm", "twist_deg", "end", "pressure_kpa", "force_n", "moment_nmm"]
+    return pd.concat(ends, ignore_index=True)[columns]
+
+
+def load_vectors(table: pd.DataFrame, simulated: bool) -> Figure:
+    """One panel per sample: an arrow per kinematic state, force to the right, moment up, at both ends of the pressure.
+
+    Arrows of one panel share a scale, each load over its largest value there, given above the panel.
+    """
+    vectors = load_vector_table(table)
+    samples = np.sort(table["sample"].unique())[:MOST_SAMPLES]
+    across = min(4, len(samples))
+    down = -(-len(samples) // across)
+    figure = new_figure(1.2 + 3.3 * across, 0.9 + 3.1 * down)
+    figure.suptitle(heading("Measured loads: force to the right, moment up", simulated), fontsize=11)
+    for number, sample in enumerate(samples):
+        part = vectors[vectors["sample"] == sample]
+        axes = figure.add_subplot(down, across, number + 1)
+        largest = part[["force_n", "moment_nmm"]].abs().max().replace(0, 1)
+        for color, (end, label) in zip(COLORS, (("low", "lowest"), ("high", "highest")), strict=False):
+            rows = part[part["end"] == end]
+            axes.quiver(
+                rows["elongation_mm"], rows["twist_deg"], rows["force_n"] / largest["force_n"],
+                rows["moment_nmm"] / largest["moment_nmm"], color=color, scale=14, width=0.005,
+                label=f"at the {label} pressure",
+            )  # fmt: skip
+        title = f"sample {sample}: up to {largest['force_n']:.3g} N, {largest['moment_nmm']:.3g} N·mm"
+        axes.set_title(title, fontsize=8.5)
+        axes.set_xlabel("elongation [mm]")
+        axes.set_ylabel("twist [deg]")
+        axes.margins(0.12)
+    figure.tight_layout(rect=(0, 0.05, 1, 0.98))
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=2, frameon=False, fontsize=9)
+    return figure

@@ -1,0 +1,32 @@
+"""The figures of a run in TensorBoard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+from torch.utils.tensorboard import SummaryWriter
+
+from freelearn.render.png.canvas import to_rgb
+from freelearn.render.png.curves import curves
+from freelearn.render.png.parity import parity
+from freelearn.render.png.residual_map import residual_map
+from freelearn.results.curve import StateCurves
+from freelearn.results.run import Run
+from freelearn.results.states import state_title
+
+
+def log_figures(run: Run, own: pd.DataFrame, shown: Sequence[StateCurves], folder: Path, simulated: bool) -> None:
+    """Writes the parity, residual and load-curve figures. own, shown: as of report_run."""
+    title = f"{run.model.name} fitted on {run.train}"
+    with SummaryWriter(str(folder)) as writer:
+        for tag, figure in (
+            ("parity", parity(own, title, simulated)),
+            ("residual_map", residual_map(own, title, simulated)),
+        ):
+            writer.add_image(tag, to_rgb(figure), dataformats="HWC")
+        for measured, lines in shown:
+            where = state_title(measured)
+            figure = curves(measured, lines, f"{title}: {where}", simulated)
+            writer.add_image(f"curves/{where}", to_rgb(figure), dataformats="HWC")

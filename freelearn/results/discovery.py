@@ -1,0 +1,152 @@
+"""discovery.json, and the verdict in words."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+import torch
+
+from freelearn.inference.failures import Failure
+from freelearn.inference.next_experiment import Proposal
+from freelearn.inference.noise import Accuracy
+from freelearn.inference.remainder import Remainder
+from freelearn.inference.screens import Screen
+from freelearn.inference.search import Findings, Step
+from freelearn.measurements.states import States
+from freelearn.models.base import Model
+from freelearn.models.predicted import predicted_table
+from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.states import pick_states
+
+
+@dataclass
+class Discovery:
+    """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
+    findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails."""
+
+    findings: Findings
+    table: pd.DataFrame
+    states: States
+    accuracy: Accuracy
+    failed: list[Failure]
+    splits: pd.DataFrame
+    screens: list[Screen]
+    proposed: list[Proposal]
+    left: Remainder | None
+    notes: list[str]
+    content: dict[str, Any]
+
+    @cached_property
+    def predictions(self) -> dict[str, pd.DataFrame]:
+        """The rows looked at, with the loads of the first model (before) and of the last one (after), in the columns
+        of a run's predictions.csv."""
+        ends = {"before": self.findings.steps[0], "after": self.findings.final}
+        return {when: _predicted(self.table, self.states, step.fit.model) for when, step in ends.items()}
+
+    @cached_property
+    def curves(self) -> list[StateCurves]:
+        """Curves of the first and the last model at a middling and at the worst state of the first."""
+        models = {"before": self.findings.steps[0].fit.model, "after": self.findings.final.fit.model}
+        table = self.predictions["before"]
+        # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
+        return state_curves(models, table, pick_states(table)[1:], self.states)
+
+
+def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFrame:
+    with torch.no_grad():
+        return predicted_table(table, "train", model(states))
+
+
+def document(
+    findings: Findings,
+    failed: list[Failure],
+    screens: list[Screen],
+    proposed: list[Proposal],
+    left: Remainder | None,
+    notes: list[str],
+    untestable: list[dict[str, Any]],
+    about: dict[str, Any],
+) -> dict[str, Any]:
+    """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null."""
+    first, last = findings.steps[0], findings.final
+    pairs = zip([None, *findings.steps], findings.steps, strict=False)
+    content = {
+        "verdict": findings.verdict,
+        "says": verdict_in_words(findings),
+        "effects": last.effects,
+        "classes": [list(c) for c in findings.classes],
+        "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
+        "trail": [_entry(step, previous) for previous, step in pairs],
+        "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
+        "failures": [f.numbers() for f in failed],
+        "next_experiment": [vars(p) for p in proposed],
+        "screens": [vars(s) for s in screens],
+        "remainder": vars(left) if left else None,
+        "noise_scale": last.left.scale,
+        "structure_p_value": last.left.p_value,
+        "notes": notes,
+        **about,
+    }
+    return _finite(content)
+
+
+def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
+    new = [e for e in step.effects if previous is None or e not in previous.effects]
+    return {
+        "effect": "+".join(new) or None,
+        "effects": list(step.effects),
+        "E_train": step.E_train,
+        "E_heldout": step.E_heldout,
+        "E_new_sample": step.E_new_sample,
+        "parameters": step.fit.values(),
+        "stderr": stderr(step),
+        "noise_floor": step.floor,
+        "structure_p_value": step.left.p_value,
+    }
+
+
+def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
+    """The staircase of a discovery.json: step (what was added), E_heldout, E_train, noise_floor (fractions)."""
+    table = pd.DataFrame(content["trail"])[["effect", "E_heldout", "E_train", "noise_floor"]]
+    added = table["effect"].map(lambda effect: f"+ {effect.replace('+', ' + ')}", na_action="ignore")
+    names = added.fillna("exchanged")
+    names.iloc[0] = "model alone" if pd.isna(table["effect"].iloc[0]) else f"model {added.iloc[0]}"
+    return table.assign(step=names)[["step", "E_heldout", "E_train", "noise_floor"]]
+
+
+def stderr(step: Step) -> dict[str, float]:
+    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was found."""
+    from freelearn.inference.search import parameter_covariance
+
+    covariance = parameter_covariance(step)
+    return dict(zip(step.fit.model.declared, torch.diagonal(covariance).clamp_min(0).sqrt().tolist(), strict=True))
+
+
+def verdict_in_words(findings: Findings) -> str:
+    """One sentence for the researcher."""
+    last = findings.final
+    names = ", ".join(last.effects)
+    if findings.verdict == "adequate":
+        return "Adequate: at this accuracy nothing systematic is missing."
+    if findings.verdict == "named":
+        was, them = ("was", "it") if len(last.effects) == 1 else ("were", "them")
+        return f"Named: {names} {was} missing; with {them} nothing systematic is left."
+    if findings.verdict == "class":
+        groups = "; ".join(" or ".join(c) for c in findings.classes)
+        return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
+    helped = f" {names} explain a part of it." if names else ""
+    return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,162 @@
+"""python -m freelearn.specimens: what it writes can be read back, drawn and trusted."""
+
+import hashlib
+import io
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from closed_forms import SHORT, synthetic
+from rich.console import Console
+
+from freelearn.commands import specimens as command
+from freelearn.errors import UserError
+from freelearn.fit.rubber import fit_rubber
+from freelearn.inference.rubber import NEO_HOOKEAN, compare, comparison_table
+from freelearn.models.continuum import Continuum
+from freelearn.models.effects.registry import make_effects
+from freelearn.models.rubber import Rubber
+from freelearn.render.png.specimen import curve_table, specimen_curves
+from freelearn.results.specimen import load_parameters, write_result
+
+TRUTH = {"C1": 3e5, "wall_stiffening.C20": 8e3}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The command's folder, text and data, with equibiaxial tension held out."""
+    folder = tmp_path_factory.mktemp("specimens")
+    table = synthetic(*TRUTH.values())
+    sources = []
+    for mode, rows in table.groupby("mode"):
+        path = folder / f"{mode}.csv"
+        rows[["stretch", "stress_mpa"]].to_csv(path, index=False)
+        sources.append(f"{SHORT[mode]}={path}")
+    text = io.StringIO()
+    data = command.read_specimens(sources)
+    out = folder / "new" / "out"
+    command.fit_specimens(data, ["wall_stiffening"], ["equibiaxial"], out, Console(file=text, width=100))
+    return out, text.getvalue(), data
+
+
+def test_result_holds_the_fit_and_its_data(run):
+    out, text, data = run
+    result = json.loads((out / "specimen.json").read_text())
+    assert result["effects"] == ["wall_stiffening"]
+    for name, value in TRUTH.items():
+        assert result["parameters"][name]["value"] == pytest.approx(value, rel=1e-5)
+        assert result["parameters"][name]["unit"] == "Pa"
+    assert {m: (e["n"], e["fitted"]) for m, e in result["modes"].items()} == {
+        "uniaxial": (20, True),
+        "equibiaxial": (20, False),
+        "pure_shear": (20, True),
+    }
+    assert [d["sha256"] for d in result["data"]] == [
+        hashlib.sha256(Path(d["path"]).read_bytes()).hexdigest() for d in data.files
+    ]
+    assert "equibiaxial (held out)" in text
+    assert sorted(p.name for p in out.iterdir()) == ["curves.csv", "curves.png", "specimen.json"]
+
+
+def test_parameters_are_loaded_by_the_models_names(run):
+    loaded = load_parameters(run[0] / "specimen.json")
+    assert loaded == pytest.approx(TRUTH, rel=1e-5)
+    tube = Continuum(C2=2e6, effects=make_effects(["wall_stiffening"], "continuum"))
+    tube.set_values(loaded)
+    assert tube.scalars() == pytest.approx({**TRUTH, "C2": 2e6}, rel=1e-5)
+
+
+def changed(run, tmp_path, change):
+    content = json.loads((run[0] / "specimen.json").read_text())
+    change(content)
+    path = tmp_path / "specimen.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c.pop("modes"), "is not a specimen.json"),
+        (lambda c: c["parameters"].pop("C1"), "Parameter C1 is missing"),
+        (lambda c: c["parameters"].update(C3={}), "Parameter C3 belongs to none"),
+        (lambda c: c["effects"].append("foam"), "Unknown effect 'foam'"),
+        (lambda c: c["parameters"]["C1"].update(value=-1), "C1 in .* is -1: it must be a number"),
+        (lambda c: c["parameters"]["C1"].update(value="3"), "C1 in .* is '3'"),
+        (lambda c: c["parameters"]["C1"].update(value=float("nan")), "C1 in .* is nan"),
+        (lambda c: c["parameters"]["C1"].update(unit="MPa"), "convert it to 'Pa'"),
+    ],
+)
+def test_a_result_that_is_not_right_is_refused(run, tmp_path, change, words):
+    with pytest.raises(UserError, match=words):
+        load_parameters(changed(run, tmp_path, change))
+
+
+def test_a_file_that_is_no_result_is_refused(tmp_path):
+    with pytest.raises(UserError, match="There is no file"):
+        load_parameters(tmp_path / "none.json")
+    with pytest.raises(UserError, match="cannot be read"):
+        load_parameters(tmp_path)
+    for text, words in (("C1: 3", "not a JSON file"), ("[1]", "is not a specimen.json")):
+        (tmp_path / "x.json").write_text(text)
+        with pytest.raises(UserError, match=words):
+            load_parameters(tmp_path / "x.json")
+
+
+def test_an_error_that_does_not_exist_is_written_as_null(tmp_path):
+    found = fit_rubber(Rubber(), synthetic(*TRUTH.values()), ["equibiaxial"])
+    beyond = replace(found.modes["equibiaxial"], error=float("nan"))
+    write_result(tmp_path / "s.json", replace(found, modes=found.modes | {"equibiaxial": beyond}), [])
+    assert json.loads((tmp_path / "s.json").read_text())["modes"]["equibiaxial"]["error"] is None
+    assert load_parameters(tmp_path / "s.json") == pytest.approx(found.values)
+
+
+def test_picture_shows_every_row_and_dashes_what_was_held_out(run):
+    table = run[2].table
+    fits = {
+        n: fit_rubber(Rubber(e), table, ["equibiaxial"]) for n, e in ((NEO_HOOKEAN, []), ("b", ["wall_stiffening"]))
+    }
+    curves = curve_table(table, fits)
+    figure = specimen_curves(curves, fits)
+    assert [axes.get_title().split(":")[0] for axes in figure.axes] == [
+        *("uniaxial, fitted", "equibiaxial, held out", "pure shear, fitted"),
+    ]
+    for axes, style in zip(figure.axes, ("-", "--", "-"), strict=True):
+        lines = {line.get_label(): line for line in axes.lines}
+        assert len(lines["measured"].get_xdata()) == 20
+        assert lines["measured"].get_marker() == "s"
+        assert lines[NEO_HOOKEAN].get_linestyle() == lines["b"].get_linestyle() == style
+    # On exact data the right energy's curve ends where the measured rows do.
+    for _, rows in curves.groupby("mode"):
+        ends = rows[rows["stretch"] == rows["stretch"].max()].set_index("source")["stress_mpa"]
+        assert ends["b"] == pytest.approx(ends["measured"], rel=1e-5)
+    written = pd.read_csv(run[0] / "curves.csv")
+    assert (written["source"] == "measured").sum() == len(table)
+
+
+def test_comparison_tries_every_combination_and_finds_the_right_one(run, monkeypatch):
+    monkeypatch.setattr("freelearn.inference.rubber.isotropic_effects", lambda: ["wall_stiffening"])
+    compared = compare(run[2].table, run[2].modes)
+    assert len(compared) == 2 * 4 * 3
+    right = compared[compared["effects"] == "wall_stiffening"]
+    assert right["error"].max() < 1e-6
+    assert compared.loc[compared["effects"] == NEO_HOOKEAN, "error"].min() > 0.01
+    assert (compared.groupby("held_out")["fitted"].mean()[["uniaxial", "equibiaxial", "pure_shear"]] == 2 / 3).all()
+    text = io.StringIO()
+    Console(file=text, width=80).print(comparison_table(compared))
+    assert "…" not in text.getvalue()
+
+
+def test_mistakes_end_in_one_sentence(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(sys, "argv", ["specimens", f"UT={tmp_path}/none.csv", "--out", str(tmp_path / "out")])
+    with pytest.raises(SystemExit) as caught:
+        command.main()
+    assert str(caught.value).startswith("error: There is no file")
+    assert not (tmp_path / "out").exists()
+    monkeypatch.setattr(sys, "argv", ["specimens", "x.csv", "--compare", "--held-out", "ET"])
+    with pytest.raises(SystemExit):
+        command.main()
+    assert "drop --effects and --held-out" in capsys.readouterr().err

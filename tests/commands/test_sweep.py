@@ -1,0 +1,216 @@
+"""Sweeps as a user runs them: gathered, resumed, killed, side by side, with any launcher."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import ROOT
+from test_train import make_csv
+
+from freelearn.measurements.sets import overlap
+from freelearn.results.collect import collect
+from freelearn.results.summary import cells, summary
+
+
+@pytest.fixture(scope="module")
+def csv(tmp_path_factory) -> Path:
+    return make_csv(tmp_path_factory.mktemp("data") / "table.csv", rows=400)
+
+
+def line(csv: Path, folder: Path, fits: Path, *overrides: str) -> list[str]:
+    fixed = ["figures=false", f"fits={fits}", f"hydra.sweep.dir={folder}", "data=csv", f"data.path={csv}"]
+    return [sys.executable, "train.py", "-m", *fixed, *overrides]
+
+
+def sweep(csv: Path, folder: Path, *overrides: str, fits: Path | None = None) -> subprocess.CompletedProcess:
+    command = line(csv, folder, fits or folder.parent / "fits", *overrides)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+
+
+def numbers(folder: Path) -> pd.DataFrame:
+    table = pd.read_csv(folder / "heatmap.csv")
+    return table[["model", "train", "test", "E", "E_force", "E_moment", "n", "seed"]]
+
+
+@pytest.fixture(scope="module")
+def finished(csv, tmp_path_factory) -> Path:
+    """A sweep of four good jobs and two that cannot work, run once for the tests that only read it."""
+    folder = tmp_path_factory.mktemp("finished") / "sweep"
+    result = sweep(csv, folder, "model=linear,continuum", "train=sample3,all,sample9")
+    assert result.returncode == 1, result.stderr
+    assert "2 jobs failed" in result.stderr
+    return folder
+
+
+def test_a_sweep_gathers_every_job_and_keeps_the_errors_of_those_that_fail(finished):
+    table = pd.read_csv(finished / "heatmap.csv", dtype={"run": str})
+    failed = table[table["error"].notna()]
+    assert set(failed["train"]) == {"sample9"}
+    assert set(failed["model"]) == {"linear", "continuum"}
+    assert failed["error"].str.contains("sample3, sample6").all()
+    good = table[table["error"].isna()]
+    assert set(good["test"]) == {"sample3", "sample6", "even", "all"}
+    assert len(good) == 2 * 2 * 4
+    for _, cell in good.iterrows():
+        job = json.loads((finished / cell["run"] / "results.json").read_text())
+        assert cell["E"] == pytest.approx(job["tests"][cell["test"]]["E"], rel=1e-7)
+        assert (cell["model"], cell["train"]) == (job["model"], job["train"])
+    for model in ("linear", "continuum"):
+        assert (finished / f"heatmap_{model}.png").stat().st_size > 5000
+        assert set(pd.read_csv(finished / f"heatmap_{model}.csv")["label"]) == {model}
+    assert list((finished / "tensorboard").glob("events.out.tfevents.*"))
+
+
+def test_a_sweep_goes_on_where_it_stopped(csv, tmp_path):
+    overrides = ("model=linear", "train=sample3,sample6,all")
+    assert sweep(csv, tmp_path / "sweep", *overrides).returncode == 0
+    before = numbers(tmp_path / "sweep")
+    (tmp_path / "sweep" / "1" / "results.json").unlink()
+    times = {n: (tmp_path / "sweep" / str(n) / "predictions.csv").stat().st_mtime_ns for n in range(3)}
+    result = sweep(csv, tmp_path / "sweep", *overrides)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count("done before") == 2
+    later = {n: (tmp_path / "sweep" / str(n) / "predictions.csv").stat().st_mtime_ns for n in range(3)}
+    assert [n for n in range(3) if later[n] != times[n]] == [1]
+    pd.testing.assert_frame_equal(numbers(tmp_path / "sweep"), before)
+    # Another seed is another job, whatever lies in the folder.
+    assert "done before" not in sweep(csv, tmp_path / "sweep", *overrides, "seed=5").stdout
+
+
+def test_a_killed_sweep_leaves_only_whole_results_and_resumes(csv, tmp_path):
+    overrides = ("model=linear", "seed=range(40)", "train=all")
+    folder = tmp_path / "sweep"
+    process = subprocess.Popen(
+        line(csv, folder, tmp_path / "fits", *overrides), cwd=ROOT, stdout=subprocess.PIPE, start_new_session=True
+    )
+    deadline = time.monotonic() + 120
+    while len(list(folder.glob("*/results.json"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    done = {path.parent.name: path.stat().st_mtime_ns for path in folder.glob("*/results.json")}
+    assert 3 <= len(done) < 40
+    assert set(collect([folder])["run"]) == set(done)
+    result = sweep(csv, folder, *overrides, fits=tmp_path / "fits")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count("done before") == len(done)
+    assert all((folder / n / "results.json").stat().st_mtime_ns == t for n, t in done.items())
+    assert sorted(collect([folder])["seed"].unique()) == list(range(40))
+
+
+def test_two_sweeps_at_once_share_fits_and_do_not_disturb_each_other(csv, tmp_path):
+    overrides = ("model=linear,continuum", "train=sample3,sample6")
+    pair = [
+        subprocess.Popen(line(csv, tmp_path / name, tmp_path / "fits", *overrides), cwd=ROOT, stdout=subprocess.PIPE)
+        for name in ("a", "b")
+    ]
+    assert [process.wait(timeout=300) for process in pair] == [0, 0]
+    for process in pair:
+        process.communicate()
+    pd.testing.assert_frame_equal(numbers(tmp_path / "a"), numbers(tmp_path / "b"))
+    assert len(list((tmp_path / "fits").glob("*.fit"))) == 4
+    jobs = [json.loads(path.read_text()) for name in "ab" for path in (tmp_path / name).glob("*/results.json")]
+    assert sum(not job["fit_reused"] for job in jobs) == 4
+
+
+def test_single_pairings_fit_each_model_once_and_agree_with_the_whole_row(csv, finished, tmp_path):
+    result = sweep(csv, tmp_path / "pairs", "model=linear", "train=sample3,all", "test=sample3,sample6,all")
+    assert result.returncode == 0, result.stderr
+    assert len(list((tmp_path / "fits").glob("*.fit"))) == 2
+    pairs = numbers(tmp_path / "pairs").set_index(["train", "test"])["E"]
+    whole = numbers(finished).query("model == 'linear'").set_index(["train", "test"])["E"]
+    assert len(pairs) == 6
+    np.testing.assert_array_equal(pairs, whole.reindex(pairs.index))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("launcher", ["joblib", "submitit_local"])
+def test_the_numbers_do_not_depend_on_the_launcher(launcher, csv, finished, tmp_path):
+    result = sweep(csv, tmp_path / "sweep", "model=linear,continuum", "train=sample3,all", f"hydra/launcher={launcher}")
+    assert result.returncode == 0, result.stderr
+    expected = numbers(finished).query("train != 'sample9'").reset_index(drop=True)
+    # The failed jobs beside the expected rows made their counts floats.
+    pd.testing.assert_frame_equal(numbers(tmp_path / "sweep"), expected, check_dtype=False)
+
+
+def test_gathering_several_sweeps_gives_means_and_deviations_over_seeds(csv, tmp_path):
+    for seed in (1, 2):
+        assert sweep(csv, tmp_path / f"s{seed}", "model=linear", "train=sample3,all", f"seed={seed}").returncode == 0
+    command = [
+        sys.executable,
+        "-m",
+        "freelearn.gather",
+        tmp_path / "s1",
+        tmp_path / "s2",
+        "--out",
+        tmp_path / "both",
+    ]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert result.returncode == 0, result.stderr
+    each = [numbers(tmp_path / f"s{seed}").set_index(["train", "test"])["E"] for seed in (1, 2)]
+    both = pd.read_csv(tmp_path / "both" / "heatmap_linear.csv").set_index(["train", "test"])
+    assert (both["seeds"] == 2).all()
+    np.testing.assert_allclose(both["E"], ((each[0] + each[1]) / 2).reindex(both.index), rtol=1e-6)
+    spread = (each[0] - each[1]).abs().reindex(both.index) / np.sqrt(2)
+    np.testing.assert_allclose(both["deviation"], spread, rtol=1e-4, atol=1e-9)
+    assert set(pd.read_csv(tmp_path / "both" / "heatmap.csv")["run"]) == {"s1/0", "s1/1", "s2/0", "s2/1"}
+
+
+def test_a_folder_without_results_is_one_clear_error(tmp_path):
+    command = [sys.executable, "-m", "freelearn.gather", tmp_path]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert result.returncode == 1
+    assert result.stderr.startswith("error: No results in ")
+    assert "Traceback" not in result.stderr
+
+
+def table_of(errors: dict[tuple[str, str, str], float], **more) -> pd.DataFrame:
+    rows = [{"label": m, "train": a, "test": b, "E": e} for (m, a, b), e in errors.items()]
+    return pd.DataFrame(rows).assign(error="", seed=0, parameters=3, **more)
+
+
+def test_summary_by_hand():
+    errors = {
+        ("a", "sample1", "sample1"): 0.1,
+        ("a", "sample1", "sample2"): 0.5,
+        ("a", "sample2", "sample1"): 0.3,
+        ("a", "sample2", "sample2"): 0.2,
+        ("a", "constituent", "sample1"): 0.9,
+        ("b", "sample1", "sample1"): 0.05,
+        ("b", "sample1", "sample2"): 0.8,
+        ("b", "sample2", "sample1"): 0.6,
+        ("b", "sample2", "sample2"): 0.4,
+    }
+    a, b = (row for _, row in summary(table_of(errors)).iterrows())
+    assert a["mean"] == pytest.approx(1.1 / 4)
+    assert a["range"] == pytest.approx(0.4)
+    assert a["diagonal"] == pytest.approx(0.15)
+    assert a["unseen"] == pytest.approx(0.4)
+    assert a["constituent"] == pytest.approx(0.9)
+    assert (a["best_share"], b["best_share"]) == (0.75, 0.25)
+    assert cells(table_of(errors))["best"].sum() == 5
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "shared"),
+    [
+        ("sample1", "sample1", True),
+        ("sample1", "sample2", False),
+        ("sample1", "even", False),
+        ("even", "sample4", True),
+        ("all", "sample7", True),
+        ("without3", "sample3", False),
+        ("without3", "sample4", True),
+        ("sample12", "all", True),
+    ],
+)
+def test_which_sets_share_samples(first, second, shared):
+    assert overlap(first, second) is shared
+    assert overlap(second, first) is shared

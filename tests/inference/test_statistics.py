@@ -1,0 +1,228 @@
+"""The discovery's statistics against dense linear algebra, refits and planted answers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from freelearn.errors import UserError
+from freelearn.inference.crossval import folds_of, held_out, paired
+from freelearn.inference.failures import failures, inputs_of, split_errors
+from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+from freelearn.inference.screens import reciprocity, rising_falling
+from freelearn.inference.structure import structure
+from freelearn.inference.white_fit import WhiteFit
+from freelearn.models.build import build_model
+
+ACCURACY = Accuracy(length=7e-5, twist=3e-3, pressure=150.0, force=0.03, moment=6e-4)
+
+
+def dense_covariance(sensitivity: np.ndarray, state: np.ndarray, accuracy: Accuracy) -> np.ndarray:
+    """Covariance of all loads (2N, 2N), written down entry by entry from what each error does."""
+    count = len(state)
+    total = np.zeros((2 * count, 2 * count))
+    flat = sensitivity.reshape(2 * count, 3)
+    for a in range(2 * count):
+        for b in range(2 * count):
+            if a == b:
+                total[a, b] += (accuracy.force if a % 2 == 0 else accuracy.moment) ** 2
+            if a // 2 == b // 2:
+                total[a, b] += flat[a, 2] * flat[b, 2] * accuracy.pressure**2
+            if state[a // 2] == state[b // 2]:
+                total[a, b] += (
+                    flat[a, 0] * flat[b, 0] * accuracy.length**2 + flat[a, 1] * flat[b, 1] * accuracy.twist**2
+                )
+    return total
+
+
+@pytest.fixture
+def sensitivity():
+    generator = torch.Generator().manual_seed(1)
+    typical = torch.tensor([[3e4, 5.0, 1e-4], [5.0, 0.3, 1e-7]], dtype=torch.float64)
+    return typical * torch.randn(12, 2, 3, dtype=torch.float64, generator=generator)
+
+
+STATE = np.array([0, 0, 0, 5, 5, 9, 9, 9, 9, 2, 0, 5])
+
+
+def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity):
+    covariance = dense_covariance(sensitivity.numpy(), STATE, ACCURACY)
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY)
+    columns = torch.eye(24, dtype=torch.float64).reshape(12, 2, 24)
+    root = whiten(columns).reshape(24, 24).numpy()
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(24), atol=1e-9)
+    np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), covariance.diagonal(), rtol=1e-12)
+
+
+def test_whitening_takes_one_column_or_several(sensitivity):
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY)
+    loads = torch.randn(12, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    for k in range(3):
+        torch.testing.assert_close(whiten(loads)[..., k], whiten(loads[..., k]))
+
+
+@pytest.mark.parametrize("name", ["continuum", "linear"])
+def test_sensitivities_are_finite_differences(name, random_states):
+    model = build_model(name, {"C1": 1e6, "C2": 2e7} if name == "continuum" else {})
+    states = random_states(20)
+    found = sensitivities(model, states)
+    for k, (field, step) in enumerate((("length", 1e-8), ("twist", 1e-6), ("pressure", 1.0))):
+        up = model(states.replace(**{field: getattr(states, field) + step})).loads
+        down = model(states.replace(**{field: getattr(states, field) - step})).loads
+        expected = ((up - down) / (2 * step)).detach()
+        torch.testing.assert_close(found[:, :, k], expected, rtol=1e-4, atol=1e-6 * float(expected.abs().max()))
+
+
+def linear_fit(design: np.ndarray, target: np.ndarray) -> WhiteFit:
+    """An ordinary linear fit dressed as a WhiteFit; design (N, 2, p), target (N, 2)."""
+    flat = design.reshape(-1, design.shape[-1])
+    best = np.linalg.lstsq(flat, target.reshape(-1), rcond=None)[0]
+    residual = torch.as_tensor((flat @ best).reshape(target.shape) - target)
+    jacobian = torch.as_tensor(design)
+    return WhiteFit(None, torch.as_tensor(best), residual, jacobian, 3 * residual, 3 * jacobian, True, "")  # type: ignore[arg-type]
+
+
+def test_held_out_residuals_are_those_of_refits_without_the_fold():
+    generator = np.random.default_rng(0)
+    design, target = generator.normal(size=(40, 2, 3)), generator.normal(size=(40, 2))
+    group = np.repeat(np.arange(10), 4)
+    fold = folds_of(group, seed=3)
+    assert all(len(np.unique(fold[group == g])) == 1 for g in range(10))
+    found = held_out(linear_fit(design, target), fold, group)
+    for f in np.unique(fold):
+        out = fold == f
+        kept = np.linalg.lstsq(design[~out].reshape(-1, 3), target[~out].reshape(-1), rcond=None)[0]
+        np.testing.assert_allclose(found.white[torch.as_tensor(out)], design[out] @ kept - target[out], atol=1e-10)
+        np.testing.assert_allclose(found.raw[torch.as_tensor(out)], 3 * (design[out] @ kept - target[out]), atol=1e-10)
+    np.testing.assert_allclose(found.loss.sum(), float(found.white.square().sum()))
+
+
+def test_paired_difference_by_hand():
+    generator = np.random.default_rng(1)
+    design, target = generator.normal(size=(40, 2, 3)), generator.normal(size=(40, 2))
+    group = np.repeat(np.arange(10), 4)
+    one = held_out(linear_fit(design, target), folds_of(group, 0), group)
+    other = held_out(linear_fit(design[:, :, :1], target), folds_of(group, 0), group)
+    mean, error = paired(one, other)
+    difference = other.loss - one.loss
+    assert mean == pytest.approx(difference.mean())
+    assert error == pytest.approx(np.std(difference, ddof=1) / np.sqrt(10))
+
+
+@pytest.fixture
+def bed(random_states):
+    """200 kinematic states of one sample with ten pressures each, unit noise, and a whitener that leaves it alone."""
+    generator = np.random.default_rng(4)
+    states = random_states(1)[torch.zeros(2000, dtype=torch.int64)]
+    place = generator.uniform(-1, 1, size=(200, 2)).repeat(10, axis=0)
+    pressure = np.tile(np.r_[np.linspace(0, 7e4, 8), 3.5e4, 0.0], 200)
+    direction = np.tile(np.r_[0, np.ones(7), -1, -1], 200).astype(float)
+    states = states.replace(
+        length=states.reference_length * (1 + 0.05 * torch.as_tensor(place[:, 0])),
+        twist=2 * torch.as_tensor(place[:, 1]),
+        pressure=torch.as_tensor(pressure),
+        direction=torch.as_tensor(direction),
+    )
+    plain = Accuracy(0.0, 0.0, 0.0, 1.0, 1.0)
+    state = np.repeat(np.arange(200), 10)
+    whiten = Whitener(torch.zeros(2000, 2, 3, dtype=torch.float64), torch.as_tensor(state), plain)
+    noise = torch.as_tensor(generator.normal(size=(2000, 2)))
+    return states, state, whiten, noise
+
+
+NOTHING_FITTED = torch.zeros(2000, 2, 1, dtype=torch.float64)
+
+
+def test_structure_is_found_when_planted_and_only_then(bed):
+    states, _, whiten, noise = bed
+    silent = structure(noise, NOTHING_FITTED, states, whiten)
+    assert silent.p_value > 0.01
+    assert silent.scale == pytest.approx(1.0, abs=0.05)
+    wave = torch.stack([0.3 * states.twist**2 * states.pressure / 7e4, torch.zeros(2000, dtype=torch.float64)], 1)
+    assert structure(noise + wave, NOTHING_FITTED, states, whiten).p_value < 1e-6
+    # What the fit's own parameters can absorb is not structure.
+    assert structure(noise + wave, wave[..., None], states, whiten).p_value > 0.01
+
+
+def test_structure_p_values_of_noise_are_not_too_small(bed):
+    states, _, whiten, _ = bed
+    generator = np.random.default_rng(9)
+    draws = [torch.as_tensor(generator.normal(size=(2000, 2))) for _ in range(60)]
+    p_values = np.array([structure(draw, NOTHING_FITTED, states, whiten).p_value for draw in draws])
+    # Bonferroni: at most 5 % below 0.05; of 60 draws, 8 or more have a chance below 1 %.
+    assert (p_values < 0.05).sum() < 8
+
+
+def test_rising_and_falling_pressure_are_told_apart_only_by_history(bed):
+    states, state, whiten, noise = bed
+    assert rising_falling(noise, states, state, whiten).p_value > 0.01
+    # A function of state and pressure, however large, is no history.
+    smooth = torch.stack([20 * states.twist * states.pressure / 7e4, 5 * states.twist], dim=1)
+    assert rising_falling(noise + smooth, states, state, whiten).p_value > 0.01
+    friction = states.direction[:, None] * torch.tensor([0.4, 0.0], dtype=torch.float64)
+    screen = rising_falling(noise + friction, states, state, whiten)
+    assert screen.p_value < 1e-3
+    assert "friction_hysteresis" in screen.says
+
+
+def test_reciprocity_is_broken_by_what_has_no_potential(bed):
+    states, _, whiten, noise = bed
+    x, y = (states.length / states.reference_length - 1) / 0.05, states.twist / 2
+    assert reciprocity(noise, NOTHING_FITTED, states, whiten).p_value > 0.01
+    # U = x²y + x y³, in lengths and angles: F = ∂U/∂l, M = ∂U/∂φ.
+    per_l, per_phi = 1 / (0.05 * states.reference_length), 0.5
+    conservative = torch.stack([(2 * x * y + y**3) * per_l, (x**2 + 3 * x * y**2) * per_phi], dim=1)
+    size = conservative.abs().amax(0)
+    conservative = conservative / size.max() * 50
+    assert reciprocity(noise + conservative, NOTHING_FITTED, states, whiten).p_value > 0.01
+    lopsided = torch.stack([torch.zeros_like(x), 2 * x], dim=1)
+    assert reciprocity(noise + lopsided, NOTHING_FITTED, states, whiten).p_value < 1e-6
+
+
+def table_of(states, state) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "sample": 3,
+            "elongation_mm": 1e3 * (states.length - states.reference_length).numpy(),
+            "twist_deg": np.rad2deg(states.twist.numpy()),
+            "pressure_kpa": states.pressure.numpy() / 1e3,
+            "step": np.tile(np.arange(10), 200),
+        }
+    )
+
+
+def test_the_region_of_failure_is_found_and_put_in_words(bed):
+    states, state, _, noise = bed
+    table = table_of(states, state)
+    inside = (table["twist_deg"] < -40) & (table["pressure_kpa"] > 45)
+    residual = noise.numpy() * [0.1, 1e-4]
+    residual[inside, 0] += 1.2
+    found = failures(inputs_of(table), residual, np.array([10.0, 1.0]), np.tile([0.15, 1e-4], (2000, 1)))
+    worst = found[0]
+    assert worst.rows == inside.sum()
+    assert worst.mean_force_n == pytest.approx(1.2, abs=0.05)
+    assert worst.sigma_force == pytest.approx(8, abs=0.4)
+    sentence = worst.sentence()
+    assert "force is over-predicted by 1.2" in sentence
+    assert "pressure > 45" in sentence
+    assert "twist ≤ −39." in sentence
+    assert worst.share_of_squared_error > 0.9
+    assert sum(f.share_of_squared_error for f in found) <= 1 + 1e-9
+
+
+def test_errors_by_group_add_up_to_the_whole(bed):
+    states, state, _, noise = bed
+    residual, scale = noise.numpy(), np.array([5.0, 2.0])
+    splits = split_errors(inputs_of(table_of(states, state)), residual, scale)
+    whole = ((residual / scale) ** 2).sum()
+    for _, part in splits.groupby("by"):
+        assert part["rows"].sum() == 2000
+        assert (part["E"] ** 2 * part["rows"]).sum() == pytest.approx(whole)
+
+
+def test_an_impossible_accuracy_is_refused():
+    good = {"elongation_mm": 0.1, "twist_deg": 0.2, "pressure_kpa": 0.1, "force_n": 0.03, "moment_nmm": 0.6}
+    assert Accuracy.from_settings(good).length == pytest.approx(1e-4)
+    for name, value in (("force_n", 0), ("twist_deg", -1.0), ("pressure_kpa", float("nan")), ("moment_nmm", "big")):
+        with pytest.raises(UserError, match=name):
+            Accuracy.from_settings(good | {name: value})

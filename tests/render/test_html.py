@@ -1,0 +1,99 @@
+"""report.html: whole, self-contained, safe, and with the numbers of the run."""
+
+import base64
+import io
+import json
+import re
+
+import pandas as pd
+import pytest
+from test_train import make_csv, run
+
+from freelearn.commands.command_line import command_line
+from freelearn.render.html.page import Section, write_page
+
+MEGABYTE = 2**20
+# What would make a browser fetch something: sources, style sheets, imports. Links that wait for a click do not.
+FETCHES = re.compile(r"""<(?:script|img|iframe|source)[^>]*\ssrc=|<link\b|@import|url\(\s*["']?https?:""")
+
+
+def downloads(page):
+    """Tables to download, by name."""
+    found = re.findall(r'<a download="([^"]+)" href="data:text/csv;base64,([^"]+)"', page)
+    return {name: pd.read_csv(io.BytesIO(base64.b64decode(content))) for name, content in found}
+
+
+def without_scripts(page):
+    return re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    csv = make_csv(folder / "<i>mine<i>.csv", rows=1200)
+    run(folder / "run", "train=all", "data=csv", f"data.path='{csv}'", "split=states")
+    return folder / "run", csv
+
+
+def test_it_is_whole_self_contained_and_small(fitted):
+    page = (fitted[0] / "report.html").read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert page.rstrip().endswith("</html>")
+    assert not FETCHES.search(without_scripts(page))
+    assert len(page) < 5 * MEGABYTE
+
+
+def test_its_numbers_are_those_of_the_run(fitted):
+    folder, _ = fitted
+    text = without_scripts((folder / "report.html").read_text())
+    results = json.loads((folder / "results.json").read_text())
+    assert f"<td>{100 * results['tests']['all']['E']:.2f}</td>" in text
+    for name, p in results["parameters"].items():
+        assert f"<td>{name}</td><td>{p['value']:.5g}</td><td>{p['stderr']:.2g}</td>" in text
+    assert results["data"]["sha256"] in text
+    assert "measured data" in text
+    assert "SIMULATED" not in text
+    for failure in results["failures"]:
+        sentence = failure["sentence"].replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+        assert sentence[1:] in text
+    tables = downloads(text)
+    rows = pd.read_csv(folder / "predictions.csv")
+    assert {"parity.csv"} <= set(tables)
+    assert sum(name.startswith("curves_") for name in tables) == 3
+    parity = tables["parity.csv"]
+    shown = rows[rows["split"] != ""]
+    assert len(parity) == len(shown)
+    assert parity["force_n"].sum() == pytest.approx(shown["force_n"].sum(), rel=1e-6)
+
+
+def test_nothing_from_a_file_is_html(fitted, tmp_path):
+    text = without_scripts((fitted[0] / "report.html").read_text())
+    assert "<i>" not in text
+    assert "&lt;i&gt;mine" in text
+    evil = "<script>alert(1)</script>"
+    table = pd.DataFrame({evil: [evil]})
+    write_page(tmp_path / "r.html", evil, False, [Section(evil, [evil], table, code=evil, numbers={evil: table})])
+    page = (tmp_path / "r.html").read_text()
+    assert evil not in page
+    # Title twice, section's heading, line, code, table's heading and cell, file name twice.
+    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 9
+
+
+def test_simulated_data_are_said_to_be_so(tmp_path):
+    write_page(tmp_path / "r.html", "title", True, [Section("s")])
+    assert "SIMULATED DATA" in (tmp_path / "r.html").read_text()
+
+
+def test_without_charts_there_is_no_library(tmp_path):
+    write_page(tmp_path / "r.html", "title", True, [Section("s", ["text"])])
+    assert (tmp_path / "r.html").stat().st_size < 5000
+
+
+def test_the_command_is_one_that_a_shell_reads_back(monkeypatch):
+    import shlex
+
+    monkeypatch.delenv("FREELEARN_EFFECTS", raising=False)
+    words = ["data.path=/my files/it's.csv", "effects=[a,b]", "model.C1=1e6"]
+    assert shlex.split(command_line(["train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
+    monkeypatch.setenv("FREELEARN_EFFECTS", "/my effects.py")
+    assert command_line(["train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"

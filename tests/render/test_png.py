@@ -1,0 +1,200 @@
+"""Pictures say what they show: rows drawn, ranges dashed, scales symmetric, files whole."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from freelearn.render.png.canvas import save, to_rgb
+from freelearn.render.png.curves import curves
+from freelearn.render.png.parity import SHOWN, parity
+from freelearn.render.png.residual_map import residual_map, residual_table
+from freelearn.results.states import pick_states
+
+UNIT = re.compile(r"\[(N|N·mm|kPa|mm|deg|%|–|share of .*)\]$")
+
+
+@pytest.fixture
+def predictions() -> pd.DataFrame:
+    """Two samples, 12 states of five pressures each; predictions off by 1 N everywhere and by 9 N at one state."""
+    rows = [(s, e, t, p) for s in (3, 6) for e in (-1.0, 0.0, 1.0) for t in (-10.0, 10.0) for p in range(5)]
+    table = pd.DataFrame(rows, columns=["sample", "elongation_mm", "twist_deg", "pressure_kpa"])
+    table["step"] = table["pressure_kpa"]
+    table["force_n"] = table["pressure_kpa"] * 2.0 - 3
+    table["moment_nmm"] = table["pressure_kpa"] * 10.0
+    worst = (table["sample"] == 6) & (table["elongation_mm"] == 1) & (table["twist_deg"] == 10)
+    table["force_pred_n"] = table["force_n"] + np.where(worst, 9.0, 1.0)
+    table["moment_pred_nmm"] = table["moment_nmm"]
+    return table.assign(buckled=0, status="ok", split="train")
+
+
+@pytest.fixture
+def curve() -> pd.DataFrame:
+    """A model from 0 to 8 kPa, fitted from 2 to 4 kPa."""
+    pressure = np.linspace(0, 8, 17)
+    curve = pd.DataFrame({"pressure_kpa": pressure, "force_pred_n": pressure, "moment_pred_nmm": pressure**2})
+    return curve.assign(extrapolated=(pressure < 2) | (pressure > 4))
+
+
+def drawn(figure: Figure, label: str, panel: int = 0) -> int:
+    """How many points a panel shows under a name in the legend."""
+    return sum(len(line.get_xdata()) for line in figure.axes[panel].lines if line.get_label() == label)
+
+
+def colored(figure: Figure) -> list:
+    """The coloured markers of each row of a residual map."""
+    return [
+        c for axes in figure.axes for c in axes.collections if c.get_array() is not None and len(c.get_offsets()) > 1
+    ]
+
+
+def test_parity_draws_every_usable_row(predictions):
+    predictions.loc[0, "buckled"] = 1
+    predictions.loc[1, "status"] = "no_equilibrium"
+    predictions.loc[2, "split"] = "test"
+    figure = parity(predictions, "title", simulated=True)
+    counts = {line.get_label(): len(line.get_xdata()) for line in figure.axes[0].lines}
+    assert counts == {"train": 57, "test": 1, "perfect": 2}
+    assert "simulated data" in figure.get_suptitle()
+    assert "simulated" not in parity(predictions, "title", simulated=False).get_suptitle()
+
+
+def test_parity_of_many_rows_shows_every_pressure_and_says_how_many(predictions):
+    many = pd.concat([predictions] * 300, ignore_index=True)
+    first, again = parity(many, "title", simulated=True), parity(many, "title", simulated=True)
+    label = f"train ({SHOWN} of {len(many)} shown)"
+    assert drawn(first, label) == SHOWN
+    # Every sixth of these rows would always be the same step of a few states.
+    shown = first.axes[0].lines[0].get_xdata()
+    assert set(shown) == set(many["force_n"])
+    np.testing.assert_array_equal(shown, again.axes[0].lines[0].get_xdata())
+
+
+def test_every_axis_has_a_unit(predictions, curve):
+    one = predictions[predictions["sample"] == 3]
+    for figure in (parity(predictions, "", True), curves(predictions[:5], curve, "", True)):
+        for axes in figure.axes:
+            assert UNIT.search(axes.get_xlabel())
+            assert UNIT.search(axes.get_ylabel())
+    for table in (predictions, one):
+        labels = {text for a in residual_map(table, "", True).axes for text in (a.get_xlabel(), a.get_ylabel())}
+        assert all(UNIT.search(label) for label in labels - {""})
+        assert len(labels - {""}) == (4 if table is one else 3)
+
+
+def test_curves_dash_what_is_extrapolated_and_join(predictions, curve):
+    figure = curves(predictions[:5], {"continuum": curve}, "title", simulated=False)
+    for axes in figure.axes:
+        solid = next(line for line in axes.lines if line.get_label() == "continuum")
+        points = [tuple(p) for p in solid.get_xydata() if not np.isnan(p).any()]
+        dashed = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
+        assert len(dashed) == 2
+        assert tuple(dashed[0][-1]) == points[0]
+        assert tuple(dashed[1][0]) == points[-1]
+    ranges = [
+        (line.get_xdata().min(), line.get_xdata().max())
+        for line in figure.axes[0].lines
+        if line.get_linestyle() == "--" and len(line.get_xdata())
+    ]
+    assert ranges == [(0, 2), (4, 8)]
+
+
+def test_curves_dash_a_gap_inside_the_measured_range_and_nothing_where_all_is_measured(predictions, curve):
+    gap = curve.assign(extrapolated=curve["pressure_kpa"].between(3, 5))
+    dashed = [x.get_xdata() for x in curves(predictions[:5], gap, "", True).axes[1].lines if x.get_linestyle() == "--"]
+    assert [(x.min(), x.max()) for x in dashed] == [(2.5, 5.5)]
+    none = curves(predictions[:5], curve.assign(extrapolated=False), "", True)
+    assert not [line for axes in none.axes for line in axes.lines if line.get_linestyle() == "--"]
+
+
+def test_curves_draw_any_number_of_models(predictions, curve):
+    names = [f"model {number}" for number in range(9)]
+    figure = curves(predictions[:5], dict.fromkeys(names, curve), "title", simulated=False)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert set(names) <= set(labels)
+
+
+def test_squares_are_filled_where_the_pressure_rose(predictions, curve):
+    visit = predictions[:5].assign(pressure_kpa=[0.0, 2, 4, 3, 1], buckled=[0, 0, 1, 0, 0])
+    figure = curves(visit, curve, "title", simulated=False)
+    # The buckled row is not drawn, yet the row after it was reached by a fall from it.
+    assert (drawn(figure, "measured, rising"), drawn(figure, "measured, falling")) == (2, 2)
+    # A second visit starts below the end of the first: nothing fell.
+    twice = pd.concat([predictions[:5], predictions[:5]])
+    assert drawn(curves(twice, curve, "", True), "measured, falling") == 0
+
+
+def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):
+    for points in colored(residual_map(predictions, "title", True)):
+        low, high = points.get_clim()
+        assert low == -high
+    # Measured minus predicted, N: −9 at the planted state of sample 6, −1 elsewhere, one marker per state.
+    force = colored(residual_map(predictions[predictions["sample"] == 6], "title", True))[0]
+    assert sorted(force.get_array()) == pytest.approx([-9] + [-1] * 5)
+    assert force.get_clim() == (-9, 9)
+    # With scales of their own, sample 3 is −1 N everywhere and so at the end of its scale; sample 6 is −1/9 or −1.
+    own = colored(residual_map(predictions, "title", True))[0]
+    assert sorted(own.get_array()) == pytest.approx([-1] * 7 + [-1 / 9] * 5)
+
+
+def test_residual_map_marks_states_without_a_usable_row(predictions):
+    predictions.loc[:4, "buckled"] = 1
+    figure = residual_map(predictions[predictions["sample"] == 3], "title", simulated=True)
+    assert [len(points.get_offsets()) for points in colored(figure)] == [5, 5]
+    dot = figure.axes[0].lines[0]
+    np.testing.assert_array_equal(dot.get_xydata(), [(-1.0, -10.0)])
+    # Markers of neighbouring states do not overlap: their side is less than the states' distance on paper.
+    side = np.sqrt(colored(figure)[0].get_sizes()[0]) * figure.dpi / 72
+    here = np.sort(figure.axes[0].transData.transform([(e, 10.0) for e in (-1, 0, 1)])[:, 0])
+    assert side < np.diff(here).min()
+
+
+def test_residual_map_says_which_samples_it_leaves_out(predictions):
+    many = pd.concat([predictions.assign(sample=predictions["sample"] * 10 + k) for k in range(5)])
+    assert "first 8 of 10 samples" in residual_map(many, "title", simulated=True).get_suptitle()
+    nothing = residual_map(predictions.assign(buckled=1), "title", simulated=True)
+    assert to_rgb(nothing).std() > 1
+
+
+def test_the_best_the_middle_and_the_worst_state_are_picked(predictions):
+    state = predictions.groupby(["sample", "elongation_mm", "twist_deg"]).ngroup()
+    # Errors of 0, 1, … N in the order of the states, but for the planted one, and one larger with too few rows.
+    predictions["force_pred_n"] = predictions["force_n"] + state
+    predictions.loc[predictions.index[:5], "force_pred_n"] += 99
+    predictions.loc[predictions.index[:2], "buckled"] = 1
+    picked = [
+        tuple(predictions.iloc[rows[0]][["sample", "elongation_mm", "twist_deg"]]) for rows in pick_states(predictions)
+    ]
+    assert picked == [(3, -1.0, 10.0), (6, -1.0, -10.0), (6, 1.0, 10.0)]
+    assert pick_states(predictions.assign(buckled=1)) == []
+
+
+def test_files_are_whole(predictions, tmp_path):
+    figure = parity(predictions, "title", simulated=True)
+    image = to_rgb(figure)
+    height, width = (round(inches * figure.dpi) for inches in figure.get_size_inches()[::-1])
+    assert image.shape == (height, width, 3)
+    assert image.dtype == np.uint8
+    assert image.std() > 5
+    save(figure, predictions, tmp_path / "parity.png")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["parity.csv", "parity.png"]
+    assert len(pd.read_csv(tmp_path / "parity.csv")) == len(predictions)
+
+
+def test_a_failed_save_leaves_the_old_files_and_nothing_else(predictions, tmp_path, monkeypatch):
+    figure = parity(predictions, "title", simulated=True)
+    save(figure, predictions, tmp_path / "parity.png")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with monkeypatch.context() as patch:
+        patch.setattr(pd.DataFrame, "to_csv", lambda *_, **__: (_ for _ in ()).throw(OSError("disk full")))
+        with pytest.raises(OSError, match="disk full"):
+            save(figure, predictions, tmp_path / "parity.png")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_creeping_bed_gives_one_state_per_visit(predictions):
+    predictions["elongation_mm"] += np.linspace(0, 0.01, len(predictions))
+    assert len(residual_table(predictions)) == 12
+    assert [len(state) for state in pick_states(predictions)] == [5, 5, 5]
