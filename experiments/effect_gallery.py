@@ -50,7 +50,7 @@ def states_of(table: pd.DataFrame) -> States:
         return torch.full_like(states.length, value)
 
     worst = all_rows(float(states.severity.max()))
-    return states.replace(direction=all_rows(1.0), held=all_rows(HELD), clock=all_rows(CLOCK), past_severity=worst)
+    return states.replace(direction=all_rows(1.0), dwell=all_rows(HELD), clock=all_rows(CLOCK), past_severity=worst)
 
 
 def differences(name: str) -> pd.DataFrame:

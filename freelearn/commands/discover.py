@@ -232,7 +232,7 @@ def _tests(findings: Findings, whole: Rows, test: str) -> dict[str, dict[str, fl
         for when, step in (("before", findings.steps[0]), ("after", findings.final)):
             if fitted.all():
                 inside = torch.as_tensor(np.flatnonzero(np.isin(fitted_sample, members)))
-                residual, scale = step.held.raw[inside], load_scale(findings.rows.loads[inside])
+                residual, scale = step.heldout.raw[inside], load_scale(findings.rows.loads[inside])
             elif not fitted.any():
                 part = whole[torch.as_tensor(np.flatnonzero(np.isin(sample, members)))]
                 if not len(part):

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
-from freelearn.fit.solver import Status, take
+from freelearn.fit.solver import Termination, take
 
 OPTIMIZERS: Mapping[str, Callable[..., torch.optim.Optimizer]] = {
     "adam": torch.optim.Adam,
@@ -78,7 +78,7 @@ class LevenbergMarquardtEpochs:
 
     @property
     def finished(self) -> Tensor:
-        return self.state.status != Status.RUNNING
+        return self.state.status != Termination.RUNNING
 
     @property
     def message(self) -> str:

@@ -74,7 +74,7 @@ def fit(
     """
     generator = torch.Generator().manual_seed(seed)
     initial = model.vector().detach().clone()
-    kept, held = torch.ones(len(train), dtype=torch.bool), torch.ones(len(validation), dtype=torch.bool)
+    kept, kept_validation = torch.ones(len(train), dtype=torch.bool), torch.ones(len(validation), dtype=torch.bool)
     _check_count(model, len(train), len(train))
     model.prepare(train.states, train.loads)
     starts = model.starts(train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
@@ -88,23 +88,23 @@ def fit(
             # One batch of everything needs no loader workers; Lightning advises them at every fit.
             warnings.simplefilter("ignore")
             try:
-                trainer.fit(module, datamodule=FitData(train[kept], validation[held]))
+                trainer.fit(module, datamodule=FitData(train[kept], validation[kept_validation]))
             except SystemExit:
                 # What Lightning makes of Ctrl-C; callers expect the usual.
                 raise KeyboardInterrupt from None
         offset = history[-1][0] + 1 if history else 0
         history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
-        now, now_held = _ok(model, train), _ok(model, validation)
+        now, now_validation = _ok(model, train), _ok(model, validation)
         if settled is not None and bool((kept & ~now).any()):
             # Leaving rows out drove others out: it rewards a model that explains less. The fit before stands.
             model.set_vector(settled)
-            kept, held = torch.ones_like(kept), torch.ones_like(held)
+            kept, kept_validation = torch.ones_like(kept), torch.ones_like(kept_validation)
             break
-        if torch.equal(now, kept) and torch.equal(now_held, held):
+        if torch.equal(now, kept) and torch.equal(now_validation, kept_validation):
             break
         settled = model.vector().detach().clone()
         starts = settled[None]
-        kept, held = now, now_held
+        kept, kept_validation = now, now_validation
         _check_count(model, int(kept.sum()), len(train))
     assert module.algorithm is not None
     return FitOutcome(kept.numpy(), initial, history, module.algorithm.message)

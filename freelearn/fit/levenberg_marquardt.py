@@ -12,7 +12,7 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
-from freelearn.fit.solver import Point, Result, State, Status, put, take
+from freelearn.fit.solver import Point, Result, State, Termination, put, take
 from freelearn.fit.trust_region import linear_model, trial_point
 
 EPS = torch.finfo(torch.float64).eps
@@ -99,14 +99,14 @@ class LevenbergMarquardt:
         point, valid = self._linearise(x, residual, torch.zeros_like(x))
         distance = torch.linalg.vector_norm(point.model.scale * x, dim=-1)
         counts = torch.zeros(x.shape[0], dtype=torch.int64, device=x.device)
-        status = torch.where(valid, self._stationary(point, counts), int(Status.INVALID_START))
+        status = torch.where(valid, self._stationary(point, counts), int(Termination.INVALID_START))
         radius = torch.where(distance > 0, FIRST_RADIUS * distance, FIRST_RADIUS)
         return State(point, radius, status, counts, counts + 1, counts + 1)
 
     @torch.no_grad()
     def step(self, state: State) -> State:
         """Try one step for every running member; the others are returned untouched."""
-        running = state.status == Status.RUNNING
+        running = state.status == Termination.RUNNING
         if running.all():
             return self._advance(state)
         rows = running.nonzero().squeeze(-1)
@@ -162,25 +162,25 @@ class LevenbergMarquardt:
         return Point(x, residual, loss, jacobian, norms, gradient, size, model), valid
 
     def _assess(self, state: State, old: Point, actual: Tensor, moved: Tensor) -> Tensor:
-        """Status (members,) after a step from the point `old` that reduced the loss by `actual`."""
+        """Termination (members,) after a step from the point `old` that reduced the loss by `actual`."""
         at, model = state.point, state.point.model
-        status = torch.where(state.iterations >= self.max_iterations, int(Status.MAX_ITERATIONS), state.status)
+        status = torch.where(state.iterations >= self.max_iterations, int(Termination.MAX_ITERATIONS), state.status)
         distance = torch.linalg.vector_norm(model.scale * at.x, dim=-1)
         stuck = ~moved & (state.radius <= EPS * distance.clamp(min=SHORTEST_RADIUS))
         # Rounding the parameters alone moves the residuals by about EPS times `size`.
         noise = ROUNDING * (at.loss + at.loss.sqrt() * at.size)
         noisy = model.attainable() <= noise
-        stopped = torch.where(noisy, int(Status.CONVERGED_LOSS), int(Status.NO_PROGRESS))
+        stopped = torch.where(noisy, int(Termination.CONVERGED_LOSS), int(Termination.NO_PROGRESS))
         status = torch.where(stuck, stopped, status)
         flat = (old.model.attainable() <= self.ftol * old.loss) & (actual <= self.ftol * old.loss)
-        status = torch.where(flat, int(Status.CONVERGED_LOSS), status)
+        status = torch.where(flat, int(Termination.CONVERGED_LOSS), status)
         return self._stationary(at, status)
 
     def _stationary(self, at: Point, status: Tensor) -> Tensor:
         """The status (members,) given, or convergence where the point itself shows it."""
         short = at.model.attainable().sqrt() <= self.xtol * at.size
-        status = torch.where(short, int(Status.CONVERGED_STEP), status)
-        return torch.where(at.gradient <= self.gtol, int(Status.CONVERGED_GRADIENT), status)
+        status = torch.where(short, int(Termination.CONVERGED_STEP), status)
+        return torch.where(at.gradient <= self.gtol, int(Termination.CONVERGED_GRADIENT), status)
 
     def _radius(self, state: State, step: Tensor, gain: Tensor, actual: Tensor) -> Tensor:
         """Next radius (members,) after a step whose ratio of actual to predicted reduction is `gain`."""

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from freelearn.errors import UserError
 from freelearn.fit.levenberg_marquardt import Function, LevenbergMarquardt
-from freelearn.fit.solver import Result, Status
+from freelearn.fit.solver import Result, Termination
 from freelearn.fit.uncertainty import RANK_TOLERANCE
 from freelearn.mechanics.mode import MODES, MPA
 from freelearn.models.continuum import START_DECADES
@@ -88,7 +88,7 @@ def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()
     unloaded = sum(float((data[mode].stress / data[mode].largest).square().sum()) for mode in fitted)
     result = search.solve(_starts(rubber, residual, unloaded))
     best = result.member(int(result.loss.nan_to_num(nan=math.inf).argmin()))
-    if best.status == Status.INVALID_START:
+    if best.status == Termination.INVALID_START:
         names = ", ".join(effect.name for effect in rubber.effects)
         raise UserError(f"No start gives finite stresses with effects {names}: look at the largest stretches.")
     values = rubber.physical(best.x)

@@ -12,7 +12,7 @@ from freelearn.fit.trust_region import LinearModel
 Record = TypeVar("Record")
 
 
-class Status(IntEnum):
+class Termination(IntEnum):
     """How a member of the search stands: still running, or why it stopped."""
 
     RUNNING = 0
@@ -26,18 +26,18 @@ class Status(IntEnum):
     @property
     def converged(self) -> bool:
         """Whether the member stopped at a minimum, to the tolerances asked for."""
-        return self in (Status.CONVERGED_GRADIENT, Status.CONVERGED_LOSS, Status.CONVERGED_STEP)
+        return self in (Termination.CONVERGED_GRADIENT, Termination.CONVERGED_LOSS, Termination.CONVERGED_STEP)
 
 
 MESSAGES = {
-    Status.RUNNING: "The search is still running.",
-    Status.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to every free column of J to gtol.",
-    Status.CONVERGED_LOSS: "Converged: no step can lower the loss by more than ftol or rounding allow.",
-    Status.CONVERGED_STEP: "Converged: the step left to take is below xtol in its effect on the residuals.",
-    Status.NO_PROGRESS: "Stopped without convergence: no step, however short, lowers the loss; the residuals "
+    Termination.RUNNING: "The search is still running.",
+    Termination.CONVERGED_GRADIENT: "Converged: the residuals are orthogonal to every free column of J to gtol.",
+    Termination.CONVERGED_LOSS: "Converged: no step can lower the loss by more than ftol or rounding allow.",
+    Termination.CONVERGED_STEP: "Converged: the step left to take is below xtol in its effect on the residuals.",
+    Termination.NO_PROGRESS: "Stopped without convergence: no step, however short, lowers the loss; the residuals "
     "may be noisy, discontinuous or not finite nearby, or the Jacobian may not be theirs.",
-    Status.MAX_ITERATIONS: "Stopped without convergence: the iteration limit was reached.",
-    Status.INVALID_START: "Not started: the residuals or their Jacobian are not finite at the start.",
+    Termination.MAX_ITERATIONS: "Stopped without convergence: the iteration limit was reached.",
+    Termination.INVALID_START: "Not started: the residuals or their Jacobian are not finite at the start.",
 }
 
 
@@ -64,7 +64,7 @@ class Result(NamedTuple):
     """Outcome of a search; the leading axis `members` is absent when a single start (p,) was given.
 
     `x` (members, p); `loss` (members,) = ‖r‖²; `residual` (members, m) and `jacobian` (members, m, p) at x;
-    `gradient` (members,), largest cosine between r and a free column of J; `status` (members,), `Status`
+    `gradient` (members,), largest cosine between r and a free column of J; `status` (members,), `Termination`
     values; `iterations`, trial steps; `evaluations` of the residual; `jacobian_evaluations`.
     """
 
@@ -84,7 +84,7 @@ class Result(NamedTuple):
 
     def message(self, index: int = 0) -> str:
         """One sentence on how the member of this index ended."""
-        return MESSAGES[Status(int(self.status.reshape(-1)[index]))]
+        return MESSAGES[Termination(int(self.status.reshape(-1)[index]))]
 
 
 class State(NamedTuple):
@@ -110,7 +110,7 @@ class State(NamedTuple):
     @property
     def running(self) -> bool:
         """Whether any member still has steps to take."""
-        return bool((self.status == Status.RUNNING).any())
+        return bool((self.status == Termination.RUNNING).any())
 
     def result(self) -> Result:
         """What is known now, members leading."""

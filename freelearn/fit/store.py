@@ -32,7 +32,7 @@ class Fitted:
     read from the store instead of being computed."""
 
     outcome: FitOutcome
-    found: Uncertainty
+    uncertainty: Uncertainty
     seconds: float
     reused: bool = False
 
@@ -94,8 +94,8 @@ def _digest(paths: Iterable[Path]) -> str:
 def timed(compute: Callable[[], tuple[FitOutcome, Uncertainty]]) -> Fitted:
     """The fit that `compute` makes, with the seconds it took."""
     began = time.perf_counter()
-    outcome, found = compute()
-    return Fitted(outcome, found, time.perf_counter() - began)
+    outcome, errors = compute()
+    return Fitted(outcome, errors, time.perf_counter() - began)
 
 
 def _pack(model: Model, fitted: Fitted) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _pack(model: Model, fitted: Fitted) -> dict[str, Any]:
     return {
         "state": model.description()["state"],
         "outcome": _plain(fitted.outcome),
-        "found": _plain(fitted.found),
+        "uncertainty": _plain(fitted.uncertainty),
         "seconds": fitted.seconds,
     }
 
@@ -119,10 +119,10 @@ def _read(path: Path, model: Model) -> Fitted | None:
         content = torch.load(path, weights_only=True)
         model.load_state_dict(content["state"])
         outcome = content["outcome"] | {"kept": content["outcome"]["kept"].numpy()}
-        found: dict[str, Any] = {
-            n: v.numpy() if isinstance(v, torch.Tensor) else v for n, v in content["found"].items()
+        errors: dict[str, Any] = {
+            n: v.numpy() if isinstance(v, torch.Tensor) else v for n, v in content["uncertainty"].items()
         }
-        return Fitted(FitOutcome(**outcome), Uncertainty(**found), content["seconds"], reused=True)
+        return Fitted(FitOutcome(**outcome), Uncertainty(**errors), content["seconds"], reused=True)
     except FileNotFoundError:
         return None
     except Exception:

@@ -32,7 +32,7 @@ def folds_of(group: np.ndarray, seed: int, count: int = FOLDS) -> np.ndarray:
     return dealt[member]
 
 
-def held_out(fit: WhiteFit, fold: np.ndarray, group: np.ndarray) -> HeldOut:
+def cross_validate(fit: WhiteFit, fold: np.ndarray, group: np.ndarray) -> HeldOut:
     """Cross-validation by one Gauss-Newton step per fold, from the fit to all rows.
 
     Leaving fold f out moves the optimum by δ = (JᵀJ − J_fᵀJ_f)⁻¹ J_fᵀ r_f to first order, exactly so for models linear

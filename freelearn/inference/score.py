@@ -38,7 +38,7 @@ Variants = list[tuple[Model, dict[str, float], dict[str, Tensor]]]
 
 
 @dataclass
-class Score:
+class EffectScore:
     """gain: reduction of χ² that the linearised effect promises. p_value: chance that the most promising of all
     effects would promise as much if there were nothing to find. size: σ of the effect after refitting, √gain.
     start: raw parameters (p,) of the model with the effect, from which a full fit sets out."""
@@ -54,9 +54,9 @@ class Score:
     _null: np.ndarray | None = field(default=None, repr=False)
 
 
-def score(
+def score_effects(
     fit: WhiteFit, rows: Rows, whiten: Whitener, names: Sequence[str], build: Build, variance: float, seed: int
-) -> list[Score]:
+) -> list[EffectScore]:
     """Scores every named effect at the fit. variance: of the whitened noise, from `structure`.
 
     Rao's score test: with C the effect's whitened derivative at no effect, cleared of what the fit's own parameters can
@@ -76,7 +76,7 @@ def score(
     for name in names:
         alone: Variants = [(build([name]), {}, shared)]
         variants = alone if name in plain else _grid(name, build, fit, rows, whiten, held)
-        best = Score(name, status="failed", reason="its derivative at no effect is not finite")
+        best = EffectScore(name, status="failed", reason="its derivative at no effect is not finite")
         for model, fixed, columns in variants:
             found = _one(name, model, fixed, columns, fit, absorbed, whiten, signs, variance)
             if found._null is not None and best._null is not None:
@@ -188,20 +188,20 @@ def _one(
     whiten: Whitener,
     signs: Tensor,
     variance: float,
-) -> Score:
+) -> EffectScore:
     free = [label for label in _labels(model, name) if label not in fixed]
     raw = torch.stack([columns[label] for label in free], dim=1)
     if not bool(raw.isfinite().all()):
-        return Score(name, status="failed", reason="its derivative at no effect is not finite")
+        return EffectScore(name, status="failed", reason="its derivative at no effect is not finite")
     length = norms(raw)
     if bool((length == 0).all()):
-        return Score(name, status="not_testable", reason="it changes no load of these rows")
+        return EffectScore(name, status="not_testable", reason="it changes no load of these rows")
     unit = raw / length.clamp_min(1e-300)
     cleared = unit - absorbed @ (absorbed.T @ unit)
     cleared = cleared - absorbed @ (absorbed.T @ cleared)
     seen = norms(cleared) > ABSORBED
     if not bool(seen.any()):
-        return Score(
+        return EffectScore(
             name, status="not_testable", reason="refitting the model's own parameters absorbs it in these rows"
         )
     flat = fit.residual.reshape(-1)
@@ -224,7 +224,7 @@ def _one(
     start[known] -= _least_squares(fit.jacobian.flatten(0, 1), raw[:, seen] @ moved)
     bounds = model.raw_bounds()
     start = start.clamp(*bounds)
-    return Score(name, gain=gain, start=start, signature=signature, _evidence=evidence, _null=null)
+    return EffectScore(name, gain=gain, start=start, signature=signature, _evidence=evidence, _null=null)
 
 
 def _least_squares(columns: Tensor, target: Tensor) -> Tensor:

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.inference.crossval import HeldOut, folds_of, held_out, paired
+from freelearn.inference.crossval import HeldOut, cross_validate, folds_of, paired
 from freelearn.inference.noise import Accuracy, Whitener, sensitivities
-from freelearn.inference.score import Score, score
+from freelearn.inference.score import EffectScore, score_effects
 from freelearn.inference.structure import Structure, norms, structure
 from freelearn.inference.white_fit import WhiteFit, white_fit
 from freelearn.measurements.error import load_scale
@@ -52,14 +52,14 @@ class Step:
     effects: list[str]
     fit: WhiteFit
     whiten: Whitener
-    held: HeldOut
+    heldout: HeldOut
     states: States
     E_train: float
     E_heldout: float
     E_new_sample: float | None
     floor: float
     candidates: list[dict[str, Any]] = field(default_factory=list)
-    scores: list[Score] = field(default_factory=list)
+    scores: list[EffectScore] = field(default_factory=list)
 
     @cached_property
     def left(self) -> Structure:
@@ -177,17 +177,17 @@ class Search:
         return Accuracy(0.0, 0.0, 0.0, float(self.scale[0]), float(self.scale[1]))
 
     def _step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
-        held = held_out(fit, self.fold, self.rows.state)
+        heldout = cross_validate(fit, self.fold, self.rows.state)
         floor = float((whiten.variance / self.scale**2).sum(-1).mean().sqrt())
-        within, outside = self._error(fit.raw_residual), self._error(held.raw)
-        return Step(effects, fit, whiten, held, self.rows.states, within, outside, self._new_sample(fit), floor)
+        within, outside = self._error(fit.raw_residual), self._error(heldout.raw)
+        return Step(effects, fit, whiten, heldout, self.rows.states, within, outside, self._new_sample(fit), floor)
 
     def _new_sample(self, fit: WhiteFit) -> float | None:
         sample = self.rows.states.sample.numpy()
         count = len(np.unique(sample))
         if count < 2 or any(p.per_sample for p in fit.model.declared.values()):
             return None
-        return self._error(held_out(fit, folds_of(sample, self.seed, count), sample).raw)
+        return self._error(cross_validate(fit, folds_of(sample, self.seed, count), sample).raw)
 
     def _error(self, raw: Tensor) -> float:
         return float((raw / self.scale).square().sum(-1).mean().sqrt())
@@ -202,13 +202,13 @@ class Search:
 
     # --- one step ---------------------------------------------------------------------------------------------
 
-    def _scores(self, step: Step, names: Sequence[str]) -> list[Score]:
+    def _scores(self, step: Step, names: Sequence[str]) -> list[EffectScore]:
         def build(more: Sequence[str]) -> Model:
             return self.build([*step.effects, *more])
 
-        return score(step.fit, self.rows, step.whiten, names, build, step.left.scale**2, self.seed)
+        return score_effects(step.fit, self.rows, step.whiten, names, build, step.left.scale**2, self.seed)
 
-    def _refits(self, step: Step, scores: list[Score], most: int) -> dict[str, Step]:
+    def _refits(self, step: Step, scores: list[EffectScore], most: int) -> dict[str, Step]:
         """Full fits of the most promising candidates, by name; notes the outcome of each at the step."""
         fitted: dict[str, Step] = {}
         promising = sorted((s for s in scores if s.status == "tested" and s.gain > 0), key=lambda s: -s._evidence)
@@ -221,7 +221,7 @@ class Search:
                 fitted[s.effect] = found
         return fitted
 
-    def _note(self, step: Step, scores: list[Score], fitted: dict[str, Step]) -> None:
+    def _note(self, step: Step, scores: list[EffectScore], fitted: dict[str, Step]) -> None:
         number = len(step.effects)
         step.scores = scores
         for s in scores:
@@ -247,12 +247,12 @@ class Search:
         self._note(step, scores, fitted)
         better = {}
         for name, found in fitted.items():
-            gain, error = paired(found.held, step.held)
+            gain, error = paired(found.heldout, step.heldout)
             if name in significant and gain > 2 * error:
                 better[name] = found
         if not better:
             return None
-        name = min(better, key=lambda n: better[n].held.loss.sum())
+        name = min(better, key=lambda n: better[n].heldout.loss.sum())
         return self._rewhitened(better[name])
 
     def _rewhitened(self, step: Step) -> Step:
@@ -276,7 +276,7 @@ class Search:
             reduced = self._reduced(step, effect)
             if reduced is None:
                 continue
-            gain, error = paired(step.held, reduced.held)
+            gain, error = paired(step.heldout, reduced.heldout)
             if gain < 2 * error:
                 return self._without_idle(self._rewhitened(reduced))
         return step
@@ -290,8 +290,8 @@ class Search:
             classes = []
             for effect in final.effects:
                 found = self._stand_ins(final, effect)
-                best = min(found, key=lambda n: found[n].held.loss.sum())
-                if best != effect and paired(found[best].held, found[effect].held)[0] > 0.5:
+                best = min(found, key=lambda n: found[n].heldout.loss.sum())
+                if best != effect and paired(found[best].heldout, found[effect].heldout)[0] > 0.5:
                     swapped = self._rewhitened(found[best])
                     swapped.candidates = final.candidates
                     steps[-1] = swapped
@@ -301,7 +301,7 @@ class Search:
                 alike = {
                     name: other
                     for name, other in found.items()
-                    if name == effect or _alike(paired(reference.held, other.held), len(other.held.loss))
+                    if name == effect or _alike(paired(reference.heldout, other.heldout), len(other.heldout.loss))
                 }
                 classes.append({effect: reference} | alike)
             else:

@@ -102,8 +102,8 @@ def at(
 
 
 def _ended(result: object) -> bool:
-    from freelearn.fit.solver import Status
+    from freelearn.fit.solver import Termination
 
-    status = Status(int(result.status))  # type: ignore[attr-defined]
+    status = Termination(int(result.status))  # type: ignore[attr-defined]
     # A minimum to rounding, or so flat that sixty steps found nothing better.
-    return status not in (Status.INVALID_START, Status.RUNNING)
+    return status not in (Termination.INVALID_START, Termination.RUNNING)

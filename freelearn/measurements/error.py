@@ -23,7 +23,7 @@ def load_scale(measured: Tensor) -> Tensor:
     return torch.where(largest > 0, largest, 1.0)
 
 
-def score(measured: Tensor, predicted: Tensor, usable: Tensor) -> Error:
+def set_error(measured: Tensor, predicted: Tensor, usable: Tensor) -> Error:
     """Error of predictions (N, 2) on the rows marked usable; the loads' maxima are those of all N measured rows.
 
     E = sqrt(mean(((F − F̂)/max|F|)² + ((M − M̂)/max|M|)²)) (the paper's Eq. errorObj). NaN without usable rows.

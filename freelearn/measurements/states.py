@@ -31,7 +31,7 @@ class States:
     fell, 0 for the first step of a kinematic state.
 
     What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
-    first row; held [s] since the first row of the kinematic state; severity of the row (see `severity`) and
+    first row; dwell [s] since the first row of the kinematic state; severity of the row (see `severity`) and
     past_severity, the largest among the sample's rows so far, itself included. All zero unless given.
     """
 
@@ -45,12 +45,12 @@ class States:
     sample: Tensor
     direction: Tensor
     clock: Tensor = None  # type: ignore[assignment]
-    held: Tensor = None  # type: ignore[assignment]
+    dwell: Tensor = None  # type: ignore[assignment]
     severity: Tensor = None  # type: ignore[assignment]
     past_severity: Tensor = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        for name in ("clock", "held", "severity", "past_severity"):
+        for name in ("clock", "dwell", "severity", "past_severity"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, torch.zeros_like(self.length))
 
@@ -73,7 +73,7 @@ class States:
     def from_table(cls, table: pd.DataFrame) -> States:
         """From a measurement table in engineering units, one row per configuration in the order of measuring.
 
-        The memory (direction, clock, held, past_severity) is that of the rows given, buckled ones included.
+        The memory (direction, clock, dwell, past_severity) is that of the rows given, buckled ones included.
         """
 
         def column(name: str, factor: float = 1.0) -> Tensor:
@@ -146,23 +146,23 @@ def severity(table: pd.DataFrame) -> np.ndarray:
 
 
 def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """clock, held [s], severity and past_severity of every row, each (N,) float64."""
+    """clock, dwell [s], severity and past_severity of every row, each (N,) float64."""
     sample, state, order = table["sample"].to_numpy(), kinematic_state(table), np.arange(len(table))
     if "time_s" in table:
         time = table["time_s"].to_numpy(np.float64)
-        clock, held = time - time[_first(sample)], time - time[_first(state)]
+        clock, dwell = time - time[_first(sample)], time - time[_first(state)]
     else:
         rows_of_sample = np.empty(len(table))
         for number in np.unique(sample):
             rows = sample == number
             rows_of_sample[rows] = np.arange(rows.sum())
-        clock, held = SECONDS_PER_ROW * rows_of_sample, SECONDS_PER_ROW * (order - _first(state))
+        clock, dwell = SECONDS_PER_ROW * rows_of_sample, SECONDS_PER_ROW * (order - _first(state))
     now = severity(table)
     past = np.empty(len(table))
     for number in np.unique(sample):
         rows = sample == number
         past[rows] = np.maximum.accumulate(now[rows])
-    return {"clock": clock, "held": held, "severity": now, "past_severity": past}
+    return {"clock": clock, "dwell": dwell, "severity": now, "past_severity": past}
 
 
 def _first(group: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from freelearn.fit.fit import FitOptions, FitOutcome, fit
 from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
-from freelearn.measurements.error import Error, score
+from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
@@ -31,7 +31,7 @@ CONSTITUENT_SET = "constituent"
 
 @dataclass
 class Run:
-    """What came out. labels: each row's split ("" for buckled), (N,). errors: by test set. found: the fitted
+    """What came out. labels: each row's split ("" for buckled), (N,). errors: by test set. uncertainty: the fitted
     parameters' uncertainty, None when nothing was fitted. history: epoch, training and validation error.
     seconds: of this run; fit_seconds: of the fit, which an earlier run made when it is `reused`."""
 
@@ -42,7 +42,7 @@ class Run:
     labels: np.ndarray
     prediction: Prediction
     errors: dict[str, Error]
-    found: Uncertainty | None
+    uncertainty: Uncertainty | None
     start: Tensor
     history: list[tuple[int, float, float]] = field(default_factory=list)
     message: str = "nothing was fitted"
@@ -114,11 +114,11 @@ def run(
         pick = torch.as_tensor(np.flatnonzero(inside & (labels == TEST)))
         if not len(pick):
             raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")
-        errors[name] = score(rows.loads[pick], prediction.loads[pick], usable[pick])
+        errors[name] = set_error(rows.loads[pick], prediction.loads[pick], usable[pick])
     method = options.name if options else "none"
     outcome = Run(model, train, method, table, labels, prediction, errors, None, start)
     if fitted:
-        outcome.found, outcome.reused, outcome.fit_seconds = fitted.found, fitted.reused, fitted.seconds
+        outcome.uncertainty, outcome.reused, outcome.fit_seconds = fitted.uncertainty, fitted.reused, fitted.seconds
         outcome.history, outcome.message = fitted.outcome.history, fitted.outcome.message
     outcome.seconds = time.perf_counter() - began
     return outcome

@@ -51,7 +51,7 @@ def predictions(run: Run) -> pd.DataFrame:
 
 def training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
     """Rows of the samples that were fitted; all rows where nothing was."""
-    if run.found is None:
+    if run.uncertainty is None:
         return predictions
     sample = predictions["sample"].to_numpy()
     return predictions[np.isin(sample, samples_of(run.train, sample))]
@@ -61,7 +61,7 @@ def counts(run: Run) -> dict[str, int]:
     """Rows of the table: all, used by the fit, buckled, and un-buckled ones without a valid prediction, by reason."""
     buckled = (run.table["buckled"] == 1).to_numpy()
     status = run.prediction.status.numpy()[~buckled]
-    used = run.found.residuals // 2 if run.found else 0
+    used = run.uncertainty.residuals // 2 if run.uncertainty else 0
     reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
     return {"rows": len(run.table), "used": used, "buckled": int(buckled.sum()), **reasons}
 
@@ -86,9 +86,9 @@ def results(run: Run, about: dict[str, Any]) -> dict[str, Any]:
 
 def _parameters(run: Run) -> dict[str, dict[str, Any]]:
     units = {name: p.unit for name, p in run.model.declared.items()}
-    if run.found is None:
+    if run.uncertainty is None:
         return {n: {"value": v, "stderr": None, "unit": units[n]} for n, v in run.model.scalars().items()}
-    found = run.found
+    found = run.uncertainty
     return {
         name: {
             "value": float(found.values[i]),
@@ -106,10 +106,10 @@ def _number(value: float) -> float | None:
 
 def report(run: Run) -> str:
     """Text of fit_report.txt."""
-    if run.found is None:
+    if run.uncertainty is None:
         values = "\n".join(
             f"    {n:<22} {v:>14.8g}  {run.model.declared[n].unit}" for n, v in run.model.scalars().items()
         )
         return f"[[Model]]\n    {run.model.name}\n[[Variables]] (nothing was fitted)\n{values}\n"
     epochs = run.history[-1][0] if run.history else 0
-    return fit_report(run.model, run.found, run.start, run.method, run.message, epochs, counts(run))
+    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, counts(run))

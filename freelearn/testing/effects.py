@@ -181,7 +181,7 @@ class EffectContract:
         lengths = ("reference_length", "inner_radius", "outer_radius", "length")
         changed = {name: a * getattr(states, name) for name in lengths}
         changed |= {"pressure": b / a**2 * states.pressure}
-        changed |= {"clock": c * states.clock, "held": c * states.held}
+        changed |= {"clock": c * states.clock, "dwell": c * states.dwell}
         other = states.replace(**changed)
         model = self.model()
         values = {n: v * factor(model.declared[n].unit) for n, v in model.scalars().items()}

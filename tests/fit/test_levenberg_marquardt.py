@@ -15,7 +15,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.solver import Result, State, Status
+from freelearn.fit.solver import Result, State, Termination
 
 T = torch.linspace(0.0, 3.0, 40, dtype=torch.float64)
 
@@ -24,8 +24,8 @@ def tensor(*values: float) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
 
 
-def status(result: Result | State, member: int = 0) -> Status:
-    return Status(int(result.status.reshape(-1)[member]))
+def status(result: Result | State, member: int = 0) -> Termination:
+    return Termination(int(result.status.reshape(-1)[member]))
 
 
 def complex_step(function, b: Tensor, h: float = 1e-30) -> Tensor:
@@ -197,7 +197,7 @@ def test_finished_members_stay_frozen() -> None:
         state = solver.step(state)
         for member in range(2):
             now = (state.x[member].tolist(), float(state.loss[member]), int(state.iterations[member]))
-            if status(state, member) != Status.RUNNING:
+            if status(state, member) != Termination.RUNNING:
                 assert frozen.setdefault(member, now) == now
     assert int(state.iterations[0]) < int(state.iterations[1])
     assert solver.step(state) is state
@@ -221,7 +221,7 @@ def test_step_onto_a_point_without_finite_jacobian_is_refused() -> None:
 def test_invalid_start_is_a_status_and_spares_the_other_members() -> None:
     solver = LevenbergMarquardt(lambda b: torch.log(b[0] + T) - torch.log(1.0 + T))
     result = solver.solve(tensor(-1.0, 2.0).reshape(2, 1))
-    assert status(result, 0) == Status.INVALID_START
+    assert status(result, 0) == Termination.INVALID_START
     assert float(result.loss[0]) == float("inf")
     assert float(result.x[0]) == -1.0
     assert "at the start" in result.message(0)
@@ -247,10 +247,10 @@ def test_fewer_residuals_than_parameters() -> None:
 def test_wrong_jacobian_is_no_progress_and_few_iterations_are_named() -> None:
     data = torch.exp(-T)
     uphill = LevenbergMarquardt(lambda b: b * torch.ones_like(T) - data, lambda b: -torch.ones(40, 1).double())
-    assert status(uphill.solve(tensor(3.0))) == Status.NO_PROGRESS
+    assert status(uphill.solve(tensor(3.0))) == Termination.NO_PROGRESS
     short = LevenbergMarquardt(lambda b: torch.exp(-b * T) - data - 0.1 * T, max_iterations=2)
     result = short.solve(tensor(9.0))
-    assert status(result) == Status.MAX_ITERATIONS
+    assert status(result) == Termination.MAX_ITERATIONS
     assert int(result.iterations) == 2
     assert "iteration limit" in result.message()
 

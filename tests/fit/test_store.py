@@ -45,8 +45,8 @@ def test_a_kept_fit_is_read_back_whole(rows, tmp_path):
     assert again.reused
     torch.testing.assert_close(other.vector(), model.vector(), rtol=0, atol=0)
     for name in ("values", "stderr", "stderr_independent", "covariance"):
-        np.testing.assert_array_equal(getattr(again.found, name), getattr(first.found, name))
-    assert again.found.names == first.found.names
+        np.testing.assert_array_equal(getattr(again.uncertainty, name), getattr(first.uncertainty, name))
+    assert again.uncertainty.names == first.uncertainty.names
     assert again.outcome.history == first.outcome.history
     np.testing.assert_array_equal(again.outcome.kept, first.outcome.kept)
 

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from freelearn.errors import UserError
-from freelearn.inference.crossval import folds_of, held_out, paired
+from freelearn.inference.crossval import cross_validate, folds_of, paired
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.noise import Accuracy, Whitener, sensitivities
 from freelearn.inference.screens import reciprocity, rising_falling
@@ -88,7 +88,7 @@ def test_held_out_residuals_are_those_of_refits_without_the_fold():
     group = np.repeat(np.arange(10), 4)
     fold = folds_of(group, seed=3)
     assert all(len(np.unique(fold[group == g])) == 1 for g in range(10))
-    found = held_out(linear_fit(design, target), fold, group)
+    found = cross_validate(linear_fit(design, target), fold, group)
     for f in np.unique(fold):
         out = fold == f
         kept = np.linalg.lstsq(design[~out].reshape(-1, 3), target[~out].reshape(-1), rcond=None)[0]
@@ -101,8 +101,8 @@ def test_paired_difference_by_hand():
     generator = np.random.default_rng(1)
     design, target = generator.normal(size=(40, 2, 3)), generator.normal(size=(40, 2))
     group = np.repeat(np.arange(10), 4)
-    one = held_out(linear_fit(design, target), folds_of(group, 0), group)
-    other = held_out(linear_fit(design[:, :, :1], target), folds_of(group, 0), group)
+    one = cross_validate(linear_fit(design, target), folds_of(group, 0), group)
+    other = cross_validate(linear_fit(design[:, :, :1], target), folds_of(group, 0), group)
     mean, error = paired(one, other)
     difference = other.loss - one.loss
     assert mean == pytest.approx(difference.mean())

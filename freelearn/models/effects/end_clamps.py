@@ -8,14 +8,14 @@ from freelearn.models.ports import Effect
 
 
 class EndClamps(Effect):
-    """A length c at each end is held: L and l both shrink by 2c, so stretch and twist rate grow."""
+    """A length c at each end is clamped: L and l both shrink by 2c, so stretch and twist rate grow."""
 
     name = "end_clamps"
     suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
     source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
     models = ("continuum", "linear")
-    parameters = (Parameter("held_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3),)
+    parameters = (Parameter("clamp_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3),)
 
     def reshape(self, states: States, p: SimpleNamespace) -> States:
-        held = 2 * p.held_length
-        return states.replace(reference_length=states.reference_length - held, length=states.length - held)
+        clamped = 2 * p.clamp_length
+        return states.replace(reference_length=states.reference_length - clamped, length=states.length - clamped)

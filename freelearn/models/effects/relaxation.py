@@ -23,5 +23,5 @@ class Relaxation(Effect):
     )
 
     def dissipate(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
-        relaxed = -torch.expm1(-states.held / p.time)
+        relaxed = -torch.expm1(-states.dwell / p.time)
         return loads * (1 - per_row(p.share * relaxed))

@@ -78,9 +78,9 @@ def _parameters(run: Run) -> Section:
     heading = "Parameters"
     if not run.model.declared:
         return Section(heading, [f"{len(run.model.vector())} weights and biases, listed in fit_report.txt."])
-    error = dict(zip(run.found.names, run.found.stderr, strict=True)) if run.found else {}
+    error = dict(zip(run.uncertainty.names, run.uncertainty.stderr, strict=True)) if run.uncertainty else {}
     table = parameter_table(run.model, run.model.scalars(), error)
-    remarks = [*notes(run.model, run.start), *effect_notes(run.model, run.found)] if run.found else []
+    remarks = [*notes(run.model, run.start), *effect_notes(run.model, run.uncertainty)] if run.uncertainty else []
     return Section(heading, remarks, table)
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.inference.score import Score
+from freelearn.inference.score import EffectScore
 from freelearn.inference.search import ALPHA
 from freelearn.render.png.canvas import COLORS, finish, heading, new_figure, save, to_rgb
 from freelearn.render.png.curves import curve_numbers, curves
@@ -110,7 +110,7 @@ def ranking(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame
     return figure, table
 
 
-def likeness(scores: list[Score], simulated: bool) -> tuple[Figure, pd.DataFrame]:
+def likeness(scores: list[EffectScore], simulated: bool) -> tuple[Figure, pd.DataFrame]:
     """How alike the effects' traces are in these data: largest cosine between them after refitting, 1 for twins."""
     shown = [s for s in scores if s.signature is not None]
     spans = [torch.linalg.qr(s.signature).Q for s in shown if s.signature is not None]

@@ -62,7 +62,7 @@ def show_run(
     comparison: E of each test set {without, with} effects, whole kinematic states held out. misfit: where it fails.
     """
     source = "simulated data" if simulated else "measured data"
-    fitted = f"fitted on {run.train} by {run.method}" if run.found else f"not fitted ({run.train})"
+    fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
     errors = Table(title=f"{run.model.name}, {fitted} ({source})", title_justify="left")
     for heading in ("test set", "E %", "force %", "moment %", "rows"):
         errors.add_column(heading, justify="left" if heading == "test set" else "right")
@@ -92,7 +92,7 @@ def show_run(
 
 
 def _fit_notes(run: Run) -> list[str]:
-    return [*notes(run.model, run.start), *effect_notes(run.model, run.found)] if run.found else []
+    return [*notes(run.model, run.start), *effect_notes(run.model, run.uncertainty)] if run.uncertainty else []
 
 
 def _comparison_table(comparison: dict[str, dict[str, float]]) -> Table:
@@ -110,7 +110,7 @@ def _parameter_table(run: Run) -> Table:
     table = Table()
     for heading in ("parameter", "value", "± stderr", "95 % from", "to", "unit"):
         table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right", overflow="fold")
-    error = dict(zip(run.found.names, run.found.stderr, strict=True)) if run.found else {}
+    error = dict(zip(run.uncertainty.names, run.uncertainty.stderr, strict=True)) if run.uncertainty else {}
     for name, value in run.model.scalars().items():
         e = error.get(name, math.nan)
         known = math.isfinite(e)

@@ -77,8 +77,8 @@ def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> 
     """Loads (N, 2) of the bare actuator and whether it has an equilibrium, (N,)."""
     gamma = s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0)
     outer = s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0)
-    held = 2 * fx.get("end_clamps", {}).get("held_length", 0.0)
-    reference, length = s["reference"] - held, s["length"] - held
+    clamped = 2 * fx.get("end_clamps", {}).get("clamp_length", 0.0)
+    reference, length = s["reference"] - clamped, s["length"] - clamped
     design = (gamma, reference, s["inner"], outer, c1, c2, fx)
     twist, pressure = s["twist"], s["pressure"]
     low, high = (0.3 * s["inner"]) ** 2, (BALLOON * s["inner"]) ** 2
@@ -118,7 +118,7 @@ def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
             loads, found = ideal_loads(t, c1, c2, fx)
     if "relaxation" in fx:
-        gone = 1 - np.exp(-s["held"] / get("relaxation", "time"))
+        gone = 1 - np.exp(-s["dwell"] / get("relaxation", "time"))
         loads = loads * (1 - get("relaxation", "share") * gone)[:, None]
     if "stress_softening" in fx:
         below = (s["past_severity"] - s["severity"]) / get("stress_softening", "severity")
@@ -183,7 +183,7 @@ def state_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
         "pressure": column("pressure_kpa", KPA),
         "direction": np.where(step == 0, 0.0, np.sign(change)),
         "clock": time,
-        "held": time - np.repeat(time[::10], 10),
+        "dwell": time - np.repeat(time[::10], 10),
     }
     s["severity"], s["past_severity"] = severity(s)
     return s

@@ -17,7 +17,7 @@ UNIT: dict[str, dict[str, float]] = {
     "fiber_dispersion": {"kappa": 0.005},
     "fiber_misalignment": {"angle": 0.01},
     "wall_thickness": {"outer_radius": 1e-4},
-    "end_clamps": {"held_length": 1e-3},
+    "end_clamps": {"clamp_length": 1e-3},
     "length_offset": {"length": 2e-4},
     "twist_offset": {"angle": 0.02},
     "twist_slack": {"angle": 0.02},

@@ -14,14 +14,14 @@ def test_clock_and_hold_follow_the_column_of_times():
     table = visits(count=2)
     table["time_s"] += 1e6
     states = States.from_table(table)
-    np.testing.assert_allclose(states.held.reshape(-1, 4), [[0, 30, 60, 90]] * 4)
+    np.testing.assert_allclose(states.dwell.reshape(-1, 4), [[0, 30, 60, 90]] * 4)
     np.testing.assert_allclose(states.clock[:8], [0, 30, 60, 90, 3600, 3630, 3660, 3690])
     assert states.clock[8] == 0  # the next sample
 
 
 def test_without_times_a_row_takes_the_papers_twenty_seconds():
     states = States.from_table(visits(count=2).drop(columns="time_s"))
-    np.testing.assert_allclose(states.held.reshape(-1, 4), [[0, 20, 40, 60]] * 4)
+    np.testing.assert_allclose(states.dwell.reshape(-1, 4), [[0, 20, 40, 60]] * 4)
     np.testing.assert_allclose(states.clock.reshape(2, 8), [np.arange(8) * 20.0] * 2)
 
 
@@ -29,7 +29,7 @@ def test_samples_may_be_mixed_in_the_file():
     table = visits(count=2).drop(columns="time_s")
     order = np.arange(16).reshape(2, 2, 4).transpose(1, 0, 2).reshape(-1)
     mixed, plain = States.from_table(table.iloc[order]), States.from_table(table)
-    for name in ("clock", "past_severity", "held"):
+    for name in ("clock", "past_severity", "dwell"):
         torch.testing.assert_close(getattr(mixed, name), getattr(plain, name)[torch.as_tensor(order)])
 
 
@@ -67,5 +67,5 @@ def test_the_past_is_the_worst_so_far_buckled_rows_included():
 def test_the_whole_protocol_is_remembered_quickly_and_sensibly():
     states = States.from_table(protocol())
     assert (states.past_severity >= states.severity).all()
-    assert float(states.held.max()) == 180
+    assert float(states.dwell.max()) == 180
     assert float(states.clock.max()) == 2859 * 20
