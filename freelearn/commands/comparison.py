@@ -7,10 +7,15 @@ from pathlib import Path
 
 import pandas as pd
 
+from freelearn.commands.run import run, scored_rows
 from freelearn.fit.fit import FitOptions
 from freelearn.fit.store import FitStore
+from freelearn.measurements.error import common, set_error
+from freelearn.measurements.states import measured_loads
 from freelearn.models.base import Model
-from freelearn.results.run import Run, run
+from freelearn.models.prediction import Status
+from freelearn.results.comparison import Compared
+from freelearn.results.run import Run
 
 # Where the run without effects keeps its TensorBoard curves, beside those of the run itself.
 WITHOUT, WITH = "without_effects", "with_effects"
@@ -25,8 +30,8 @@ def compare(
     seed: int,
     folder: Path,
     store: FitStore | None,
-) -> dict[str, dict[str, float]]:
-    """E of each test set {without, with} effects, whole kinematic states held out. build: with effects? → model.
+) -> dict[str, Compared]:
+    """E of each test set without and with effects, whole kinematic states held out. build: with effects? → model.
 
     Both fits leave their TensorBoard curves in `folder`, in folders of their own, so that they show over each other.
     """
@@ -34,9 +39,20 @@ def compare(
     for name, effects in ((WITHOUT, False), (WITH, True)):
         inside = folder / name
         runs[name] = run(build(effects), table, train, test, options, seed, True, inside, None, store)
+        # TensorBoard takes a second to import: only where there is something to log.
         from freelearn.render.tensorboard.run import log_run
 
         log_run(runs[name], inside)
-    return {
-        name: {"without": error.E, "with": runs[WITH].errors[name].E} for name, error in runs[WITHOUT].errors.items()
-    }
+    return compared(runs[WITHOUT], runs[WITH])
+
+
+def compared(without: Run, with_effects: Run) -> dict[str, Compared]:
+    """Errors of two runs over the same table and split, each test set scored on the rows that both answer."""
+    measured, sample = measured_loads(without.table), without.table["sample"].to_numpy()
+    both = common(*(run.prediction.status == Status.OK for run in (without, with_effects)))
+    pairs = {}
+    for name in without.errors:
+        pick = scored_rows(sample, without.labels, name)
+        errors = [set_error(measured[pick], run.prediction.loads[pick], both[pick]) for run in (without, with_effects)]
+        pairs[name] = Compared(errors[0].E, errors[1].E, errors[0].n)
+    return pairs

@@ -62,7 +62,7 @@ def interval(values: ArrayLike, stderr: ArrayLike, log: ArrayLike, freedom: int)
 
     >>> low, high = interval([2.0, 2.0], [0.5, 0.5], [False, True], 4)
     >>> low.round(3).tolist(), high.round(3).tolist()
-    ([0.612, 0.999], [3.388, 4.003])
+    ([0.612, 0.999], [3.388, 4.004])
     """
     value, error = np.asarray(values, dtype=np.float64), np.asarray(stderr, dtype=np.float64)
     reach = quantile(freedom) * error
