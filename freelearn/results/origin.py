@@ -8,10 +8,10 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class DataSource:
+class Provenance:
     """What was looked at. name: of the data configuration. seed: of a simulated bed; path, sha256: of a file.
 
-    >>> DataSource.from_json({"name": "virtual", "simulated": True, "seed": 3}).sentence()
+    >>> Provenance.from_plain({"name": "virtual", "simulated": True, "seed": 3}).sentence()
     'Data: simulated bed, seed 3. Nothing in it was measured.'
     """
 
@@ -22,12 +22,12 @@ class DataSource:
     sha256: str = ""
 
     @classmethod
-    def from_json(cls, entry: Mapping[str, Any]) -> DataSource:
-        """The source that `to_json` wrote; unknown keys are passed over."""
+    def from_plain(cls, entry: Mapping[str, Any]) -> Provenance:
+        """The source that `plain` wrote; unknown keys are passed over."""
         known = {key: entry[key] for key in ("name", "seed", "path", "sha256") if key in entry}
         return cls(simulated=bool(entry["simulated"]), **known)
 
-    def to_json(self) -> dict[str, Any]:
+    def plain(self) -> dict[str, Any]:
         """The entry `data` of results.json and discovery.json."""
         if self.simulated:
             return {"name": self.name, "simulated": True, "seed": self.seed}
@@ -50,11 +50,11 @@ class Origin:
     """What a run's numbers depend on besides its model, sets and fit. split: rows or states. key: digest of all
     settings, data and code, "" where none is kept."""
 
-    source: DataSource
+    provenance: Provenance
     seed: int
     split: str
     key: str = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def plain(self) -> dict[str, Any]:
         """The entries in results.json."""
-        return {"seed": self.seed, "split": self.split, "data": self.source.to_json(), "key": self.key}
+        return {"seed": self.seed, "split": self.split, "data": self.provenance.plain(), "key": self.key}
