@@ -5,38 +5,37 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
+import numpy as np
+import torch
 
-from freelearn.fit.fit import FitOptions
-from freelearn.fit.store import FitStore
-from freelearn.models.base import Model
-from freelearn.results.run import Run, run
+from freelearn.measurements.error import set_error
+from freelearn.measurements.sets import TEST, samples_of
+from freelearn.measurements.states import measured_loads
+from freelearn.models.prediction import Status
+from freelearn.render.tensorboard.run import log_run
+from freelearn.results.run import Run
 
-# Where the run without effects keeps its TensorBoard curves, beside those of the run itself.
+# Where each fit keeps its TensorBoard curves, beside those of the run itself.
 WITHOUT, WITH = "without_effects", "with_effects"
 
 
-def compare(
-    build: Callable[[bool], Model],
-    table: pd.DataFrame,
-    train: str,
-    test: str,
-    options: FitOptions,
-    seed: int,
-    folder: Path,
-    store: FitStore | None,
-) -> dict[str, dict[str, float]]:
-    """E of each test set {without, with} effects, whole kinematic states held out. build: with effects? → model.
+def compare(one: Callable[[bool, Path], Run], folder: Path) -> dict[str, dict[str, float]]:
+    """E of each test set {without, with} effects, whole kinematic states held out, over the rows that both answer.
 
-    Both fits leave their TensorBoard curves in `folder`, in folders of their own, so that they show over each other.
+    one: with effects?, folder → the run. Both leave their TensorBoard curves in `folder`, in folders of their own, so
+    that they show over each other.
     """
     runs: dict[str, Run] = {}
     for name, effects in ((WITHOUT, False), (WITH, True)):
-        inside = folder / name
-        runs[name] = run(build(effects), table, train, test, options, seed, True, inside, None, store)
-        from freelearn.render.tensorboard.run import log_run
-
-        log_run(runs[name], inside)
-    return {
-        name: {"without": error.E, "with": runs[WITH].errors[name].E} for name, error in runs[WITHOUT].errors.items()
-    }
+        runs[name] = one(effects, folder / name)
+        log_run(runs[name], folder / name)
+    both = (runs[WITHOUT].prediction.status == Status.OK) & (runs[WITH].prediction.status == Status.OK)
+    first = runs[WITHOUT]
+    loads, sample = measured_loads(first.table), first.table["sample"].to_numpy()
+    found = {}
+    for test in first.errors:
+        inside = np.isin(sample, samples_of(test, sample)) & (first.labels == TEST)
+        rows = torch.as_tensor(np.flatnonzero(inside))
+        errors = [set_error(loads[rows], runs[n].prediction.loads[rows], both[rows]).E for n in (WITHOUT, WITH)]
+        found[test] = dict(zip(("without", "with"), errors, strict=True))
+    return found

@@ -19,6 +19,7 @@ from freelearn.files import write_whole
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
+from freelearn.models.own import load_own_code
 from freelearn.render.png.admissible import admissible, admissible_table
 from freelearn.render.png.canvas import save
 from freelearn.render.png.curves import curve_numbers, curves
@@ -36,6 +37,7 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
     folder: of a sweep or a run. train: the training set whose models are drawn, "" for the first one. state: sample,
     elongation [mm] and twist [deg], None for the middling one. Raises UserError.
     """
+    load_own_code()
     runs = _runs(folder)
     check_folder(out)
     table = pd.read_csv(runs[0]["folder"] / "predictions.csv")

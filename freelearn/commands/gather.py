@@ -84,7 +84,7 @@ def main() -> None:
     parser.add_argument("folder", nargs="+", type=Path, help="a sweep's folder, whose subfolders are its jobs")
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
-    command = command_line(["-m", "freelearn.gather"], sys.argv[1:])
+    command = command_line(["python", "-m", "freelearn.gather"], sys.argv[1:])
     try:
         gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)
     except UserError as mistake:

@@ -17,7 +17,8 @@ from filelock import FileLock
 
 import freelearn
 from freelearn.files import write_whole
-from freelearn.fit.fit import FitOptions, FitOutcome
+from freelearn.fit.fit import FitOutcome
+from freelearn.fit.options import FitOptions
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
@@ -78,10 +79,10 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
 
 
 @lru_cache
-def code_version() -> str:
-    """Digest of the package's code that a fit's numbers come from."""
+def code_version(rooms: tuple[str, ...] = ROOMS) -> str:
+    """Digest of the package's code in these rooms, by default of those that a fit's numbers come from."""
     root = Path(freelearn.__file__).parent
-    return _digest(path for room in ROOMS for path in sorted((root / room).rglob("*.py")))
+    return _digest(path for room in rooms for path in sorted((root / room).rglob("*.py")))
 
 
 def _digest(paths: Iterable[Path]) -> str:

@@ -14,13 +14,14 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, FitOutcome, fit
+from freelearn.fit.fit import FitOutcome, fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
+from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.continuum import CONSTITUENT
@@ -63,19 +64,25 @@ def run(
     progress: L.Callback | None = None,
     store: FitStore | None = None,
     constituents: Mapping[str, float] = CONSTITUENT,
+    shares: tuple[float, float] = SHARES,
+    device: str = "cpu",
 ) -> Run:
     """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
 
     With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
-    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI.
+    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI. shares:
+    of training and of validation rows. device: where the fit computes.
     """
     began = time.perf_counter()
     if tests != "every":
         table = _concerned(table, train, str(tests))
     sample = table["sample"].to_numpy()
     names = set_names(sample) if tests == "every" else [str(tests)]
+    if tests == "every" and "+" in train:
+        # A set of the user's own: a run always tells its error on the training set's test rows.
+        names.append(train)
     chosen = {name: np.isin(sample, samples_of(name, sample)) for name in names}
-    labels = split_rows(table, seed, by_states)
+    labels = split_rows(table, seed, by_states, shares)
     rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
 
     if train == CONSTITUENT_SET:
