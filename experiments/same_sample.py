@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from freelearn.commands.run import run
 from freelearn.commands.tables import load_table
 from freelearn.commands.train import fit_options
 from freelearn.models.build import build_model
-from freelearn.results.run import run
 
 # Mean of the heat maps' diagonals in the paper [%].
 PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}

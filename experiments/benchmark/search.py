@@ -10,9 +10,9 @@ from benchmark.common import ACCURACY, Report, rows_of, table
 from scipy.optimize import least_squares
 
 from freelearn.inference.library import candidates
-from freelearn.inference.noise import Accuracy
 from freelearn.inference.search import Search
 from freelearn.inference.white_fit import WhiteProblem
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 
@@ -30,7 +30,7 @@ def discovery(report: Report) -> None:
 
     library, _ = candidates(build([]), [], part.columns)
     began = time.perf_counter()
-    found = Search(build, library, rows, Accuracy.from_settings(ACCURACY), 0).run()
+    found = Search(build, library, rows, Accuracy.engineering(**ACCURACY), 0).run()
     ours = time.perf_counter() - began
     base, began = found.steps[0], time.perf_counter()
     for name in library:

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 from collections.abc import Sequence
+from pathlib import Path
+
+# Variables that name files of the user's own code.
+OWN_CODE = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
 
 
 def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
-    """`python program overrides`, with the user's own effects where there are some."""
-    own = os.environ.get("FREELEARN_EFFECTS")
-    start = [f"FREELEARN_EFFECTS={shlex.quote(own)}"] if own else []
-    return " ".join([*start, "python", *program, *map(shlex.quote, overrides)])
+    """`program overrides`, with the user's own effects and models where there are some."""
+    own = [f"{name}={shlex.quote(value)}" for name in OWN_CODE if (value := os.environ.get(name))]
+    return " ".join([*own, *program, *map(shlex.quote, overrides)])
+
+
+def program(name: str) -> list[str]:
+    """How this process was started: by the installed command, or by the script of a checkout."""
+    return ["freelearn", name] if Path(sys.argv[0]).name.startswith("freelearn") else ["python", f"{name}.py"]

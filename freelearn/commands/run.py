@@ -13,13 +13,14 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, FitOutcome, fit
+from freelearn.fit.fit import FitOutcome, fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
+from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.continuum import CONSTITUENT
@@ -39,16 +40,19 @@ def run(
     progress: L.Callback | None = None,
     store: FitStore | None = None,
     constituents: Mapping[str, float] = CONSTITUENT,
+    shares: tuple[float, float] = SHARES,
+    device: str = "cpu",
 ) -> Run:
     """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
 
     With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
-    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI.
+    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI. shares:
+    of training and of validation rows. device: where the fit computes.
     """
     began = time.perf_counter()
     if tests != "every":
         table = _concerned(table, train, str(tests))
-    labels = split_rows(table, seed, by_states)
+    labels = split_rows(table, seed, by_states, shares)
     rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
     if train == CONSTITUENT_SET:
         if model.name != "continuum":
@@ -71,7 +75,7 @@ def run(
         table=table,
         labels=labels,
         prediction=prediction,
-        errors=_errors(table, rows, labels, prediction, tests),
+        errors=_errors(rows, labels, prediction, _test_sets(table, train, tests)),
         uncertainty=fitted.uncertainty if fitted else None,
         start=fitted.outcome.initial if fitted else start,
         history=tuple(fitted.outcome.history) if fitted else (),
@@ -111,14 +115,20 @@ def _fitted(
     return store.fitted(model, fit_key(model, *parts, options, seed), lambda: timed(compute))
 
 
-def _errors(
-    table: pd.DataFrame, rows: Rows, labels: np.ndarray, prediction: Prediction, tests: Sequence[str] | str
-) -> dict[str, Error]:
+def _test_sets(table: pd.DataFrame, train: str, tests: Sequence[str] | str) -> list[str]:
+    if tests != "every":
+        return [str(tests)]
+    names = set_names(table["sample"].to_numpy())
+    # A set of the user's own: a run always tells its error on the training set's test rows.
+    return [*names, train] if "+" in train else names
+
+
+def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Sequence[str]) -> dict[str, Error]:
     """The error on each test set's test rows. Raises UserError for a set without any."""
-    sample = table["sample"].to_numpy()
+    sample = rows.states.sample.numpy()
     usable = prediction.status == Status.OK
     errors = {}
-    for name in set_names(sample) if tests == "every" else [str(tests)]:
+    for name in names:
         pick = scored_rows(sample, labels, name)
         if not len(pick):
             raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")

@@ -18,31 +18,14 @@ from freelearn.errors import UserError
 from freelearn.fit.algorithm import OPTIMIZERS, Algorithm, GradientEpochs, LevenbergMarquardtEpochs
 from freelearn.fit.batches import FitData
 from freelearn.fit.fitting import Fitting
+from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 
-LEVENBERG_MARQUARDT = "levenberg_marquardt"
 # Most rounds in which the rows of the loss may change.
 ROUNDS = 8
-
-
-@dataclass(frozen=True)
-class FitOptions:
-    """How to fit. restarts: members fitted side by side, the best kept. patience: epochs without a better
-    validation error before a member stops. tolerance and race (epochs after which only the best member goes on) belong
-    to Levenberg-Marquardt, the last three to the gradient algorithms."""
-
-    name: str
-    max_epochs: int
-    restarts: int
-    patience: int
-    tolerance: float = 1e-10
-    race: int | None = None
-    learning_rate: float = 1e-2
-    batch_size: int = 128
-    weight_decay: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.inference.noise import Accuracy, Whitener
+from freelearn.inference.noise import Whitener
 from freelearn.inference.structure import bases, orthonormal
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation

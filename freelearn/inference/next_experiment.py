@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.search import Step
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Status
 

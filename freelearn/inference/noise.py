@@ -2,46 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
-from freelearn.errors import UserError
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
-from freelearn.units import DEG, KPA, MM, NMM
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """One standard deviation of the measuring, SI. length and twist err once per kinematic state, the rest per row."""
-
-    length: float
-    twist: float
-    pressure: float
-    force: float
-    moment: float
-
-    @classmethod
-    def from_settings(cls, settings: Mapping[str, float]) -> Accuracy:
-        """From `data.accuracy`, in its engineering units. Raises UserError."""
-        units = {
-            "elongation_mm": ("length", MM),
-            "twist_deg": ("twist", DEG),
-            "pressure_kpa": ("pressure", KPA),
-            "force_n": ("force", 1.0),
-            "moment_nmm": ("moment", NMM),
-        }
-        for name in units:
-            value = settings.get(name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
-                raise UserError(f"data.accuracy.{name} = {value!r} is not a standard deviation: give a number ≥ 0.")
-        for name in ("force_n", "moment_nmm"):
-            if settings[name] <= 0:
-                raise UserError(f"data.accuracy.{name} must be greater than 0: no load cell is perfect.")
-        return cls(**{field: settings[name] * unit for name, (field, unit) in units.items()})
 
 
 def sensitivities(model: Model, states: States) -> Tensor:

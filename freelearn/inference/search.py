@@ -12,10 +12,11 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.crossval import HeldOut, cross_validate, folds_of, paired
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.score import EffectScore, score_effects
 from freelearn.inference.structure import Structure, norms, structure
 from freelearn.inference.white_fit import WhiteFit, white_fit
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of

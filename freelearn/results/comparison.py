@@ -20,7 +20,7 @@ class Compared:
     with_effects: float
     n: int
 
-    def to_json(self) -> dict[str, float | None]:
+    def plain(self) -> dict[str, float | None]:
         """The entry in results.json."""
         return {"without": finite(self.without), "with": finite(self.with_effects), "n": self.n}
 

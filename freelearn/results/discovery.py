@@ -12,10 +12,10 @@ import torch
 
 from freelearn.inference.failures import Failure
 from freelearn.inference.next_experiment import Proposal
-from freelearn.inference.noise import Accuracy
 from freelearn.inference.remainder import Remainder
 from freelearn.inference.screens import Screen
 from freelearn.inference.search import Findings, Step
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table

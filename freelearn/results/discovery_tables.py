@@ -69,9 +69,7 @@ def screen_lines(discovery: Discovery) -> list[str]:
 
 def class_lines(discovery: Discovery) -> list[str]:
     """Effects that the data cannot tell apart."""
-    return [
-        f"The data cannot tell these apart: {', '.join(c)}." for c in discovery.content["classes"] if len(c) > 1
-    ]
+    return [f"The data cannot tell these apart: {', '.join(c)}." for c in discovery.content["classes"] if len(c) > 1]
 
 
 def remainder_lines(discovery: Discovery) -> list[str]:

@@ -46,7 +46,8 @@ def error_grid(cells: pd.DataFrame, across: list[str], down: list[str]) -> np.nd
 
     cells: train, test, E (a fraction)."""
     grid = cells.pivot_table(index="test", columns="train", values="E").reindex(index=down, columns=across)
-    return 100 * grid.to_numpy(dtype=np.float64)
+    values: np.ndarray = 100 * grid.to_numpy(dtype=np.float64)
+    return values
 
 
 def mean_text(cells: pd.DataFrame) -> str:

@@ -43,7 +43,8 @@ class Estimate:
 
 def fitted_estimates(uncertainty: Uncertainty, declared: Mapping[str, Parameter]) -> list[Estimate]:
     """An estimate for each entry of a fitted raw vector, weights included; these have no unit."""
-    columns = (uncertainty.values, uncertainty.stderr, uncertainty.low, uncertainty.high, uncertainty.stderr_independent)
+    u = uncertainty
+    columns = (u.values, u.stderr, u.low, u.high, u.stderr_independent)
     units = [declared[name].unit if name in declared else "" for name in uncertainty.names]
     return [
         Estimate(name, float(value), unit, float(stderr), float(low), float(high), float(independent))
@@ -72,9 +73,7 @@ def searched_estimates(
 
 def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTable:
     """Parameters with 95 % intervals."""
-    rows = [
-        [e.name, number(e.value), number(e.stderr, 2), number(e.low), number(e.high), e.unit] for e in estimates
-    ]
+    rows = [[e.name, number(e.value), number(e.stderr, 2), number(e.low), number(e.high), e.unit] for e in estimates]
     return DisplayTable.of(["parameter"], HEADINGS, rows, title, last=["unit"])
 
 

@@ -71,8 +71,8 @@ def _variables(model: Model, uncertainty: Uncertainty) -> str:
     table = long_parameter_table(fitted_estimates(uncertainty, model.declared))
     explained = [
         "stderr allows rows of one kinematic state to err together; 'independent' is the textbook figure.",
-        f"95 % intervals: Student's t with {uncertainty.freedom} degrees of freedom (kinematic states less parameters);",
-        "of parameters whose logarithm is fitted, on the logarithmic scale.",
+        f"95 % intervals: Student's t with {uncertainty.freedom} degrees of freedom, kinematic states less parameters;",
+        "on the logarithmic scale where the logarithm is fitted.",
     ]
     return "\n".join(["[[Variables]]", table.text("    "), *(f"    {line}" for line in explained)])
 

@@ -38,7 +38,7 @@ def split_labels(predictions: pd.DataFrame) -> dict[str, str]:
 
 
 def parity_ends(shown: pd.DataFrame) -> list[tuple[float, float]]:
-    """Ends of the line on which a perfect model would lie, for force and moment. shown: of parity_numbers, not empty."""
+    """Ends of the line on which a perfect model would lie, for force and moment. shown: parity_numbers, not empty."""
     both = (shown[[load.column, load.predicted]].to_numpy(dtype=np.float64) for load in LOADS)
     return [(float(np.nanmin(values)), float(np.nanmax(values))) for values in both]
 

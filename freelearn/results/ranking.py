@@ -11,19 +11,22 @@ import pandas as pd
 from freelearn.results.formats import fixed, number, percent
 from freelearn.results.tables import DisplayTable
 
+# Of a candidate in discovery.json.
+COLUMNS = ["effect", "p_value", "E_heldout", "E_new_sample", "score", "step", "status", "reason"]
+
 
 def ranking_numbers(candidates: Sequence[Mapping[str, Any]], step: int = 0) -> pd.DataFrame:
-    """The tested candidates of one step of discovery.json, largest first: effect, size [σ], p_value, E_heldout.
+    """The tested candidates of one step of discovery.json, largest first: effect, size [σ], p_value, E_heldout, and
+    what else stands there.
 
     >>> ranking_numbers([{"effect": "end_clamps", "status": "tested", "step": 0, "score": 4.0, "p_value": 0.01,
     ...                   "E_heldout": None}])["size"].tolist()
     [2.0]
     """
     rows = [c for c in candidates if c["status"] == "tested" and c["step"] == step]
-    table = pd.DataFrame(rows, columns=["effect", "score", "p_value", "E_heldout"])
-    table["size"] = np.sqrt(table["score"].astype(float).clip(lower=0))
-    numbers = table.assign(p_value=table["p_value"].astype(float), E_heldout=table["E_heldout"].astype(float))
-    return numbers.sort_values("size", ascending=False).drop(columns="score").reset_index(drop=True)
+    table = pd.DataFrame(rows, columns=COLUMNS).astype({"score": float, "p_value": float, "E_heldout": float})
+    table.insert(1, "size", np.sqrt(table["score"].clip(lower=0)))
+    return table.sort_values("size", ascending=False).reset_index(drop=True)
 
 
 def ranking_table(numbers: pd.DataFrame, most: int | None = None) -> DisplayTable:

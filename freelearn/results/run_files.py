@@ -70,13 +70,13 @@ def results(run: Run, origin: Origin) -> dict[str, Any]:
         "fit_seconds": run.fit_seconds,
         "fit_reused": run.reused,
         "outcome": run.message,
-        **origin.to_json(),
+        **origin.plain(),
     }  # fmt: skip
     if run.uncertainty:
         content["freedom"] = run.uncertainty.freedom
         content["covariance"] = _covariance(run.uncertainty, list(run.model.declared))
     if run.comparison:
-        content["comparison"] = {name: pair.to_json() for name, pair in run.comparison.items()}
+        content["comparison"] = {name: pair.plain() for name, pair in run.comparison.items()}
     if run.misfit:
         content["noise_floor"] = run.misfit.noise_floor
         content["failures"] = [failure.numbers() for failure in run.misfit.failures]

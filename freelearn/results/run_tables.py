@@ -26,9 +26,7 @@ def error_table(run: Run) -> DisplayTable:
     ]
     fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
     marked = "*: the training set's own test rows" if run.train in run.errors else ""
-    return DisplayTable.of(
-        ["test set"], ["E %", "force %", "moment %", "rows"], rows, f"{run.title}, {fitted}", marked
-    )
+    return DisplayTable.of(["test set"], ["E %", "force %", "moment %", "rows"], rows, f"{run.title}, {fitted}", marked)
 
 
 def run_parameters(run: Run) -> DisplayTable | str:
@@ -41,6 +39,12 @@ def run_parameters(run: Run) -> DisplayTable | str:
 def parameter_notes(run: Run) -> list[str]:
     """Sentences on the fitted parameters; none where nothing was fitted."""
     return [*notes(run.model, run.start), *effect_notes(run.model, run.uncertainty)] if run.uncertainty else []
+
+
+def row_counts(run: Run) -> str:
+    """How many rows there are, and what became of them."""
+    parts = (f"{n} {name.replace('_', ' ')}" for name, n in run.counts().items())
+    return f"Rows: {', '.join(parts)}."
 
 
 def row_notes(run: Run) -> list[str]:

@@ -13,10 +13,10 @@ import pandas as pd
 import pytest
 import torch
 from conftest import ROOT
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.measurements.sets import samples_of, set_names, split_rows
@@ -50,9 +50,7 @@ def csv(tmp_path: Path) -> Path:
 
 def run(folder: Path, *overrides: str):
     """What `python train.py overrides` does, without a process of its own."""
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("train", overrides=["fits=null", *overrides])
-    return train(OmegaConf.to_container(config, resolve=True), folder)
+    return train(settings(TrainSettings, ["fits=null", *overrides]), folder)
 
 
 def command(folder: Path, *overrides: str, **options) -> subprocess.CompletedProcess:

@@ -8,10 +8,11 @@ import torch
 from freelearn.errors import UserError
 from freelearn.inference.crossval import cross_validate, folds_of, paired
 from freelearn.inference.failures import failures, inputs_of, split_errors
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.screens import reciprocity, rising_falling
 from freelearn.inference.structure import structure
 from freelearn.inference.white_fit import WhiteFit
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.models.build import build_model
 
 ACCURACY = Accuracy(length=7e-5, twist=3e-3, pressure=150.0, force=0.03, moment=6e-4)

@@ -54,11 +54,18 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 {% endif %}
 {% for table in section.tables %}
 <div class="wide"><table><thead><tr>
-{% for column in table.columns %}<th{% if column.words %} class="words"{% endif %}>{{ column.heading }}</th>{% endfor %}
+{% for column in table.columns %}
+<th{% if column.words %} class="words"{% endif %}>{{ column.heading }}</th>
+{%- endfor %}
 
 </tr></thead><tbody>
 {% for row in table.rows %}
-<tr>{% for cell in row %}<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell }}</td>{% endfor %}</tr>
+<tr>
+{% for cell in row %}
+<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell }}</td>
+{%- endfor %}
+
+</tr>
 {% endfor %}
 </tbody></table></div>
 {% if table.caption %}
@@ -114,7 +121,11 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
     ]
     # Without charts the page needs no library, and a sweep's many small reports stay small.
     text = PAGE.render(
-        title=title, simulated=simulated, sections=shown, script=Markup(script), library=Markup(_library() if charts else "")
+        title=title,
+        simulated=simulated,
+        sections=shown,
+        script=Markup(script),
+        library=Markup(_library() if charts else ""),
     )
     write_text(path, text)
 

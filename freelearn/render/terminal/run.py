@@ -24,7 +24,7 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
         console.print(text, markup=False, highlight=False)
 
     errors = error_table(run)
-    console.print(rich_table(replace(errors, title=f"{errors.title} ({origin.source.words})")))
+    console.print(rich_table(replace(errors, title=f"{errors.title} ({origin.provenance.kind})")))
     if run.comparison:
         console.print(rich_table(comparison_table(run.comparison)))
     parameters = run_parameters(run)

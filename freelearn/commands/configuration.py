@@ -1,0 +1,64 @@
+"""The configuration files, and what they amount to with the choices of a user."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+
+import freelearn
+from freelearn.commands.settings import Chosen, DiscoverSettings, TrainSettings, parse
+from freelearn.errors import UserError
+
+_PACKAGE = Path(freelearn.__file__).resolve().parent
+# In an installed package the files lie inside it, in a checkout beside it.
+CONF = next((path for path in (_PACKAGE / "conf", _PACKAGE.parent / "conf") if path.is_dir()), _PACKAGE / "conf")
+
+# Configuration file of each kind of settings.
+FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
+
+
+def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
+    """Settings from the configuration files and overrides as on the command line. Raises UserError."""
+    offer_own_models()
+    with _composing():
+        try:
+            config = compose(FILES[kind], list(overrides))
+        except HydraException as problem:
+            raise UserError(str(problem)) from None
+    content: Any = OmegaConf.to_container(config, resolve=True)
+    return parse(kind, content)
+
+
+def offer_own_models() -> list[str]:
+    """Makes `model=NAME` possible for the models in the files that the user's environment names; their names.
+
+    Raises UserError.
+    """
+    if not os.environ.get("FREELEARN_MODELS"):
+        return []
+    # Here, not above: torch is imported with them, and without own models nothing needs it this early.
+    from freelearn.models.own import load_own_code, own_models
+
+    load_own_code()
+    for model in own_models():
+        node = {"name": model.name} | {p.name: p.start for p in model.declared_parameters()}
+        ConfigStore.instance().store(group="model", name=model.name, node=node)
+    return [model.name for model in own_models()]
+
+
+@contextmanager
+def _composing() -> Iterator[None]:
+    if not CONF.is_dir():
+        raise UserError(f"No configuration files at {CONF}: install freelearn again.")
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(config_dir=str(CONF), version_base="1.3"):
+        yield
