@@ -64,3 +64,12 @@ def test_numbers_have_true_minus_signs_and_dashes_where_nothing_is_known():
     for value in (None, float("nan"), float("inf")):
         assert {number(value), fixed(value, 1), signed(value), percent(value)} == {"–"}
     assert float(ascii_minus(number(-0.125))) == -0.125
+
+
+def test_many_columns_fold_their_headings_and_not_their_numbers():
+    headings = ["outer radius of the tube", "rows", "number of rows without buckling", "stderr", "value"]
+    table = DisplayTable.of(["sample"], headings, [["3", "6.74", "2860", "1377", "8.1e+04", "6.2734e+05"]])
+    shown = terminal(table, 60)
+    for cell in table.rows[0]:
+        assert cell in shown
+    assert max(map(len, shown.splitlines())) <= 60
