@@ -26,16 +26,21 @@ CONF = next((path for path in (_PACKAGE / "conf", _PACKAGE.parent / "conf") if p
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
 
 
-def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
-    """Settings from the configuration files and overrides as on the command line. Raises UserError."""
-    offer_own_models()
+def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Plain values of the configuration file `name` with overrides as on the command line. Raises UserError."""
     with _composing():
         try:
-            config = compose(FILES[kind], list(overrides))
+            config = compose(name, list(overrides))
         except HydraException as problem:
             raise UserError(str(problem)) from None
     content: Any = OmegaConf.to_container(config, resolve=True)
-    return parse(kind, content)
+    return content
+
+
+def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
+    """Settings from the configuration files and overrides. Raises UserError."""
+    offer_own_models()
+    return parse(kind, composed(FILES[kind], overrides))
 
 
 def offer_own_models() -> list[str]:

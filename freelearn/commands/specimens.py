@@ -13,6 +13,7 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
+from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.fit.rubber import RubberFit, fit_rubber
@@ -92,7 +93,7 @@ def _mode(text: str) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.specimens",
+        prog=" ".join(program("specimens", ["python", "-m", "freelearn.specimens"])),
         description="Fit the rubber's strain energy to tests of rubber alone: uniaxial (UT), equibiaxial (ET), pure "
         "shear (PS). Writes specimen.json, whose parameters the continuum model can take over, and curves.png.",
     )
