@@ -19,8 +19,8 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str]) -> tu
         missing = [c for c in getattr(effect, "needs", ()) if c not in present]
         if missing:
             out.append(_out(name, f"needs the column {', '.join(missing)}"))
-        elif family not in effect.models:
-            out.append(_out(name, f"works with {', '.join(effect.models)} only"))
+        elif family not in effect.families():
+            out.append(_out(name, f"works with {', '.join(effect.families())} only"))
         else:
             names.append(name)
     return names, out

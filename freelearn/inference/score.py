@@ -28,9 +28,6 @@ GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
 # An effect of which refitting the base parameters leaves less than this share cannot be seen in these data.
 ABSORBED = 1e-4
 
-# Ports behind the structure, which need only its loads.
-LATE = ("dissipation", "measurement")
-
 # A model with the fit's effects and some more: names → Model.
 Build = Callable[[Sequence[str]], Model]
 # A model, the factors of its gridded parameters by label, and the derivatives there by label.
@@ -96,9 +93,9 @@ def score_effects(
 def _groups(names: Sequence[str]) -> list[list[str]]:
     """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
     so they are kept away from the energies, which are dear; what acts on the loads needs no structure at all."""
-    energies = [n for n in names if EFFECTS[n].port() == "energy"]
-    springs = [n for n in names if EFFECTS[n].load_dependent]
-    late = [n for n in names if EFFECTS[n].port() in LATE]
+    energies = [n for n in names if EFFECTS[n].port == "energy"]
+    springs = [n for n in names if EFFECTS[n].yields]
+    late = [n for n in names if EFFECTS[n].late]
     rest = [n for n in names if n not in (*energies, *springs, *late)]
     return [group for group in (energies, springs, late, rest) if group]
 
@@ -148,7 +145,7 @@ def _columns(
     """Whitened derivative (2N,) with respect to each effect's raw parameter at no effect, by label."""
     vector = _none_vector(model, fit, factor=factor)
     places = [i for i, label in enumerate(model.labels()) if label not in fit.model.declared]
-    if held is not None and all(e.port() in LATE for e in model.effects if e.name not in _names(fit.model)):
+    if held is not None and all(e.late for e in model.effects if e.name not in _names(fit.model)):
         raw = _late_jacobian(model, vector, held)
     else:
         raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)

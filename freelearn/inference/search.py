@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.fit.starts import starts
 from freelearn.inference.crossval import HeldOut, cross_validate, folds_of, paired
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.score import EffectScore, score_effects
@@ -157,7 +158,7 @@ class Search:
         rows = self.all_rows
         model.prepare(rows.states, rows.loads)
         generator = torch.Generator().manual_seed(self.seed)
-        start = model.starts(rows.states, rows.loads, 1, generator)[0]
+        start = starts(model, rows.states, rows.loads, 1, generator)[0]
         kept = torch.ones(len(rows), dtype=torch.bool)
         plain = Whitener(torch.zeros(len(rows), 2, 3, dtype=torch.float64), _states(rows), self._even())
         fit = white_fit(model, rows, plain, start)

@@ -9,6 +9,7 @@ import torch
 
 from freelearn.bed.virtual import DESIGNS
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
 from freelearn.inference.noise import sensitivities
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
@@ -77,7 +78,7 @@ def visits(count: int = 4, seed: int = 0, samples: tuple[int, ...] = (3, 5)) -> 
 def labels_of(effect: str, size: str) -> dict[str, float]:
     """Values of an effect's parameters, by their name in a model: at no effect, or at their scale."""
     values = {}
-    for p in EFFECTS[effect].parameters:
+    for p in EFFECTS[effect].declared_parameters():
         none = p.none if p.none is not None else p.start
         values[f"{effect}.{p.name}"] = none if size == "none" else float(p.scale)
     return values
@@ -87,7 +88,7 @@ def network(model: Model, states: States, loads: torch.Tensor) -> Model:
     """Random weights, the scaling of these rows."""
     model.prepare(states, loads)
     effects = model.scalars()
-    model.set_vector(model.starts(states, loads, 1, torch.Generator().manual_seed(3))[0])
+    model.set_vector(starts(model, states, loads, 1, torch.Generator().manual_seed(3))[0])
     model.set_values(effects)
     return model
 
@@ -132,7 +133,7 @@ class EffectContract:
         forward = torch.func.jacfwd(problem.residual)(vector)
         torch.testing.assert_close(forward, reverse, rtol=1e-8, atol=1e-9 * float(reverse.abs().max()))
         labels = model.labels()
-        for p in EFFECTS[self.effect].parameters:
+        for p in EFFECTS[self.effect].declared_parameters():
             column = labels.index(f"{self.effect}.{p.name}")
             step = torch.zeros_like(vector)
             step[column] = 1e-4 if p.log else 1e-4 * p.scale
@@ -193,7 +194,7 @@ class EffectContract:
         states = self.states()[slice(2, None, 5)]
         for other, kind in EFFECTS.items():
             # Each pair once.
-            if other <= self.effect or self.family not in kind.models:
+            if other <= self.effect or self.family not in kind.families():
                 continue
             values = labels_of(self.effect, "scale") | labels_of(other, "scale")
             model = self.build([self.effect, other], values)
@@ -204,7 +205,7 @@ class EffectContract:
 
     def test_conservative_effects_keep_reciprocity(self):
         """∂F/∂φ = ∂M/∂l at fixed pressure: wall, fluid and springs give back the work that is put in."""
-        if EFFECTS[self.effect].port() not in CONSERVATIVE or self.family == "mlp":
+        if EFFECTS[self.effect].port not in CONSERVATIVE or self.family == "mlp":
             return
         model, states = self.model(), self.states()
         with torch.no_grad():
