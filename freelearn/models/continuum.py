@@ -12,7 +12,6 @@ from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
-from freelearn.mechanics.tube import QUADRATURE_POINTS
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
 from freelearn.models.ports import Effect, columns
@@ -34,8 +33,8 @@ class Continuum(Model):
     """
 
     name = "continuum"
-    # Quadrature points through the wall.
-    points = QUADRATURE_POINTS
+    # Quadrature points through the wall; None integrates in closed form where an energy has one.
+    points: int | None = None
 
     def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect] = ()) -> None:
         declared = [
@@ -56,12 +55,12 @@ class Continuum(Model):
 
     def structure(self, states: States, values: Values) -> Prediction:
         energy = self.energy(values)
-        tube, u, found, unbalanced = inflate(states, energy, self.points)
-        status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
+        wall, u, balanced, unbalanced = inflate(states, energy, self.points)
+        status = torch.where(balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
         # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
         # there, instead of rewarding a wall too soft for the pressure.
         thrust = math.pi * u * unbalanced
-        return Prediction(tube_loads(tube, energy, u) + columns(thrust, torch.zeros_like(thrust)), status)
+        return Prediction(tube_loads(wall, u) + columns(thrust, torch.zeros_like(thrust)), status)
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
         """The model's own values and a coarse grid of C1 × C2, the best first.
