@@ -12,7 +12,6 @@ from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
-from freelearn.mechanics.tube import QUADRATURE_POINTS
 from freelearn.models.base import Model, Values
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
@@ -35,8 +34,8 @@ class Continuum(Model[Material]):
     parameters = Material
     conservative = True
     relaxed_at_rest = True
-    # Quadrature points through the wall.
-    points = QUADRATURE_POINTS
+    # Quadrature points through the wall; None integrates in closed form where an energy has one.
+    points: int | None = None
 
     def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect[Any]] = ()) -> None:
         super().__init__(effects, C1=C1, C2=C2)
@@ -53,9 +52,9 @@ class Continuum(Model[Material]):
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of the tube in radial equilibrium; without one, those of a ballooned tube."""
         energy = self.energy(values)
-        tube, u, found, unbalanced = inflate(states, energy, self.points)
-        status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
+        wall, u, balanced, unbalanced = inflate(states, energy, self.points)
+        status = torch.where(balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
         # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
         # there, instead of rewarding a wall too soft for the pressure.
         thrust = math.pi * u * unbalanced
-        return Prediction(tube_loads(tube, energy, u) + columns(thrust, torch.zeros_like(thrust)), status)
+        return Prediction(tube_loads(wall, u) + columns(thrust, torch.zeros_like(thrust)), status)

@@ -65,7 +65,9 @@ def test_a_softer_wall_balloons_earlier():
     states = States.from_table(visits(samples=(1,)))
     weak = {"C1": 3e5, "C2": 1e6}
     before = build_model("continuum", weak)(states).status
-    after = build_model("continuum", weak | {"relaxation.share": 0.6, "relaxation.time": 10.0}, ["relaxation"])(states).status
+    after = build_model("continuum", weak | {"relaxation.share": 0.6, "relaxation.time": 10.0}, ["relaxation"])(
+        states
+    ).status
     assert int((after == 1).sum()) > int((before == 1).sum())
 
 
