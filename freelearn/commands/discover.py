@@ -18,36 +18,39 @@ from freelearn.commands.train import load_own_effects, seal
 from freelearn.errors import UserError
 from freelearn.files import write_text, write_whole
 from freelearn.inference.accuracy import estimate, repeat_scale
+from freelearn.inference.before_after import errors_by_set
 from freelearn.inference.failures import failures, inputs_of, split_errors
-from freelearn.inference.library import candidates
-from freelearn.inference.next_experiment import proposals
-from freelearn.inference.noise import Accuracy, sensitivities
+from freelearn.inference.hysteresis import rising_falling
+from freelearn.inference.next_experiment import next_states
+from freelearn.inference.noise import sensitivities
+from freelearn.inference.prepare import prepare
+from freelearn.inference.question import Question
+from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.remainder import remainder
-from freelearn.inference.screens import reciprocity, rising_falling
-from freelearn.inference.search import Findings, Search, Step, Watch, record
+from freelearn.inference.search import Findings, Watch, search
+from freelearn.inference.step import Step, record
+from freelearn.inference.testable import assumptions, candidates
+from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import samples_of, set_names
+from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.effects.check import check_effects
-from freelearn.models.prediction import Status
 from freelearn.render.terminal.discovery import DiscoveryView
 from freelearn.results.discovery import Discovery, document
 from freelearn.results.fit_report import notes as parameter_notes
 from freelearn.results.run_files import check_folder
 from freelearn.results.states import state_title
 from freelearn.threads import one_thread
-from freelearn.units import DEG, KPA, MM, NMM
+from freelearn.units import DEG, MM, NMM
 
 PROGRESS = "progress.json"
 # Standard deviations beyond which a reading is pointed out, and how many places of such are named.
 OUTLYING, MOST_STATES = 6.0, 5
 # Stated noise that is wrong by more than this factor is said to be.
 WRONG_NOISE = 1.5
-# Accuracy whose ratios an estimate takes over: the paper's bed.
-PAPER = Accuracy(0.073 * MM, 0.175 * DEG, 0.15 * KPA, 0.03, 0.6 * NMM)
 
 
 def discover(
@@ -83,7 +86,7 @@ def discover(
         return build_model(name, values, effects, samples)
 
     given = list(settings["effects"] or [])
-    library, untestable = candidates(build(given), given, table.columns)
+    library, untestable = candidates(build(given), given, table.columns, rows)
     for effect in [*given, *library]:
         alone = build([effect])
         check_effects(alone.effects, alone.values(), rows.states)
@@ -99,14 +102,15 @@ def discover(
         if watch:
             watch(found, text)
 
-    search = Search(build, library, rows, accuracy, int(settings["seed"]), step)
-    search.keep = lambda found: write_text(
-        folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in found]}) + "\n"
-    )
+    def keep(steps: Sequence[Step]) -> None:
+        write_text(folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in steps]}) + "\n")
+
+    notes += assumptions(library, table.columns)
+    question = Question(build, library, rows, accuracy, int(settings["seed"]), given)
     with view:
-        findings = search.run(given, past)
+        findings = search(question, past, step, keep)
     whole = everything[torch.as_tensor(np.flatnonzero(usable))]
-    tests = _tests(findings, whole, str(settings["test"]))
+    tests = errors_by_set(findings, whole, str(settings["test"]))
     discovery = _examine(
         findings, seen, rows.states, table, tests, accuracy, [*notes, *warnings], untestable, settings, provenance
     )
@@ -130,8 +134,8 @@ def _accuracy(stated: Any, build: Any, rows: Rows, seed: int, given: list[str]) 
         raise UserError(
             f"data.accuracy = {stated!r}: give data.accuracy.force_n=… and so on, or data.accuracy=estimate."
         )
-    base = Search(build, [], rows, PAPER, seed).run(given)
-    fit, part = base.final.fit, base.rows
+    prepared, base = prepare(Question(build, [], rows, PAPER, seed, given))
+    fit, part = base.fit, prepared.rows
     sensitivity = sensitivities(fit.model, part.states)
     found = estimate(fit.raw_residual, fit.raw_jacobian, sensitivity, part.states, part.state, PAPER)
     note = (
@@ -166,10 +170,10 @@ def _examine(
         rising_falling(first.fit.raw_residual, rows.states, rows.state, first.whiten),
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
     ]
-    proposed = [p for c in findings.classes if len(c) > 1 for p in proposals(c, table, accuracy)]
+    proposed = [p for c in findings.classes if len(c) > 1 for p in next_states(c, table, accuracy)]
     left = None
     if findings.verdict == "unexplained":
-        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten)
+        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten, last.left.scale)
     lost = len(seen) - len(kept)
     if lost:
         notes = [*notes, f"{lost} of {len(seen)} rows have no answer from the base model and were left out"]
@@ -217,36 +221,6 @@ def _closing_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[s
     if repeats is not None and not 1 / WRONG_NOISE < repeats < WRONG_NOISE:
         notes.append(f"repeats of the same state scatter {repeats:.2g} times as much as data.accuracy says")
     return notes
-
-
-def _tests(findings: Findings, whole: Rows, test: str) -> dict[str, dict[str, float]]:
-    """E before and after on each test set: held-out states of samples that were fitted, all rows of others.
-
-    whole: every un-buckled row of the table."""
-    sample, fitted_sample = whole.states.sample.numpy(), findings.rows.states.sample.numpy()
-    found = {}
-    for name in set_names(sample) if test == "every" else [test]:
-        members = samples_of(name, sample)
-        fitted = np.isin(members, fitted_sample)
-        pair = {}
-        for when, step in (("before", findings.steps[0]), ("after", findings.final)):
-            if fitted.all():
-                inside = torch.as_tensor(np.flatnonzero(np.isin(fitted_sample, members)))
-                residual, scale = step.heldout.raw[inside], load_scale(findings.rows.loads[inside])
-            elif not fitted.any():
-                part = whole[torch.as_tensor(np.flatnonzero(np.isin(sample, members)))]
-                if not len(part):
-                    continue
-                with torch.no_grad():
-                    predicted, status = step.fit.model(part.states)
-                ok = status == Status.OK
-                residual, scale = (predicted - part.loads)[ok], load_scale(part.loads)
-            else:
-                continue
-            pair[when] = float((residual / scale).square().sum(-1).mean().sqrt())
-        if pair:
-            found[name] = pair
-    return found
 
 
 def _progress(folder: Path, key: str) -> list[dict[str, Any]]:
