@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from freelearn.inference.search import ALPHA
+from freelearn.inference.thresholds import ALPHA
 from freelearn.render.html.charts.ranking import ranking_chart, ranking_numbers
 from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.render.html.page import Section, number, percent, sentence, write_page
@@ -57,11 +57,12 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
         f"leaves {percent(error['noise_floor'], 3)} %."
     )
     charts = []
+    lines = [line, f"{discovery.content['heldout_is']}."]
     if figures:
         chart = StaircaseChart()
         chart.show(table)
         charts = [chart.panel]
-    return Section("The error, step by step", [line], shown, charts, {"staircase.csv": table} if figures else {})
+    return Section("The error, step by step", lines, shown, charts, {"staircase.csv": table} if figures else {})
 
 
 def _failures(discovery: Discovery) -> list[Section]:

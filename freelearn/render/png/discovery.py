@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
 from freelearn.inference.score import EffectScore
-from freelearn.inference.search import ALPHA
+from freelearn.inference.thresholds import ALPHA
 from freelearn.render.png.canvas import COLORS, finish, heading, new_figure, save, to_rgb
 from freelearn.render.png.curves import curve_numbers, curves
 from freelearn.render.png.residual_map import residual_map, residual_table
@@ -110,7 +111,7 @@ def ranking(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame
     return figure, table
 
 
-def likeness(scores: list[EffectScore], simulated: bool) -> tuple[Figure, pd.DataFrame]:
+def likeness(scores: Sequence[EffectScore], simulated: bool) -> tuple[Figure, pd.DataFrame]:
     """How alike the effects' traces are in these data: largest cosine between them after refitting, 1 for twins."""
     shown = [s for s in scores if s.signature is not None]
     spans = [torch.linalg.qr(s.signature).Q for s in shown if s.signature is not None]

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from freelearn.inference.search import LEFT, Step
+from freelearn.inference.step import Step
+from freelearn.inference.thresholds import LEFT
 from freelearn.results.discovery import stderr, verdict_in_words
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class DiscoveryView:
                 f"  what is left is {100 * discovery.left.share:.0f} % systematic; hint (not a finding): "
                 f"{discovery.left.hint} explains {100 * discovery.left.hint_share:.0f} % of it"
             )
-        for note in discovery.notes:
+        for note in [*discovery.notes, *([discovery.content["heldout_is"]] if findings.effects else [])]:
             say(f"! {note}")
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 
