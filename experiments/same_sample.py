@@ -9,10 +9,10 @@ from rich.progress import track
 from rich.table import Table
 
 from freelearn.commands.configuration import settings
+from freelearn.commands.run import run
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
 from freelearn.models.build import build_model
-from freelearn.results.run import run
 
 # Mean of the heat maps' diagonals in the paper [%].
 PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}

@@ -9,7 +9,8 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.render.png.canvas import COLORS, finish, new_figure, save
+from freelearn.render.palette import COLORS
+from freelearn.render.png.canvas import finish, new_figure, save
 
 MOST_IN_CLASS = 3
 

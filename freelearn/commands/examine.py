@@ -22,7 +22,7 @@ from freelearn.inference.step import Step
 from freelearn.inference.testable import assumptions
 from freelearn.measurements.error import load_scale
 from freelearn.results.discovery import Discovery, document
-from freelearn.results.fit_report import notes as parameter_notes
+from freelearn.results.notes import notes as parameter_notes
 from freelearn.results.states import state_title
 
 # Standard deviations beyond which a reading is pointed out, and how many places of such are named.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from freelearn.commands.settings import Settings, TrainSettings, plain
 from freelearn.commands.tables import data_version
-from freelearn.fit.store import code_version
+from freelearn.fit.code_version import code_version
 from freelearn.models.own import own_files
 
 # Rooms of the package that results come from; pictures and terminal output cannot change them.

@@ -7,7 +7,6 @@ import json
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -16,25 +15,10 @@ from freelearn.bed.virtual import simulate
 from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.files import write_text
+from freelearn.results.origin import Provenance
 
 # Tables kept in memory, so that the jobs of a sweep in one process read or simulate each of them once.
 KEPT = 4
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Where a table came from. simulated: nothing in it was measured; then seed is the bed's, else path and sha256 are
-    the file's."""
-
-    name: str
-    simulated: bool
-    seed: int | None = None
-    path: str | None = None
-    sha256: str | None = None
-
-    def plain(self) -> dict[str, Any]:
-        """What results.json and discovery.json say of it."""
-        return {name: value for name, value in vars(self).items() if value is not None}
 
 
 @dataclass(frozen=True)

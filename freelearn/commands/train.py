@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import lightning as L
 import pandas as pd
@@ -15,11 +14,12 @@ from freelearn.commands.accuracy import measuring
 from freelearn.commands.comparison import compare
 from freelearn.commands.device import resolve_device
 from freelearn.commands.mistakes import Mistakes
+from freelearn.commands.run import run
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
 from freelearn.fit.store import FitStore
-from freelearn.inference.misfit import Misfit, misfit
+from freelearn.inference.misfit import misfit
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
@@ -29,7 +29,8 @@ from freelearn.models.effects.check import ROWS, check_effects
 from freelearn.models.effects.registry import missing_columns
 from freelearn.models.own import load_own_code
 from freelearn.results.curve import StateCurves, state_curves
-from freelearn.results.run import CONSTITUENT_SET, Run, run
+from freelearn.results.origin import Origin
+from freelearn.results.run import CONSTITUENT_SET, Run
 from freelearn.results.run_files import check_folder, predictions, training_samples, write_run
 from freelearn.results.states import pick_states
 from freelearn.threads import one_thread
@@ -69,8 +70,8 @@ def train(
     task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None
     outcome = _run(task, folder, _bar(console, settings, progress), store)
-    judged = _judged(task, outcome, folder, store)
-    _write(task, outcome, judged, folder, key, command, console)
+    outcome, notes = _judged(task, outcome, folder, store)
+    _write(task, outcome, folder, _origin(task, notes, key), command, console)
     return outcome
 
 
@@ -130,52 +131,30 @@ def _run(
     )
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """What a run's residuals say. comparison: E of each test set {without, with} effects, None without effects. misfit:
-    where it fails; None with too few rows. notes: on how accurate the measuring was, where that is estimated."""
-
-    comparison: dict[str, dict[str, float]] | None
-    misfit: Misfit | None
-    notes: list[str]
-
-
-def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> _Judged:
-    settings, comparison = task.settings, None
+def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> tuple[Run, list[str]]:
+    """The run with what its residuals say, and notes on how accurate the measuring was, where that is estimated."""
+    settings = task.settings
     if settings.effects and settings.fit and settings.train != CONSTITUENT_SET:
 
         def one(with_effects: bool, inside: Path) -> Run:
             return _run(task, inside, None, store, with_effects, by_states=True)
 
-        comparison = compare(one, folder)
+        outcome = replace(outcome, comparison=compare(one, folder))
     own = training_samples(outcome, predictions(outcome))
     measured = measuring(outcome.model, own, settings.data.accuracy)
     if measured is None:
-        return _Judged(comparison, None, [])
-    return _Judged(comparison, misfit(outcome.model, own, measured.accuracy), measured.notes)
+        return outcome, []
+    return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), measured.notes
 
 
-def _about(task: _Task, judged: _Judged, key: str) -> dict[str, Any]:
-    """What results.json holds beside the outcome itself."""
+def _origin(task: _Task, notes: list[str], key: str) -> Origin:
     settings, split = task.settings, task.settings.split
-    about: dict[str, Any] = {"seed": settings.seed, "split": split.name}
-    about |= {"shares": {"train": split.train, "validation": split.validation}, "device": task.device}
-    about |= {"data": task.loaded.provenance.plain(), "key": key}
-    if judged.comparison:
-        about["comparison"] = judged.comparison
-    if judged.misfit:
-        about["noise_floor"] = judged.misfit.noise_floor
-        about["failures"] = [failure.numbers() for failure in judged.misfit.failures]
-    if judged.notes:
-        about["notes"] = judged.notes
-    return about
+    shares = (split.train, split.validation)
+    return Origin(task.loaded.provenance, settings.seed, split.name, shares, task.device, key, tuple(notes))
 
 
-def _write(
-    task: _Task, outcome: Run, judged: _Judged, folder: Path, key: str, command: str, console: Console | None
-) -> None:
+def _write(task: _Task, outcome: Run, folder: Path, origin: Origin, command: str, console: Console | None) -> None:
     """The run's files, and what the terminal shows of it."""
-    simulated, about = task.loaded.provenance.simulated, _about(task, judged, key)
     predicted = predictions(outcome)
     # TensorBoard's and the report's libraries: not before there are results.
     from freelearn.render.html.run import report_run
@@ -190,20 +169,19 @@ def _write(
 
         own = training_samples(outcome, predicted)
         shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
-        log_figures(outcome, own, shown, folder, simulated)
-    report_run(outcome, folder, about, command, own, shown)
-    write_run(outcome, predicted, folder, about)
+        log_figures(outcome, own, shown, folder, origin.provenance.simulated)
+    report_run(outcome, folder, origin, command, own, shown)
+    write_run(outcome, predicted, folder, origin)
     if console:
         from freelearn.render.terminal.run import show_run
 
-        warnings = [*task.loaded.warnings, *judged.notes]
-        show_run(console, outcome, folder, warnings, simulated, judged.comparison, judged.misfit)
+        show_run(console, outcome, folder, [*task.loaded.warnings, *origin.notes], origin)
 
 
 def _bar(console: Console | None, settings: TrainSettings, progress: L.Callback | None) -> L.Callback | None:
     if progress or not console or not settings.fit:
         return progress
-    from freelearn.render.terminal.run import FitProgress
+    from freelearn.render.terminal.progress import FitProgress
 
     return FitProgress(console, settings.fit.max_epochs)
 

@@ -18,8 +18,8 @@ from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.html.charts.residuals import ResidualCharts, scales
-from freelearn.render.png.residual_map import residual_table
 from freelearn.results.curve import model_curve
+from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, places, state_title
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
@@ -29,5 +30,7 @@ def log_run(run: Run, folder: Path) -> None:
         metrics = {f"test/{name}": e.E for name, e in run.errors.items()}
         # add_hparams would open a second event file in a folder of its own.
         file = writer._get_file_writer()
-        for summary in hparams(settings, metrics):
+        # Nor is it declared with types.
+        make: Any = hparams
+        for summary in make(settings, metrics):
             file.add_summary(summary)

@@ -6,7 +6,9 @@ import pandas as pd
 from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
 
-from freelearn.render.html.charts.canvas import COLORS, chart, hover, legend_below
+from freelearn.render.html.charts.canvas import chart, hover, legend_below
+from freelearn.render.palette import COLORS
+from freelearn.results.staircase import staircase
 
 
 class StaircaseChart:
@@ -34,12 +36,10 @@ class StaircaseChart:
         self.panel.xaxis.major_label_orientation = 0.35
         legend_below(self.panel)
 
-    def show(self, table: pd.DataFrame) -> None:
-        """table: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
-        steps = [f"{number}. {name}" for number, name in enumerate(table["step"])]
-        error, floor = 100 * table["E_heldout"].astype(float), 100 * table["noise_floor"].astype(float)
-        low, high = min(error.min(), floor.min() if floor.notna().any() else error.min()), error.max()
+    def show(self, trail: pd.DataFrame) -> None:
+        """trail: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
+        stairs = staircase(trail)
+        steps = [f"{number}. {name}" for number, name in enumerate(stairs.steps)]
         self.panel.x_range.factors = steps
-        self.panel.y_range.start, self.panel.y_range.end = low / 1.5, high * 1.9
-        labels = [f"{value:.3g} %" for value in error]
-        self.source.data = {"step": steps, "E": error.to_numpy(), "floor": floor.to_numpy(), "label": labels}
+        self.panel.y_range.start, self.panel.y_range.end = stairs.low, stairs.high
+        self.source.data = {"step": steps, "E": stairs.E, "floor": stairs.floor, "label": stairs.labels}
