@@ -14,7 +14,7 @@ from rich.console import Console
 
 from freelearn.commands.job import job_key
 from freelearn.commands.tables import load_table
-from freelearn.commands.train import load_own_effects, seal
+from freelearn.commands.train import seal
 from freelearn.errors import UserError
 from freelearn.files import write_text, write_whole
 from freelearn.inference.accuracy import estimate, repeat_scale
@@ -31,7 +31,9 @@ from freelearn.measurements.sets import samples_of, set_names
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.build import build_model, save_checkpoint
+from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
+from freelearn.models.own import load_own_code
 from freelearn.models.prediction import Status
 from freelearn.render.terminal.discovery import DiscoveryView
 from freelearn.results.discovery import Discovery, document
@@ -61,7 +63,7 @@ def discover(
     check_folder(folder)
     if settings["fit"]["name"] != "levenberg_marquardt":
         raise UserError(f"discover.py fits by levenberg_marquardt; fit={settings['fit']['name']} belongs to train.py.")
-    load_own_effects()
+    load_own_code()
     table, warnings, provenance = load_table(settings["data"])
     seal(settings["data"], folder)
     members = samples_of(str(settings["train"]), table["sample"].to_numpy())
@@ -86,6 +88,7 @@ def discover(
     library, untestable = candidates(build(given), given, table.columns)
     for effect in [*given, *library]:
         alone = build([effect])
+        check_model(alone, rows.states)
         check_effects(alone.effects, alone.values(), rows.states)
     if 2 * len(rows) < 4 * (len(build(given).vector()) + 1):
         raise UserError(f"{len(rows)} usable rows are too few to look for a missing effect: measure more.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,9 +21,11 @@ from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.check import check_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
-from freelearn.models.effects.registry import load_own, missing_columns
+from freelearn.models.effects.registry import missing_columns
+from freelearn.models.own import load_own_code
 from freelearn.render.terminal.run import FitProgress, show_run
 from freelearn.results.curve import state_curves
 from freelearn.results.run import CONSTITUENT_SET, Run, run
@@ -56,7 +57,7 @@ def train(
     if not isinstance(names, list):
         raise UserError("effects must be a list of effect names, for example effects=[end_clamps,twist_offset].")
     values = {k: _real(v, f"model.{k}") for k, v in settings["model"].items() if k != "name"}
-    load_own_effects()
+    load_own_code()
     name, training = settings["model"]["name"], str(settings["train"])
     build_model(name, values, names)  # mistakes in names and values come before the work of making a table
     options = fit_options(settings["fit"])
@@ -73,6 +74,7 @@ def train(
     model = build(True)
     if lacking := missing_columns(model.effects, table.columns):
         raise UserError(lacking)
+    check_model(model, States.from_table(table[:ROWS]))
     check_effects(model.effects, model.values(), States.from_table(table[:ROWS]))
     store = FitStore(Path(settings["fits"])) if settings["fits"] else None
     outcome = run(
@@ -120,15 +122,6 @@ def train(
     if console:
         show_run(console, outcome, folder, warnings, simulated, comparison, found)
     return outcome
-
-
-def load_own_effects() -> None:
-    """Registers the effects in the Python files that FREELEARN_EFFECTS names, separated as in PATH.
-
-    An environment variable and nothing else: no data, configuration or checkpoint can have a file run.
-    Raises UserError.
-    """
-    load_own([path for path in os.environ.get("FREELEARN_EFFECTS", "").split(os.pathsep) if path])
 
 
 def _constituents(path: Any) -> Mapping[str, float]:
