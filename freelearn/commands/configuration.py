@@ -51,13 +51,14 @@ def offer_own_models() -> list[str]:
     if not os.environ.get("FREELEARN_MODELS"):
         return []
     # Here, not above: torch is imported with them, and without own models nothing needs it this early.
-    from freelearn.models.own import load_own_code, own_models
+    from freelearn.models.build import MODELS
+    from freelearn.models.own import load_own_code
 
-    load_own_code()
-    for model in own_models():
-        node = {"name": model.name} | {p.name: p.start for p in model.declared_parameters()}
+    own = [MODELS[name] for name in load_own_code() if name in MODELS]
+    for model in own:
+        node = {"name": model.name} | {p.name: p.start for p in model.parameters.records()}
         ConfigStore.instance().store(group="model", name=model.name, node=node)
-    return [model.name for model in own_models()]
+    return [model.name for model in own]
 
 
 @contextmanager

@@ -34,6 +34,7 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model, save_checkpoint
+from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
 from freelearn.models.own import load_own_code
 from freelearn.results.discovery import Discovery
@@ -102,6 +103,7 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
     library, untestable = candidates(base, settings.effects, table.columns, task.rows)
+    check_model(base, task.rows.states)
     for effect in [*settings.effects, *library]:
         alone = task.build([effect])
         check_effects(alone.effects, alone.values(), task.rows.states)

@@ -1,8 +1,10 @@
 """Load cells that wander during a run."""
 
+from collections.abc import Iterable
+
 from torch import Tensor
 
-from freelearn.measurements.states import States
+from freelearn.measurements.states import SECONDS_PER_ROW, States
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -20,6 +22,16 @@ class SensorDrift(MeasurementEffect[Drift]):
     suspect = "Repeats of one state disagree, and more so the further apart they were measured."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameters = Drift
+
+    @classmethod
+    def assumptions(cls, columns: Iterable[str]) -> list[str]:
+        """As Effect.assumptions: the time from row to row, where the table does not tell it."""
+        if "time_s" in set(columns):
+            return []
+        return [
+            f"{cls.name}: the table has no time_s, so {SECONDS_PER_ROW:g} s from row to row were assumed; "
+            "its parameters in N/s and N·m/s are in proportion to that."
+        ]
 
     def sense(self, loads: Tensor, states: States, p: Drift) -> Tensor:
         return loads + states.clock[:, None] * columns(p.force_rate, p.moment_rate)

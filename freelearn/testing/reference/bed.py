@@ -180,7 +180,7 @@ def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
             before = loads
             loads, found = on_the_rig()
-            if np.abs(loads - before).max() < 1e-12:
+            if np.abs(loads - before).max() < 1e-9:
                 break
     if extra:
         loads = extra(s, loads)

@@ -8,4 +8,4 @@ for _name, _kind in EFFECTS.items():
     for _family in TRUTH:
         if _family in _kind.families():
             _title = f"Test_{_name}_{_family}"
-            globals()[_title] = type(_title, (EffectContract,), {"effect": _name, "family": _family})
+            globals()[_title] = type(_title, (EffectContract,), {"effect": _kind, "family": _family})
