@@ -12,6 +12,7 @@ from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
+from freelearn.mechanics.sensitivity import modulus_rates
 from freelearn.models.base import Model, Values
 from freelearn.models.parameter import Parameter
 from freelearn.models.ports import Effect, columns
@@ -61,6 +62,13 @@ class Continuum(Model):
         # there, instead of rewarding a wall too soft for the pressure.
         thrust = math.pi * u * unbalanced
         return Prediction(tube_loads(wall, u) + columns(thrust, torch.zeros_like(thrust)), status)
+
+    def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
+        """By the implicit function theorem in closed form: both parameters are logarithms of moduli."""
+        if self.effects:
+            return None
+        with torch.no_grad():
+            return modulus_rates(inflate(states, self.energy(self.physical(vector)), self.points))
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
         """The model's own values and a coarse grid of C1 × C2, the best first.
