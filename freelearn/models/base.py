@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 from torch import Tensor, nn
@@ -22,6 +22,16 @@ from freelearn.models.prediction import Prediction
 BLOCK = 4096
 
 Values = dict[str, Tensor]
+
+
+class Bound(Protocol):
+    """A model at fixed states, as a fit asks for it again and again: no status, nothing recorded for autograd."""
+
+    def loads(self, vector: Tensor) -> Tensor:
+        """Loads (N, 2) N, N·m at a raw vector (p,)."""
+
+    def jacobian(self, vector: Tensor) -> Tensor:
+        """∂loads/∂vector of every row, (N, 2, p)."""
 
 
 class Model(nn.Module):
@@ -225,6 +235,10 @@ class Model(nn.Module):
 
     def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
         """∂loads/∂vector of every row, (N, 2, p), where the model has it in closed form; None leaves it to autograd."""
+        return None
+
+    def bind(self, states: States) -> Bound | None:
+        """The model at fixed states, where something can be made once for all raw vectors; None by default."""
         return None
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import torch
@@ -11,11 +10,11 @@ from torch import Tensor
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
-from freelearn.mechanics.loads import tube_loads
-from freelearn.mechanics.sensitivity import modulus_rates
-from freelearn.models.base import Model, Values
+from freelearn.mechanics.loads import loads_at
+from freelearn.mechanics.same_tubes import SameTubes
+from freelearn.models.base import Bound, Model, Values
 from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, columns
+from freelearn.models.ports import Effect
 from freelearn.models.prediction import Prediction, Status
 
 # What the paper fixes for the constituents (Sedal et al. 2018) [Pa].
@@ -56,19 +55,14 @@ class Continuum(Model):
 
     def structure(self, states: States, values: Values) -> Prediction:
         energy = self.energy(values)
-        wall, u, balanced, unbalanced = inflate(states, energy, self.points)
-        status = torch.where(balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
-        # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
-        # there, instead of rewarding a wall too soft for the pressure.
-        thrust = math.pi * u * unbalanced
-        return Prediction(tube_loads(wall, u) + columns(thrust, torch.zeros_like(thrust)), status)
+        inflated = inflate(states, energy, self.points)
+        status = torch.where(inflated.balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
+        return Prediction(loads_at(inflated), status)
 
-    def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
-        """By the implicit function theorem in closed form: both parameters are logarithms of moduli."""
-        if self.effects:
-            return None
-        with torch.no_grad():
-            return modulus_rates(inflate(states, self.energy(self.physical(vector)), self.points))
+    def bind(self, states: States) -> Bound | None:
+        """Without effects both parameters are logarithms of moduli, and the rest is made once."""
+        exact = type(self).energy is Continuum.energy and not self.points and not self.effects
+        return _BoundContinuum(states) if exact else None
 
     def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
         """The model's own values and a coarse grid of C1 × C2, the best first.
@@ -90,3 +84,16 @@ class Continuum(Model):
             predicted = self.chain(states[row], values).loads
         costs = ((predicted - loads[row]) / scale).square().reshape(len(candidates), -1).sum(-1)
         return candidates[costs.nan_to_num(nan=torch.inf).argsort()[:members]]
+
+
+class _BoundContinuum:
+    """The continuum at fixed states (see base.Bound)."""
+
+    def __init__(self, states: States) -> None:
+        self.tubes = SameTubes(states)
+
+    def loads(self, vector: Tensor) -> Tensor:
+        return self.tubes.loads(vector.exp())
+
+    def jacobian(self, vector: Tensor) -> Tensor:
+        return self.tubes.rates(vector.exp())
