@@ -14,11 +14,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, addcmul
 
-from freelearn.mechanics.tube import POWERS, Tube
+from freelearn.mechanics.tube import FACTORS, Tube
 from freelearn.mechanics.wall import Carried, Expansion, Resultants
-
-# Place of ∫ da among the moments.
-_0 = POWERS.index(0)
 
 
 class Rates(NamedTuple):
@@ -49,21 +46,31 @@ class NeoHookeanWall:
     shear: tuple[Tensor, Tensor]
 
     @classmethod
-    def of(cls, tube: Tube, modulus: Tensor) -> NeoHookeanWall:
-        """The wall of shear modulus C1 [Pa], () or (N,)."""
-        log, first, third = tube.moments[_0 - 1], tube.moments[_0 + 1], tube.moments[_0 + 3]
-        inverse, k, modulus2 = torch.reciprocal(tube.axial), tube.twist_rate, 2.0 * modulus
-        half = (0.5 * modulus) * inverse
-        twist = modulus * k
-        twist2, turned = twist * k, twist * tube.axial
-        stretch = addcmul(inverse, tube.axial, tube.axial, value=-1.0) * modulus2
+    def of(cls, tube: Tube) -> NeoHookeanWall:
+        """The wall of C1 = 1 Pa."""
+        log, second, fourth = tube.powers[-1], tube.powers[1], tube.powers[3]
+        inverse, k, axial = torch.reciprocal(tube.axial), tube.twist_rate, tube.axial
+        k2, turned = k * k, k * axial
+        stretch = addcmul(inverse, axial, axial, value=-1.0)
         return cls(
-            half=half,
-            solid=tube.solid,
+            half=0.5 * inverse,
+            solid=second,
             rest=tube.unloaded_u,
-            hoop=addcmul(twist2 * first, half, log, value=2.0),
-            tension=-addcmul(twist2 * third, stretch, first),
-            shear=(turned * third, turned * first),
+            hoop=addcmul(inverse * log, k2, second, value=0.5),
+            tension=-addcmul(stretch * second, k2, fourth, value=0.25),
+            shear=(0.25 * turned * fourth, 0.5 * turned * second),
+        )
+
+    def scaled(self, modulus: Tensor) -> NeoHookeanWall:
+        """The wall with its modulus, () or (N,), times as large."""
+        once, turned = self.shear
+        return NeoHookeanWall(
+            modulus * self.half,
+            self.solid,
+            self.rest,
+            modulus * self.hoop,
+            modulus * self.tension,
+            (modulus * once, modulus * turned),
         )
 
     def detach(self) -> NeoHookeanWall:
@@ -111,23 +118,29 @@ class FiberWall:
     shear: tuple[Tensor, ...]
 
     @classmethod
-    def of(cls, tube: Tube, stiffness: Tensor) -> FiberWall:
-        """The wall of fiber stiffness C2 [Pa], () or (N,)."""
+    def of(cls, tube: Tube) -> FiberWall:
+        """The wall of C2 = 1 Pa."""
         axial = tube.axial * tube.cosine
         axial2 = axial * axial
         e, cross = axial2 - 1.0, axial2 + 1.0  # 2 λz² cos² Γ − e
-        double = 2.0 * stiffness
-        moments = double * tube.moments
-        one, two = _stretch_moments(tube, moments, 1, 2), _stretch_moments(tube, moments, 2, 2)
-        three, four = _stretch_moments(tube, moments, 3, 3), _stretch_moments(tube, moments, 4, 3)
-        fixed = addcmul(cross * two[1], axial2 * e, moments[_0 + 1], value=2.0) - four[2]
-        shear = axial * torch.stack([addcmul(three[2], e, one[1]), addcmul(2.0 * three[1], e, one[0]), three[0]])
+        g = _DoubleStretchMoments(tube)
+        bent, curved, stretched = g(4, 1), g(4, 0), g(2, 0)
+        fixed = addcmul(cross * g(2, 1), axial2 * e, tube.powers[1], value=2.0) - g(4, 2)
         return cls(
             rest=tube.unloaded_u,
-            pressure=(addcmul(four[1], e, two[0]), four[0]),
-            tension=(fixed, addcmul(cross * two[0], four[1], four.new_tensor(-2.0)), -four[0]),
-            shear=shear.unbind(0),
+            pressure=(addcmul(bent, e, stretched), curved),
+            tension=(fixed, torch.sub(cross * stretched, bent, alpha=2.0), -curved),
+            shear=(
+                axial * addcmul(g(3, 2), e, g(1, 1)),
+                axial * addcmul(2.0 * g(3, 1), e, g(1, 0)),
+                axial * g(3, 0),
+            ),
         )
+
+    def scaled(self, modulus: Tensor) -> FiberWall:
+        """The wall with its modulus, () or (N,), times as large."""
+        parts = (tuple(modulus * t for t in part) for part in (self.pressure, self.tension, self.shear))
+        return FiberWall(self.rest, *parts)
 
     def detach(self) -> FiberWall:
         """The same wall, cut from every derivative."""
@@ -159,18 +172,28 @@ def _quadratic(coefficients: tuple[Tensor, ...], x: Tensor) -> Tensor:
     return addcmul(coefficients[0], x, addcmul(coefficients[1], x, coefficients[2]))
 
 
-def _stretch_moments(tube: Tube, moments: Tensor, power: int, count: int) -> Tensor:
-    """∫ gⁿ a^(1+2j) da for j = 0 … count − 1, n = power, g = sin Γ/R + k cos Γ: (count, N).
+class _DoubleStretchMoments:
+    """2 ∫ gⁿ a^(1+2j) da with g = sin Γ/R + k cos Γ, called with (n, j): (N,).
 
-    gⁿ aⁿ = (sin Γ/√λz + k cos Γ a)ⁿ by Horner's rule, all j side by side.
+    gⁿ aⁿ = (sin Γ/√λz + k cos Γ a)ⁿ, a binomial sum over the wall's powers.
     """
-    s, c = tube.sine, tube.fiber_turn
-    total = moments[_0 + 1 : _0 + 2 * count : 2]
-    weight = s
-    for i in range(1, power + 1):
-        if i > 1:
-            weight = weight * s
-        place, choose = _0 + 1 - i, comb(power, i)
-        part = moments[place : place + 2 * count - 1 : 2]
-        total = addcmul(c * total, weight, part, value=float(choose))
-    return total
+
+    def __init__(self, tube: Tube) -> None:
+        s, c = tube.sine, tube.fiber_turn
+        self.powers = tube.powers
+        s2, sc, c2 = s * s, s * c, c * c
+        # sⁿ⁻ⁱ cⁱ
+        self.products = {
+            1: (s, c),
+            2: (s2, sc, c2),
+            3: (s2 * s, s2 * c, c2 * s, c2 * c),
+            4: (s2 * s2, s2 * sc, sc * sc, sc * c2, c2 * c2),
+        }
+        self.zero = s.new_zeros(())
+
+    def __call__(self, n: int, j: int) -> Tensor:
+        total = self.zero
+        for i, product in enumerate(self.products[n]):
+            power = 1 - n + 2 * j + i
+            total = addcmul(total, product, self.powers[power], value=2 * comb(n, i) * FACTORS[power])
+        return total

@@ -80,7 +80,7 @@ class NeoHookean(Energy):
 
     def closed_form(self, tube: Tube) -> Wall | None:
         """See closed_form.NeoHookeanWall."""
-        return NeoHookeanWall.of(tube, self.C1)
+        return NeoHookeanWall.of(tube).scaled(self.C1)
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class StandardFiber(Energy):
 
     def closed_form(self, tube: Tube) -> Wall | None:
         """See closed_form.FiberWall."""
-        return FiberWall.of(tube, self.C2)
+        return FiberWall.of(tube).scaled(self.C2)
 
 
 @dataclass(frozen=True)

@@ -48,21 +48,28 @@ def inflate(states: States, energy: EnergySum, points: int | None = None) -> Inf
     Source: Krantz & Parks, The Implicit Function Theorem, 2003.
     """
     tube = Tube.from_states(states, points)
-    wall = energy.wall(tube)
+    return balance(energy.wall(tube), tube, states.inner_radius.square(), states.pressure)
+
+
+def balance(wall: Wall, tube: Tube, reference: Tensor, pressure: Tensor, near: Tensor | None = None) -> Inflated:
+    """The equilibrium of a wall as a function of u: see `inflate`. All tensors (N,).
+
+    reference: R_i² [m²]. near: where to look first, u of a like problem; the unloaded tube's by default.
+    """
     with torch.no_grad():
-        reference = states.inner_radius.detach().square()
-        u, balanced = _solve(wall.detach(), reference, tube.unloaded_u.detach(), states.pressure.detach())
+        start = tube.unloaded_u.detach() if near is None else near
+        u, balanced = _solve(wall.detach(), reference.detach(), start, pressure.detach(), near is not None)
     carried, slope = wall.carried(u)
-    excess = carried - states.pressure
+    excess = carried - pressure
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.
     gain = balanced / torch.where(balanced, slope.detach(), 1.0)
     return Inflated(wall, u - excess * gain, balanced, torch.where(balanced, 0.0, -excess))
 
 
-def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
+def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor]:
     """u = r_i² of every tube, no derivatives, and whether it is an equilibrium, both (N,).
 
-    reference: R_i² [m²]; start: the u of the unloaded tube, where the search begins.
+    reference: R_i² [m²]; start: where the search begins, on the stable branch or before it.
 
     The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
     equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
@@ -73,14 +80,17 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor) -> tu
     """
     ceiling = (BALLOON**2 * reference).expand_as(pressure)
     start = start.expand_as(pressure)
-    for steps in (_halley, _newton):
-        u, settled = steps(wall, start, ceiling, pressure)
-        if settled is not None:
-            return u, settled & (u < ceiling)
-    return _search(wall, reference, start, ceiling, pressure)
+    u, settled = _halley(wall, start, ceiling, pressure, near)
+    if settled is None:
+        u, settled = _newton(wall, start, ceiling, pressure)
+    if settled is None:
+        return _search(wall, reference, start, ceiling, pressure)
+    return u, settled & (u < ceiling)
 
 
-def _halley(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor | None]:
+def _halley(
+    wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False
+) -> tuple[Tensor, Tensor | None]:
     """u and which rows settled, by Halley's third-order steps; None where the wall has no expansion or not all did.
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
@@ -96,8 +106,8 @@ def _halley(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tup
         square = torch.maximum(addcmul(square, lack, expansion.bend, value=0.5), 0.5 * square)
         step = (lack * rise / square).clamp(1 / HALLEY_GROWTH - 1, HALLEY_GROWTH - 1)
         target = torch.minimum(addcmul(u, u, step), ceiling)
-        if i:
-            # A row that stays at the bound is done: it balloons.
+        if i or near:
+            # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
             settled = (target - u).abs() <= HALLEY_TOLERANCE * u
             everyone = _all(settled)
         u = target

@@ -7,6 +7,7 @@ import math
 import torch
 from torch import Tensor
 
+from freelearn.mechanics.equilibrium import Inflated
 from freelearn.mechanics.wall import Wall
 
 
@@ -18,3 +19,14 @@ def tube_loads(wall: Wall, u: Tensor) -> Tensor:
     """
     tension, shear = wall.resultants(u)
     return torch.stack([-math.pi * tension, -2 * math.pi * shear], dim=-1)
+
+
+def loads_at(inflated: Inflated) -> Tensor:
+    """Force and moment (N, 2) N, N·m at the equilibrium, and beyond its end.
+
+    There the thrust of the pressure that a ballooned wall does not carry is added: a loss that goes on past the
+    equilibrium's end grows, instead of rewarding a wall too soft for the pressure.
+    """
+    tension, shear = inflated.wall.resultants(inflated.u)
+    force = -math.pi * (tension - inflated.u * inflated.unbalanced)
+    return torch.stack([force, -2 * math.pi * shear], dim=-1)

@@ -10,10 +10,8 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 
-# The powers n of the radius whose integrals ∫ aⁿ da the closed forms need.
-POWERS = range(-3, 6)
-# 1/(n + 1), which turns a difference of powers into an integral; the logarithm's is 1.
-_FACTORS = tuple(1 / (n + 1) if n != -1 else 1.0 for n in POWERS)
+# ∫ aⁿ da over the wall is this times Tube.powers[n].
+FACTORS = {n: 1.0 if n == -1 else 1 / (n + 1) for n in range(-3, 6)}
 
 
 @dataclass(frozen=True)
@@ -67,14 +65,25 @@ class Tube:
     @cached_property
     def solid(self) -> Tensor:
         """(R_o² − R_i²)/λz = r_o² − r_i², (N,) m²."""
-        return self.outer * self.outer - self.unloaded_u
+        return self.powers[1]
 
     @cached_property
-    def moments(self) -> Tensor:
-        """∫ aⁿ da over the wall for n in POWERS: (9, N), n = −3 first."""
-        ends = torch.stack([self.inner, self.outer])
-        inverse, square = torch.reciprocal(ends), ends * ends
-        cube, fourth = square * ends, square * square
-        primitives = [inverse * inverse, inverse, ends.log(), ends, square, cube, fourth, square * cube, cube * cube]
-        low, high = torch.stack(primitives, dim=1).unbind(0)
-        return (high - low) * high.new_tensor(_FACTORS)[:, None]
+    def powers(self) -> dict[int, Tensor]:
+        """What the integrals ∫ aⁿ da are made of, b^(n+1) − a^(n+1) from inner to outer radius (ln b/a for n = −1), by n.
+
+        ∫ aⁿ da is FACTORS[n] times as much; the sums that need them take the factor along.
+        """
+        a, b = self.inner, self.outer
+        a2, b2, a_, b_ = a * a, b * b, torch.reciprocal(a), torch.reciprocal(b)
+        a3, b3, a4, b4 = a2 * a, b2 * b, a2 * a2, b2 * b2
+        return {
+            -3: b_ * b_ - a_ * a_,
+            -2: b_ - a_,
+            -1: torch.log(b * a_),
+            0: b - a,
+            1: b2 - a2,
+            2: b3 - a3,
+            3: b4 - a4,
+            4: b4 * b - a4 * a,
+            5: b3 * b3 - a3 * a3,
+        }

@@ -16,6 +16,7 @@ from freelearn.mechanics.equilibrium import BALLOON, _halley, _search, inflate
 from freelearn.mechanics.loads import tube_loads
 from freelearn.mechanics.quadrature import QUADRATURE_POINTS
 from freelearn.mechanics.tube import Tube
+from freelearn.models.build import build_model
 from freelearn.models.continuum import Continuum
 from freelearn.models.prediction import Status
 from freelearn.testing.reference import textbook
@@ -219,13 +220,13 @@ def test_radius_stays_below_the_ballooning_bound(random_states):
 
 @pytest.mark.parametrize("energy", [NeoHookean, StandardFiber])
 def test_closed_forms_agree_with_quadrature(energy, random_states):
-    """What the wall carries, its slope and its resultants; six points leave less than 1e-7 of the largest."""
+    """What the wall carries, its slope and its resultants; six points do it to 1e-6 even at half the radius."""
     states = random_states(200)
     term = EnergySum([energy(torch.tensor(3e5, dtype=torch.float64))])
     tube = Tube.from_states(states)
     u = states.inner_radius**2 * torch.linspace(0.5, 4.0, len(states), dtype=torch.float64)
     exact = term.wall(tube)
-    for points, tolerance in ((QUADRATURE_POINTS, 1e-7), (20, 1e-13)):
+    for points, tolerance in ((QUADRATURE_POINTS, 1e-6), (20, 1e-12)):
         summed = term.wall(replace(tube, points=points))
         assert type(summed) is not type(exact)
         for by_hand, automatic in ((exact.carried(u), summed.carried(u)), (exact.resultants(u), summed.resultants(u))):
@@ -267,3 +268,26 @@ def test_halley_finds_what_the_bracketed_search_finds(material, random_states):
     u, inside = torch.func.vmap(lambda p: inflate(states.replace(pressure=p), energy)[1:3])(pressures)
     assert torch.equal(inside[0], balanced)
     torch.testing.assert_close(u[0], inflate(states, energy).u, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("material", [(2e5, 1e6), (3e4, 2e5), (1e6, 4e7)])
+def test_the_jacobian_in_closed_form_is_the_automatic_one(material, random_states):
+    """Also for rows that balloon."""
+    states, model = random_states(300), Continuum(*material)
+    vector = model.vector().detach()
+    expected = torch.func.jacrev(lambda v: model(states, model.physical(v)).loads)(vector)
+    bound = model.bind(states)
+    bound.loads(vector - 1.0)
+    by_hand = bound.jacobian(vector)
+    torch.testing.assert_close(bound.loads(vector), model(states).loads.detach(), rtol=1e-12, atol=1e-12)
+    assert ((by_hand - expected).abs() <= 1e-7 * expected.abs().amax((0, 2), keepdim=True)).all()
+    if material == (3e4, 2e5):
+        assert (model(states).status == Status.NO_EQUILIBRIUM).any()
+
+
+def test_models_without_closed_form_bind_nothing(random_states):
+    states = random_states(5)
+    for name in ("continuum_linear_material", "continuum_thin_wall"):
+        model = build_model(name)
+        assert model.bind(states) is None
+    assert build_model("continuum", {}, ["force_gain"]).bind(states) is None
