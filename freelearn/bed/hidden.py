@@ -39,7 +39,9 @@ def hidden_effects(hidden: Any, seed: int) -> Hidden:
         for name in chosen[effect.name]:
             if name not in known:
                 raise UserError(f"Effect {effect.name!r} has no parameter {name!r}: it has {', '.join(known)}.")
-        found[effect.name] = {p.name: float(chosen[effect.name].get(p.name, _noticeable(p))) for p in effect.declared_parameters()}
+        found[effect.name] = {
+            p.name: float(chosen[effect.name].get(p.name, _noticeable(p))) for p in effect.declared_parameters()
+        }
     return found
 
 

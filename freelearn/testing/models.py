@@ -1,9 +1,9 @@
 """What every model must keep, the library's and a user's own:
 
-    from freelearn.testing.models import ModelContract
+from freelearn.testing.models import ModelContract
 
-    class TestBraidedMuscle(ModelContract):
-        model = BraidedMuscle
+class TestBraidedMuscle(ModelContract):
+    model = BraidedMuscle
 """
 
 from __future__ import annotations
@@ -110,9 +110,7 @@ class ModelContract:
         units = torch.tensor([factor("N"), factor("N·m")], dtype=torch.float64)
         values = {n: v * factor(model.declared[n].unit) for n, v in model.scalars().items()}
         changed = self.build(values=values)
-        torch.testing.assert_close(
-            changed(rescaled(states)).loads, model(states).loads * units, rtol=1e-8, atol=1e-9
-        )
+        torch.testing.assert_close(changed(rescaled(states)).loads, model(states).loads * units, rtol=1e-8, atol=1e-9)
 
     def test_every_effect_of_its_family_joins(self) -> None:
         """Each at its scale gives finite loads."""

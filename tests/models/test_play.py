@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from freelearn.inference.noise import sensitivities
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
-from freelearn.testing.effects import TRUTH, visits
+from freelearn.testing.effects import TRUTH
+from freelearn.testing.tables import visits
 
 FAMILIES = ("continuum", "linear")
 GRID = 201
@@ -94,9 +95,7 @@ def test_derivatives_are_those_of_differences_at_zeros_and_ends_alike(family):
             here = getattr(states, name)
             up, down = (model(states.replace(**{name: here + s * h})).loads for s in (1, -1))
             expected = (up - down) / (2 * h)
-            torch.testing.assert_close(
-                slopes[:, :, i], expected, rtol=1e-4, atol=1e-5 * float(expected.abs().max())
-            )
+            torch.testing.assert_close(slopes[:, :, i], expected, rtol=1e-4, atol=1e-5 * float(expected.abs().max()))
     vector = model.vector().detach()
 
     def loads(v):
@@ -150,7 +149,10 @@ def test_a_yielding_mount_carries_what_play_leaves():
     """Inside the band nothing is turned, so a soft shaft changes nothing there; outside it does."""
     states, values = near_zero(), {"twist_compliance.compliance": 0.5}
     with torch.no_grad():
-        stiff, soft = with_play("continuum", 0.15)(states), with_play("continuum", 0.15, ["twist_compliance"], values)(states)
+        stiff, soft = (
+            with_play("continuum", 0.15)(states),
+            with_play("continuum", 0.15, ["twist_compliance"], values)(states),
+        )
     inside = stiff.loads[:, 1].abs() < 1e-9
     assert inside.any()
     torch.testing.assert_close(soft.loads[inside], stiff.loads[inside], rtol=1e-8, atol=1e-9)

@@ -8,7 +8,8 @@ from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
 from freelearn.models.build import build_model
-from freelearn.testing.effects import TRUTH, labels_of, visits
+from freelearn.testing.effects import TRUTH, labels_of
+from freelearn.testing.tables import visits
 
 WALL = ["relaxation", "stress_softening"]
 
@@ -63,7 +64,9 @@ def test_a_softer_wall_balloons_earlier():
     states = States.from_table(visits(samples=(1,)))
     weak = {"C1": 3e5, "C2": 1e6}
     before = build_model("continuum", weak)(states).status
-    after = build_model("continuum", weak | {"relaxation.share": 0.6, "relaxation.time": 10.0}, ["relaxation"])(states).status
+    after = build_model("continuum", weak | {"relaxation.share": 0.6, "relaxation.time": 10.0}, ["relaxation"])(
+        states
+    ).status
     assert int((after == 1).sum()) > int((before == 1).sum())
 
 
