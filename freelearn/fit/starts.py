@@ -46,7 +46,7 @@ def starts(model: Model[Any], states: States, loads: Tensor, members: int, gener
     with more than MOST_AXES, starts at its own values.
     """
     axes = {
-        p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in model.parameters.records() if p.log
+        p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in model.parameter_class.records() if p.log
     }
     if not 1 <= len(axes) <= MOST_AXES:
         return _declared(model, members)
@@ -122,7 +122,7 @@ def _declared(model: Model[Any], members: int) -> Tensor:
     return model.vector().detach().expand(members, -1).clone()
 
 
-def _at(model: Model[Any], values: Mapping[str, float], members: int) -> Tensor:
+def _at(model: Model[Any], values: dict[str, float], members: int) -> Tensor:
     """The model's own values but for these, (members, p)."""
     raw = model.to_raw(model.scalars() | values)
     return torch.stack([raw[name] for name in model.declared]).expand(members, -1).clone()

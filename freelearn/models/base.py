@@ -29,13 +29,13 @@ class Bound(Protocol):
 
 
 class Model(Chain, Generic[P]):
-    """Derive from it, declare `parameters`, and write `structure`: that is a whole model.
+    """Derive from it, name the class of its parameters, and write `structure`: that is a whole model.
 
     Effects, fits, uncertainty, checkpoints and discovery then work on it. The README shows one in twenty lines.
     """
 
     name: str
-    parameters: ClassVar[type[Parameters]] = Parameters
+    parameter_class: ClassVar[type[Parameters]] = Parameters
     # Which effects it can take (freelearn.models.effect.FAMILIES).
     family: ClassVar[str] = OWN
     # Whether ∂F/∂φ = ∂M/∂l at fixed pressure, and whether the unloaded, unpressurized actuator carries no load.
@@ -49,7 +49,7 @@ class Model(Chain, Generic[P]):
 
     def __init__(self, effects: Sequence[Effect[Any]] = (), **values: float) -> None:
         """values: of the model's own parameters in SI; those not given have their start. Raises UserError."""
-        super().__init__({p.name: p for p in self.parameters.records()}, effects, self.shapes())
+        super().__init__({p.name: p for p in self.parameter_class.records()}, effects, self.shapes())
         self.set_values(values)
 
     @classmethod
@@ -68,8 +68,8 @@ class Model(Chain, Generic[P]):
 
     def own(self, values: Values) -> P:
         """The model's own parameters out of all values."""
-        own = {p.name: values[p.name] for p in self.parameters.records()}
-        return self.parameters(**own)  # type: ignore[return-value]  # P is the type of `parameters`
+        own = {p.name: values[p.name] for p in self.parameter_class.records()}
+        return self.parameter_class(**own)  # type: ignore[return-value]  # P is the type of `parameter_class`
 
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of `structure`, with a finite number and a status in rows where it has none."""

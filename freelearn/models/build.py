@@ -34,7 +34,7 @@ def register_model(model: type[Model[Any]]) -> None:
         raise TypeError(f"its family {model.family!r} is none of {', '.join(FAMILIES)}")
     if model.structure is Model.structure and model.bare in (Model.bare, Chain.bare):
         raise TypeError("it must write the method structure")
-    for p in model.parameters.records():
+    for p in model.parameter_class.records():
         if not p.allows(p.start):
             raise TypeError(f"the start of its parameter {p.name!r} must lie within its bounds")
     MODELS[name] = model

@@ -43,7 +43,7 @@ def check_model(model: Model[Any], states: States) -> None:
     finite = loads.isfinite().all(-1)
     if not bool(finite.any()):
         raise UserError(f"{said} returns loads that are not finite at ordinary states.")
-    if len(model.parameters.records()) and not loads.requires_grad:
+    if len(model.parameter_class.records()) and not loads.requires_grad:
         raise UserError(
             f"{said} does not depend on its parameters in a way that can be differentiated: "
             "write it with torch operations on p, without float(…), .item() or .detach()."

@@ -32,7 +32,7 @@ class Continuum(Model[Material]):
 
     name = "continuum"
     family = "continuum"
-    parameters = Material
+    parameter_class = Material
     conservative = True
     relaxed_at_rest = True
     # Quadrature points through the wall; None integrates in closed form where an energy has one.

@@ -43,7 +43,7 @@ class Linear(Model[Stiffness]):
 
     name = "linear"
     family = "linear"
-    parameters = Stiffness
+    parameter_class = Stiffness
     conservative = True
     relaxed_at_rest = True
 

@@ -62,7 +62,7 @@ class ContinuumInextensible(Model[Wall]):
 
     name = "continuum_inextensible"
     family = "continuum_inextensible"
-    parameters = Wall
+    parameter_class = Wall
     conservative = True
     relaxed_at_rest = True
 

@@ -19,7 +19,7 @@ Values = dict[str, Tensor]
 
 
 class RawVector(nn.Module):
-    """Physical parameters, scalars in SI, and the raw parameters behind them: one unbounded (or box-bounded) number each.
+    """Physical parameters, scalars in SI, and the raw parameters behind them: one unbounded (or bounded) number each.
 
     `physical` turns raw parameters into values. Everything is a function of a flat raw vector, so that fits, Jacobians
     and batches of restarts (vmap) need nothing else.
@@ -112,7 +112,7 @@ class RawVector(nn.Module):
         return values
 
     def rows_of(self, values: Values, rows: Tensor) -> Values:
-        """Values for some rows alone: those that differ from row to row are picked, the others kept. rows: (n,) int64."""
+        """Values for some rows: those that differ from row to row are picked, the others kept. rows: (n,) int64."""
         return {
             name: value[rows] if value.ndim > len(self.weights.get(name, ())) else value
             for name, value in values.items()

@@ -25,7 +25,7 @@ class TestThinWall(TestContinuum):
 
 class TestInextensible(ModelContract):
     model = ContinuumInextensible
-    values = {"C1": 1e6}
+    values = {"C1": 1e6}  # noqa: RUF012
 
 
 class TestLinear(ModelContract):

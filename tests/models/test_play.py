@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from freelearn.inference.noise import sensitivities
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
-from freelearn.testing.effects import TRUTH, visits
+from freelearn.testing.effects import TRUTH
+from freelearn.testing.tables import visits
 
 FAMILIES = ("continuum", "linear")
 GRID = 201

@@ -8,7 +8,8 @@ from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import tube_loads
 from freelearn.models.build import build_model
-from freelearn.testing.effects import TRUTH, labels_of, visits
+from freelearn.testing.effects import TRUTH, labels_of
+from freelearn.testing.tables import visits
 
 WALL = ["relaxation", "stress_softening"]
 

@@ -18,12 +18,12 @@ class BraidedMuscle(Model[Braid]):
     """F = P dV/dl − k (l − L) of an inextensible braid, M = −k_t φ (Chou & Hannaford 1996; Tondu & Lopez 2000)."""
 
     name = "braided"
-    parameters = Braid
+    parameter_class = Braid
     conservative = relaxed_at_rest = True
 
     def structure(self, states: States, p: Braid) -> Tensor:
         a, b = 3 / torch.tan(states.fiber_angle) ** 2, 1 / torch.sin(states.fiber_angle) ** 2
         stretch = states.length / states.reference_length
-        # A braid flatter than its magic angle, 54.7°, pushes; a steeper one pulls, F < 0.
+        # Threads nearer to the axis than 54.7° make it pull (F < 0), others make it push.
         fluid = torch.pi * states.outer_radius**2 * states.pressure * (b - a * stretch**2)
         return columns(fluid - p.k * (states.length - states.reference_length), -p.k_t * states.twist)
