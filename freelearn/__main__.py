@@ -5,8 +5,10 @@ from __future__ import annotations
 import importlib
 import sys
 
-# What each command does, and the function that runs it on the words after its name. Named and not imported: each of them
-# loads only what it needs.
+from freelearn.package import VERSION
+
+# What each command does, and the function that runs it on the words after its name. Named and not imported: each of
+# them loads only what it needs.
 COMMANDS = {
     "train": ("fit one model on one training set and evaluate it", "freelearn.commands.app", "train_app"),
     "discover": ("find the physical effects that a model misses", "freelearn.commands.app", "discover_app"),
@@ -21,9 +23,7 @@ def main() -> None:
     """Runs the command that the command line names."""
     name, words = (sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else ("--help", [])
     if name in ("--version", "-V"):
-        from freelearn import __version__
-
-        print(f"freelearn {__version__}")
+        print(f"freelearn {VERSION}")
         return
     if name in ("--help", "-h"):
         print(_usage())

@@ -9,6 +9,8 @@ import pytest
 import tomllib
 from conftest import ROOT
 
+from freelearn.package import VERSION
+
 if sys.version_info < (3, 11):
     pytest.skip("tomllib came with Python 3.11", allow_module_level=True)
 
@@ -46,3 +48,7 @@ def test_tests_and_experiments_do_not_import_each_other():
     for path in (ROOT / "experiments").rglob("*.py"):
         imported = set(re.findall(r"^(?:from|import) (\w+)", path.read_text(), re.MULTILINE))
         assert imported.isdisjoint(names - {"search", "models", "commands"}), path
+
+
+def test_the_package_and_its_metadata_have_one_version():
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == VERSION

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
@@ -14,13 +13,12 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
-import freelearn
 from freelearn.commands.settings import Chosen, DiscoverSettings, TrainSettings, parse
 from freelearn.errors import UserError
+from freelearn.package import FOLDER
 
-_PACKAGE = Path(freelearn.__file__).resolve().parent
 # In an installed package the files lie inside it, in a checkout beside it.
-CONF = next((path for path in (_PACKAGE / "conf", _PACKAGE.parent / "conf") if path.is_dir()), _PACKAGE / "conf")
+CONF = next((path for path in (FOLDER / "conf", FOLDER.parent / "conf") if path.is_dir()), FOLDER / "conf")
 
 # Configuration file of each kind of settings.
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
@@ -56,7 +54,7 @@ def offer_own_models() -> list[str]:
 
     own = [MODELS[name] for name in load_own_code() if name in MODELS]
     for model in own:
-        node = {"name": model.name} | {p.name: p.start for p in model.parameters.records()}
+        node = {"name": model.name} | {p.name: p.start for p in model.parameter_class.records()}
         ConfigStore.instance().store(group="model", name=model.name, node=node)
     return [model.name for model in own]
 

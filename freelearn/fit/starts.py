@@ -46,7 +46,9 @@ def starts(model: Model[Any], states: States, loads: Tensor, members: int, gener
     with more than MOST_AXES, starts at its own values.
     """
     axes = {
-        p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in model.parameter_class.records() if p.log
+        p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds)
+        for p in model.parameter_class.records()
+        if p.log
     }
     if not 1 <= len(axes) <= MOST_AXES:
         return _declared(model, members)
