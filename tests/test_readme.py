@@ -56,8 +56,8 @@ def test_the_list_of_effects_is_that_of_the_library():
     }
     assert set(listed) == set(library)
     for name, effect in library.items():
-        parameters = ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters)
-        assert listed[name] == (effect.port(), parameters, effect.suspect)
+        parameters = ", ".join(f"{p.name} [{p.unit}]" for p in effect.declared_parameters())
+        assert listed[name] == (effect.port, parameters, effect.suspect)
 
 
 def test_every_picture_and_page_it_points_to_is_there():

@@ -61,8 +61,10 @@ def examine(job: dict) -> dict:
     import torch
 
     torch.set_num_threads(1)
-    from freelearn.inference.library import candidates
-    from freelearn.inference.search import Search, parameter_covariance
+    from freelearn.inference.covariance import parameter_covariance
+    from freelearn.inference.question import Question
+    from freelearn.inference.search import search
+    from freelearn.inference.testable import candidates
     from freelearn.measurements.accuracy import Accuracy
     from freelearn.measurements.rows import Rows
     from freelearn.measurements.states import States, kinematic_state, measured_loads
@@ -87,9 +89,10 @@ def examine(job: dict) -> dict:
     def build(names):
         return build_model("continuum", {}, names, job["samples"])
 
-    library, _ = candidates(build([]), [], table.columns)
+    library, _ = candidates(build([]), [], table.columns, rows)
     try:
-        found = Search(build, library, rows, Accuracy.engineering(**noise), job["seed"] % 1000).run()
+        question = Question(build, library, rows, Accuracy.engineering(**noise), job["seed"] % 1000)
+        found = search(question)
     except Exception as problem:  # a failure is a result too
         return job | {
             "verdict": "failed",
@@ -126,8 +129,8 @@ def amount(job: dict, names: list[str], material: tuple[float, float], noise: di
     import torch
 
     from freelearn.fit.problem import Problem
+    from freelearn.inference.linear_algebra import orthonormal
     from freelearn.inference.noise import Whitener, sensitivities
-    from freelearn.inference.structure import orthonormal
     from freelearn.measurements.accuracy import Accuracy
     from freelearn.measurements.rows import Rows
     from freelearn.measurements.states import States, kinematic_state, measured_loads

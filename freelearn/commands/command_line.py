@@ -18,6 +18,10 @@ def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
     return " ".join([*own, *program, *map(shlex.quote, overrides)])
 
 
-def program(name: str) -> list[str]:
-    """How this process was started: by the installed command, or by the script of a checkout."""
-    return ["freelearn", name] if Path(sys.argv[0]).name.startswith("freelearn") else ["python", f"{name}.py"]
+def program(name: str, script: Sequence[str] = ()) -> list[str]:
+    """How this process was started: by the installed command `freelearn name`, or else by `script`.
+
+    script: by default a checkout's `python name.py`.
+    """
+    installed = Path(sys.argv[0]).name == f"freelearn {name}"
+    return ["freelearn", name] if installed else list(script) or ["python", f"{name}.py"]

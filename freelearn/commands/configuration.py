@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
@@ -14,28 +13,32 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
-import freelearn
 from freelearn.commands.settings import Chosen, DiscoverSettings, TrainSettings, parse
 from freelearn.errors import UserError
+from freelearn.package import FOLDER
 
-_PACKAGE = Path(freelearn.__file__).resolve().parent
 # In an installed package the files lie inside it, in a checkout beside it.
-CONF = next((path for path in (_PACKAGE / "conf", _PACKAGE.parent / "conf") if path.is_dir()), _PACKAGE / "conf")
+CONF = next((path for path in (FOLDER / "conf", FOLDER.parent / "conf") if path.is_dir()), FOLDER / "conf")
 
 # Configuration file of each kind of settings.
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
 
 
-def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
-    """Settings from the configuration files and overrides as on the command line. Raises UserError."""
-    offer_own_models()
+def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Plain values of the configuration file `name` with overrides as on the command line. Raises UserError."""
     with _composing():
         try:
-            config = compose(FILES[kind], list(overrides))
+            config = compose(name, list(overrides))
         except HydraException as problem:
             raise UserError(str(problem)) from None
     content: Any = OmegaConf.to_container(config, resolve=True)
-    return parse(kind, content)
+    return content
+
+
+def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
+    """Settings from the configuration files and overrides. Raises UserError."""
+    offer_own_models()
+    return parse(kind, composed(FILES[kind], overrides))
 
 
 def offer_own_models() -> list[str]:
@@ -46,13 +49,14 @@ def offer_own_models() -> list[str]:
     if not os.environ.get("FREELEARN_MODELS"):
         return []
     # Here, not above: torch is imported with them, and without own models nothing needs it this early.
-    from freelearn.models.own import load_own_code, own_models
+    from freelearn.models.build import MODELS
+    from freelearn.models.own import load_own_code
 
-    load_own_code()
-    for model in own_models():
-        node = {"name": model.name} | {p.name: p.start for p in model.declared_parameters()}
+    own = [MODELS[name] for name in load_own_code() if name in MODELS]
+    for model in own:
+        node = {"name": model.name} | {p.name: p.start for p in model.parameter_class.records()}
         ConfigStore.instance().store(group="model", name=model.name, node=node)
-    return [model.name for model in own_models()]
+    return [model.name for model in own]
 
 
 @contextmanager

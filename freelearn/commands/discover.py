@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +24,17 @@ from freelearn.errors import UserError
 from freelearn.files import write_text, write_whole
 from freelearn.fit.options import LEVENBERG_MARQUARDT
 from freelearn.inference.accuracy import estimate
-from freelearn.inference.library import candidates
 from freelearn.inference.noise import sensitivities
-from freelearn.inference.search import Search, Step, Watch, record
+from freelearn.inference.prepare import prepare
+from freelearn.inference.search import Watch, search
+from freelearn.inference.step import Step, record
+from freelearn.inference.testable import candidates
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model, save_checkpoint
+from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
 from freelearn.models.own import load_own_code
 from freelearn.results.discovery import Discovery
@@ -61,12 +66,11 @@ def discover(
         if watch:
             watch(reached, text)
 
-    search = Search(task.build, task.library, task.rows, measured.accuracy, settings.seed, step)
-    search.keep = lambda steps: write_text(
-        folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in steps]}) + "\n"
-    )
+    def keep(steps: Sequence[Step]) -> None:
+        write_text(folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in steps]}) + "\n")
+
     with view:
-        findings = search.run(settings.effects, _progress(folder, key))
+        findings = search(task.question(measured.accuracy), _progress(folder, key), step, keep)
     discovery = examine(task, findings, measured)
     _write(discovery, folder, key)
     _show(discovery, folder, command, settings.figures, provenance.simulated)
@@ -98,7 +102,8 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     everything = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
-    library, untestable = candidates(base, settings.effects, table.columns)
+    library, untestable = candidates(base, settings.effects, table.columns, task.rows)
+    check_model(base, task.rows.states)
     for effect in [*settings.effects, *library]:
         alone = task.build([effect])
         check_effects(alone.effects, alone.values(), task.rows.states)
@@ -118,8 +123,8 @@ def _measuring(task: Task) -> Measuring:
     stated = task.settings.data.accuracy
     if stated is not None:
         return Measuring(stated.si(), [])
-    base = Search(task.build, [], task.rows, PAPER, task.settings.seed).run(task.settings.effects)
-    fit, part = base.final.fit, base.rows
+    prepared, base = prepare(replace(task.question(PAPER), candidates=[]))
+    fit, part = base.fit, prepared.rows
     sensitivity = sensitivities(fit.model, part.states)
     accuracy = estimate(fit.raw_residual, fit.raw_jacobian, sensitivity, part.states, part.state, PAPER)
     return Measuring(accuracy, [estimated_note(accuracy)])

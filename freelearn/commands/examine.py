@@ -11,15 +11,16 @@ import torch
 from freelearn.commands.accuracy import Measuring
 from freelearn.commands.search_task import Task
 from freelearn.inference.accuracy import repeat_scale
+from freelearn.inference.before_after import errors_by_set
 from freelearn.inference.failures import failures, inputs_of, split_errors
-from freelearn.inference.next_experiment import proposals
+from freelearn.inference.hysteresis import rising_falling
+from freelearn.inference.next_experiment import next_states
+from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.remainder import remainder
-from freelearn.inference.screens import reciprocity, rising_falling
-from freelearn.inference.search import Findings, Step
+from freelearn.inference.search import Findings
+from freelearn.inference.step import Step
+from freelearn.inference.testable import assumptions
 from freelearn.measurements.error import load_scale
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import samples_of, set_names
-from freelearn.models.prediction import Status
 from freelearn.results.discovery import Discovery, document
 from freelearn.results.notes import notes as parameter_notes
 from freelearn.results.states import state_title
@@ -45,11 +46,11 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
     ]
     several = [c for c in findings.classes if len(c) > 1]
-    proposed = [p for c in several for p in proposals(c, task.loaded.table, measured.accuracy)]
+    proposed = [p for c in several for p in next_states(c, task.loaded.table, measured.accuracy)]
     left = None
     if findings.verdict == "unexplained":
-        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten)
-    notes = [*measured.notes, *task.loaded.warnings]
+        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten, last.left.scale)
+    notes = [*measured.notes, *assumptions(task.library, seen.columns), *task.loaded.warnings]
     if lost := len(seen) - len(kept):
         notes.append(f"{lost} of {len(seen)} rows have no answer from the base model and were left out")
     notes += _closing_notes(last, findings, kept)
@@ -60,7 +61,7 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
         "seed": settings.seed,
         "rows": len(kept),
         "accuracy": vars(measured.accuracy),
-        "tests": _tests(findings, task.usable, settings.test),
+        "tests": errors_by_set(findings, task.usable, settings.test),
         "splits": splits.to_dict("records"),
         "data": task.loaded.provenance.plain(),
     }
@@ -97,33 +98,3 @@ def _closing_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[s
     if repeats is not None and not 1 / WRONG_NOISE < repeats < WRONG_NOISE:
         notes.append(f"repeats of the same state scatter {repeats:.2g} times as much as data.accuracy says")
     return notes
-
-
-def _tests(findings: Findings, whole: Rows, test: str) -> dict[str, dict[str, float]]:
-    """E before and after on each test set: held-out states of samples that were fitted, all rows of others.
-
-    whole: every un-buckled row of the table."""
-    sample, fitted_sample = whole.states.sample.numpy(), findings.rows.states.sample.numpy()
-    found = {}
-    for name in set_names(sample) if test == "every" else [test]:
-        members = samples_of(name, sample)
-        fitted = np.isin(members, fitted_sample)
-        pair = {}
-        for when, step in (("before", findings.steps[0]), ("after", findings.final)):
-            if fitted.all():
-                inside = torch.as_tensor(np.flatnonzero(np.isin(fitted_sample, members)))
-                residual, scale = step.heldout.raw[inside], load_scale(findings.rows.loads[inside])
-            elif not fitted.any():
-                part = whole[torch.as_tensor(np.flatnonzero(np.isin(sample, members)))]
-                if not len(part):
-                    continue
-                with torch.no_grad():
-                    predicted, status = step.fit.model(part.states)
-                ok = status == Status.OK
-                residual, scale = (predicted - part.loads)[ok], load_scale(part.loads)
-            else:
-                continue
-            pair[when] = float((residual / scale).square().sum(-1).mean().sqrt())
-        if pair:
-            found[name] = pair
-    return found

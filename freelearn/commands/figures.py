@@ -14,6 +14,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
+from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.states import kinematic_state
@@ -159,7 +160,7 @@ def _shown(table: pd.DataFrame, title: str) -> Table:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.figures",
+        prog=" ".join(program("figures", ["python", "-m", "freelearn.figures"])),
         description="Draw a sweep's (or a run's) admissible data, load vectors over the kinematic plane and load "
         "curves of all its models at one kinematic state; tables of the designs and of the fitted parameters.",
     )

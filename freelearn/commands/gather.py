@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from freelearn.commands.command_line import command_line
+from freelearn.commands.command_line import command_line, program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.render.terminal.table import rich_table
@@ -56,14 +56,14 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.gather",
+        prog=" ".join(program("gather", ["python", "-m", "freelearn.gather"])),
         description="Gather the results of finished sweeps into heatmap.csv, summary.csv and heat maps. Several sweeps "
         "(of several seeds, say) are gathered together: mean and standard deviation over seeds.",
     )
     parser.add_argument("folder", nargs="+", type=Path, help="a sweep's folder, whose subfolders are its jobs")
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
-    command = command_line(["python", "-m", "freelearn.gather"], sys.argv[1:])
+    command = command_line(program("gather", ["python", "-m", "freelearn.gather"]), sys.argv[1:])
     try:
         gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)
     except UserError as mistake:

@@ -12,6 +12,8 @@ import torch
 
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import LoadedTable
+from freelearn.inference.question import Question
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
@@ -50,3 +52,8 @@ class Task:
         """A fresh model with these effects."""
         samples = [int(n) for n in np.unique(self.loaded.table["sample"].to_numpy()[self.place])]
         return build_model(self.settings.model.name, self.settings.model.values, effects, samples)
+
+    def question(self, accuracy: Accuracy) -> Question:
+        """What the search is asked."""
+        settings = self.settings
+        return Question(self.build, self.library, self.rows, accuracy, settings.seed, settings.effects)

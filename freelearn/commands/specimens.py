@@ -11,6 +11,7 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
+from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.fit.rubber import fit_rubber
@@ -69,7 +70,7 @@ def _mode(text: str) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.specimens",
+        prog=" ".join(program("specimens", ["python", "-m", "freelearn.specimens"])),
         description="Fit the rubber's strain energy to tests of rubber alone: uniaxial (UT), equibiaxial (ET), pure "
         "shear (PS). Writes specimen.json, whose parameters the continuum model can take over, and curves.png.",
     )

@@ -24,6 +24,7 @@ from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.check import check_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
 from freelearn.models.effects.registry import missing_columns
@@ -99,6 +100,7 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
     model = task.build()
     if lacking := missing_columns(model.effects, loaded.table.columns):
         raise UserError(lacking)
+    check_model(model, States.from_table(loaded.table[:ROWS]))
     check_effects(model.effects, model.values(), States.from_table(loaded.table[:ROWS]))
     return task
 

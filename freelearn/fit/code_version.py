@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from functools import lru_cache
-from pathlib import Path
 
-import freelearn
+from freelearn.package import FOLDER
 
 # Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
 ROOMS = ("measurements", "mechanics", "models", "fit")
@@ -15,7 +14,7 @@ ROOMS = ("measurements", "mechanics", "models", "fit")
 @lru_cache
 def code_version(rooms: tuple[str, ...] = ROOMS) -> str:
     """Digest of the package's code in these rooms, by default of those that a fit's numbers come from."""
-    root = Path(freelearn.__file__).parent
+    root = FOLDER
     digest = hashlib.sha256()
     for room in rooms:
         for path in sorted((root / room).rglob("*.py")):

@@ -20,6 +20,7 @@ from freelearn.fit.batches import FitData
 from freelearn.fit.fitting import Fitting
 from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
@@ -60,11 +61,11 @@ def fit(
     kept, kept_validation = torch.ones(len(train), dtype=torch.bool), torch.ones(len(validation), dtype=torch.bool)
     _check_count(model, len(train), len(train))
     model.prepare(train.states, train.loads)
-    starts = model.starts(train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
+    places = starts(model, train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
     history: list[tuple[int, float, float]] = []
     settled = None
     for _ in range(ROUNDS):
-        make = partial(_algorithm, starts=starts, options=options, generator=generator)
+        make = partial(_algorithm, starts=places, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience, options.race)
         trainer = _trainer(folder, progress)
         with warnings.catch_warnings():
@@ -86,7 +87,7 @@ def fit(
         if torch.equal(now, kept) and torch.equal(now_validation, kept_validation):
             break
         settled = model.vector().detach().clone()
-        starts = settled[None]
+        places = settled[None]
         kept, kept_validation = now, now_validation
         _check_count(model, int(kept.sum()), len(train))
     assert module.algorithm is not None

@@ -14,9 +14,9 @@ from torch import Tensor
 from freelearn.errors import UserError
 from freelearn.fit.levenberg_marquardt import Function, LevenbergMarquardt
 from freelearn.fit.solver import Result, Termination
+from freelearn.fit.starts import START_DECADES
 from freelearn.fit.uncertainty import RANK_TOLERANCE
 from freelearn.mechanics.mode import MODES, MPA
-from freelearn.models.continuum import START_DECADES
 from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber
 

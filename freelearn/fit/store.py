@@ -64,8 +64,8 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
         # Only which rows share a state matters, not how states are numbered.
         grouping = np.unique(rows.state, return_inverse=True)[1].astype(np.int64)
         digest.update(rows.loads.numpy().tobytes() + grouping.tobytes())
-    for effect in model.effects:
-        digest.update(Path(inspect.getfile(type(effect))).read_bytes())
+    for part in (model, *model.effects):
+        digest.update(Path(inspect.getfile(type(part))).read_bytes())
     description = model.description()
     state = description.pop("state")
     for name, tensor in state.items():

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from freelearn.inference.next_experiment import Proposal
-from freelearn.inference.search import LEFT, Step
+from freelearn.inference.next_experiment import NextState
+from freelearn.inference.step import Step
+from freelearn.inference.thresholds import LEFT
 from freelearn.results.discovery import Discovery, stderr
 from freelearn.results.estimate import parameter_table, searched_estimates
 from freelearn.results.formats import fixed, number, percent, sentence, signed
@@ -31,7 +32,7 @@ def final_parameters(discovery: Discovery) -> DisplayTable:
     return parameter_table(estimates, "Parameters of the last model")
 
 
-def next_states(proposed: Sequence[Proposal], most: int | None = None) -> DisplayTable:
+def next_states(proposed: Sequence[NextState], most: int | None = None) -> DisplayTable:
     """States whose measurement would split effects that now look alike. most: rows shown, None for all."""
     rows = [
         [
@@ -53,7 +54,7 @@ def error_line(discovery: Discovery) -> str:
     """The held-out error before and after, and what measuring alone leaves."""
     error = discovery.content["error"]
     before, after, floor = (percent(error[name], 3) for name in ("before", "after", "noise_floor"))
-    return f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %."
+    return f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %. {sentence(discovery.content['heldout_is'])}"
 
 
 def failure_lines(discovery: Discovery, most: int | None = None) -> list[str]:

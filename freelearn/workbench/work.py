@@ -17,7 +17,7 @@ from freelearn.commands.tables import load_table
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.inference.search import Step
+from freelearn.inference.step import Step
 from freelearn.measurements.sets import set_names
 from freelearn.measurements.states import kinematic_state
 from freelearn.workbench.asked import discover_settings, train_settings

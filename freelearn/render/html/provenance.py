@@ -6,8 +6,8 @@ import platform
 from collections.abc import Mapping
 from importlib.metadata import version
 
-import freelearn
 from freelearn.fit.code_version import code_version
+from freelearn.package import VERSION
 from freelearn.render.html.page import Section
 from freelearn.results.origin import Provenance
 
@@ -18,6 +18,6 @@ def provenance_section(provenance: Provenance, command: str, facts: Mapping[str,
     """facts: what else belongs here, such as the seed. command: the shell command that repeats it."""
     lines = [provenance.sentence(), *(f"{name}: {value}" for name, value in facts.items())]
     versions = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
-    code = f"freelearn {freelearn.__version__} (code {code_version()[:12]})"
+    code = f"freelearn {VERSION} (code {code_version()[:12]})"
     lines.append(f"{code}, Python {platform.python_version()}, {versions}")
     return Section("Where this comes from, and how to repeat it", lines, code=command)

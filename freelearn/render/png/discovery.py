@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.inference.search import ALPHA
+from freelearn.inference.thresholds import ALPHA
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure, save, to_rgb
 from freelearn.render.png.curves import curves

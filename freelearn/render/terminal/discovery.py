@@ -8,7 +8,7 @@ from types import TracebackType
 from rich.console import Console
 from rich.live import Live
 
-from freelearn.inference.search import Step
+from freelearn.inference.step import Step
 from freelearn.render.terminal.table import add_row, empty_table, rich_table
 from freelearn.results.discovery import Discovery
 from freelearn.results.discovery_tables import (

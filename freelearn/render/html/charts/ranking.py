@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from bokeh.plotting import figure
 
-from freelearn.inference.search import ALPHA
+from freelearn.inference.thresholds import ALPHA
 from freelearn.render.html.charts.canvas import chart, hover, legend_below, source
 from freelearn.render.palette import COLORS
 
