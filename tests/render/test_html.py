@@ -102,6 +102,6 @@ def test_the_command_is_one_that_a_shell_reads_back(monkeypatch):
 
     monkeypatch.delenv("FREELEARN_EFFECTS", raising=False)
     words = ["data.path=/my files/it's.csv", "effects=[a,b]", "model.C1=1e6"]
-    assert shlex.split(command_line(["train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
+    assert shlex.split(command_line(["python", "train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
     monkeypatch.setenv("FREELEARN_EFFECTS", "/my effects.py")
-    assert command_line(["train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"
+    assert command_line(["python", "train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"

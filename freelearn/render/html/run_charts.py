@@ -51,7 +51,7 @@ def residual_section(predictions: pd.DataFrame, when: str = "") -> Section:
         panels = charts.panels
     else:
         panels = residual_strips(table, samples)
-    lines = ["Mean over pressure at each length and twist; grey cells have no usable row."]
+    lines = ["Mean over pressure at each length and twist; gray cells have no usable row."]
     if note:
         lines.append(sentence(note))
     heading = f"{when}: where it is wrong" if when else "Where it is wrong"

@@ -66,6 +66,6 @@ def _line(axes: Axes, curve: pd.DataFrame, x: str, y: str, name: str, color: str
 
 
 def _stretches(outside: np.ndarray) -> list[slice]:
-    """Each run of extrapolated points, widened by the neighbours inside that it joins on to, so no gap shows."""
+    """Each run of extrapolated points, widened by the neighbors inside that it joins on to, so no gap shows."""
     edges = np.flatnonzero(np.diff(np.r_[False, outside, False].astype(int)))
     return [slice(max(0, start - 1), stop + 1) for start, stop in zip(edges[::2], edges[1::2], strict=True)]

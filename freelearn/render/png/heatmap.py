@@ -16,7 +16,7 @@ from freelearn.render.png.canvas import new_figure
 from freelearn.results.error_map import error_grid, error_range, mean_text, set_order
 from freelearn.results.run import CONSTITUENT_SET
 
-# Small errors are bright; the lightness falls all along, so the map survives greyscale and color blindness.
+# Small errors are bright; the lightness falls all along, so the map survives grayscale and color blindness.
 SCALE = "viridis_r"
 # The maps of a model lie between a few and a few thousand percent: a linear scale would show one dark corner.
 TICKS = [m * 10.0**e for e in range(-2, 6) for m in (1, 2, 5)]

@@ -15,10 +15,10 @@ def log_run(run: Run, folder: Path) -> None:
     """Writes errors by test set and hyperparameters; of a reused fit also the errors by iteration."""
     with SummaryWriter(str(folder)) as writer:
         if run.reused:
-            for epoch, train, held_out in run.history:
+            for epoch, train, validation in run.history:
                 writer.add_scalar("error/train", train, epoch)
                 if run.model.needs_validation:
-                    writer.add_scalar("error/validation", held_out, epoch)
+                    writer.add_scalar("error/validation", validation, epoch)
         for name, error in run.errors.items():
             writer.add_scalar(f"test/{name}", error.E, 0)
         settings = {
