@@ -86,7 +86,7 @@ def test_the_classes_belong_to_the_last_model_when_the_exchanges_run_out(monkeyp
 
 def test_steps_and_scores_cannot_be_changed():
     prepared, base = prepare(question(FRICTION))
-    (score,) = rank(prepared, base, ["friction_hysteresis"])
+    (score,) = rank(prepared, base, ["friction_hysteresis"], 1.0)
     for frozen, name in ((base, "E_heldout"), (score, "status"), (prepared.question, "seed")):
         with pytest.raises(dataclasses.FrozenInstanceError):
             setattr(frozen, name, None)
@@ -134,7 +134,7 @@ def test_the_promise_of_a_linear_problem_is_what_solving_it_gains():
 
 def test_a_candidate_that_cannot_win_is_given_up_and_has_not_failed(optimum):
     _, prepared, base = optimum
-    scores = rank(prepared, base, LIBRARY)
+    scores = rank(prepared, base, LIBRARY, base.left.scale)
     fitted, noted = refit(prepared, base, scores)
     assert "friction_hysteresis" in fitted
     given_up = {s.effect for s in noted if s.status == "tested"} - set(fitted)
