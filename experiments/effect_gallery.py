@@ -70,9 +70,8 @@ def differences(name: str) -> pd.DataFrame:
 def picture(effect: Effect, table: pd.DataFrame) -> Figure:
     """Two panels over length × twist, red where the effect adds to the load and blue where it takes off."""
     figure = new_figure(10.0, 4.2)
-    sizes = ", ".join(
-        f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in effect.declared_parameters()
-    )
+    parameters = effect.declared_parameters()
+    sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in parameters)
     figure.suptitle(heading(f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa", True))
     x, y = (table[c].to_numpy().reshape(POINTS, POINTS) for c in ("elongation_mm", "twist_deg"))
     for number, (column, title) in enumerate(

@@ -62,7 +62,9 @@ def examine(job: dict) -> dict:
 
     torch.set_num_threads(1)
     from freelearn.inference.covariance import parameter_covariance
+    from freelearn.inference.hysteresis import rising_falling
     from freelearn.inference.question import Question
+    from freelearn.inference.reciprocity import reciprocity
     from freelearn.inference.search import search
     from freelearn.inference.testable import candidates
     from freelearn.measurements.accuracy import Accuracy
@@ -100,7 +102,11 @@ def examine(job: dict) -> dict:
             "effects": [],
             "classes": [],
         }
-    last = found.final
+    first, last = found.steps[0], found.final
+    screens = [
+        rising_falling(first.fit.raw_residual, found.rows.states, found.rows.state, first.whiten),
+        reciprocity(first.fit.residual, first.fit.jacobian, found.rows.states, first.whiten),
+    ]
     truth = {"C1": material[0], "C2": material[1]}
     truth |= {f"{name}.{p}": v for name, values in fx.items() for p, v in values.items()}
     covered = {}
@@ -115,7 +121,8 @@ def examine(job: dict) -> dict:
         "effects": found.effects,
         "classes": [list(c) for c in found.classes],
         "truth": truth,
-        "before": found.steps[0].E_heldout,
+        "screens": {screen.name: screen.shows for screen in screens},
+        "before": first.E_heldout,
         "after": last.E_heldout,
         "floor": last.floor,
         "covered": covered,

@@ -58,7 +58,7 @@ def _drawn(seed: int) -> Hidden:
     return {str(name): _sized(EFFECTS[str(name)], generator) for name in names}
 
 
-def _sized(effect: type[Effect], generator: np.random.Generator) -> dict[str, float]:
+def _sized(effect: type[Effect[Any]], generator: np.random.Generator) -> dict[str, float]:
     values = {}
     for p in effect.declared_parameters():
         factor = SMALLEST * (LARGEST / SMALLEST) ** generator.random()

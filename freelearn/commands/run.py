@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import lightning as L
 import numpy as np
 import pandas as pd
 import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOutcome, fit
 from freelearn.fit.options import FitOptions
+from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
@@ -27,6 +27,12 @@ from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.prediction import Prediction, Status
 from freelearn.results.run import CONSTITUENT_SET, Run
 
+if TYPE_CHECKING:
+    from lightning import Callback
+
+# Makes what is told of a fit's epochs, once there is a fit to make: a kept one needs no Lightning.
+Progress = Callable[[], "Callback"]
+
 
 def run(
     model: Model,
@@ -37,7 +43,7 @@ def run(
     seed: int,
     by_states: bool = False,
     folder: Path | None = None,
-    progress: L.Callback | None = None,
+    progress: Progress | None = None,
     store: FitStore | None = None,
     constituents: Mapping[str, float] = CONSTITUENT,
     shares: tuple[float, float] = SHARES,
@@ -64,10 +70,12 @@ def run(
     if options is None and model.needs_validation:
         raise UserError("A network has no parameters before a fit: choose a fit other than none.")
     start: Tensor = model.vector().detach().clone()
-    fitted = _fitted(model, rows, labels, train, options, seed, folder, progress, store) if options else None
+    fitted = _fitted(model, rows, labels, train, options, seed, folder, progress, device, store) if options else None
 
     with torch.no_grad():
-        prediction = model(rows.states)
+        loads, status = model.to(device)(rows.states.to(device))
+        prediction = Prediction(loads.cpu(), status.cpu())
+        model.to("cpu")
     return Run(
         model=model,
         train=train,
@@ -94,7 +102,8 @@ def _fitted(
     options: FitOptions,
     seed: int,
     folder: Path | None,
-    progress: L.Callback | None,
+    progress: Progress | None,
+    device: str,
     store: FitStore | None,
 ) -> Fitted:
     """The fit, from the store or else made now; the model holds its parameters afterwards."""
@@ -107,7 +116,10 @@ def _fitted(
     parts = rows[training], rows[validation]
 
     def compute() -> tuple[FitOutcome, Uncertainty]:
-        outcome = fit(model, *parts, options, seed, folder, progress)
+        # Lightning takes seconds to import, and a fit that was kept needs none of it.
+        from freelearn.fit.fit import fit
+
+        outcome = fit(model, *parts, options, seed, folder, progress() if progress else None, device)
         return outcome, uncertainty(Problem(model, parts[0][torch.as_tensor(outcome.kept)]))
 
     if store is None:

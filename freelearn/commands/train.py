@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import lightning as L
 import pandas as pd
 from rich.console import Console
 
@@ -14,7 +14,7 @@ from freelearn.commands.accuracy import measuring
 from freelearn.commands.comparison import compare
 from freelearn.commands.device import resolve_device
 from freelearn.commands.mistakes import Mistakes
-from freelearn.commands.run import run
+from freelearn.commands.run import Progress, run
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
@@ -35,6 +35,9 @@ from freelearn.results.run import CONSTITUENT_SET, Run
 from freelearn.results.run_files import check_folder, predictions, training_samples, write_run
 from freelearn.results.states import pick_states
 from freelearn.threads import one_thread
+
+if TYPE_CHECKING:
+    from lightning import Callback
 
 
 @dataclass(frozen=True)
@@ -59,13 +62,13 @@ def train(
     key: str = "",
     console: Console | None = None,
     command: str = "",
-    progress: L.Callback | None = None,
+    progress: Progress | None = None,
 ) -> Run:
     """Fits, evaluates and writes a run's files to `folder`. Raises UserError.
 
     key: digest of all that the results depend on, kept with them. console: where progress and tables are shown; what is
     computed and written does not depend on it. command: the shell command that repeats the run, for the report.
-    progress: told of epochs, instead of the console.
+    progress: makes what is told of epochs, instead of the console.
     """
     one_thread()
     task = _prepared(settings, folder)
@@ -108,7 +111,7 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
 def _run(
     task: _Task,
     folder: Path | None,
-    progress: L.Callback | None,
+    progress: Progress | None,
     store: FitStore | None,
     with_effects: bool = True,
     by_states: bool | None = None,
@@ -180,12 +183,18 @@ def _write(task: _Task, outcome: Run, folder: Path, origin: Origin, command: str
         show_run(console, outcome, folder, [*task.loaded.warnings, *origin.notes], origin)
 
 
-def _bar(console: Console | None, settings: TrainSettings, progress: L.Callback | None) -> L.Callback | None:
+def _bar(console: Console | None, settings: TrainSettings, progress: Progress | None) -> Progress | None:
     if progress or not console or not settings.fit:
         return progress
-    from freelearn.render.terminal.progress import FitProgress
+    epochs = settings.fit.max_epochs
 
-    return FitProgress(console, settings.fit.max_epochs)
+    def bar() -> Callback:
+        # A callback of Lightning's, which is imported by then.
+        from freelearn.render.terminal.progress import FitProgress
+
+        return FitProgress(console, epochs)
+
+    return bar
 
 
 def _constituents(path: Path | None) -> Mapping[str, float]:

@@ -46,7 +46,9 @@ class Problem:
         known = [j for j in rows if j is not None]
         if len(known) < len(rows):
             return self._automatic(vectors)
-        return torch.stack([(j / self.scale[:, None]).flatten(0, 1) for j in known])
+        # Networks on many rows: megabytes, so nothing is copied without need.
+        scaled = [j.div_(self.scale[:, None]).flatten(0, 1) for j in known]
+        return torch.stack(scaled) if len(scaled) > 1 else scaled[0][None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
         return self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)

@@ -17,7 +17,7 @@ from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import HIDDEN, INPUTS, MLP, OUTPUTS
-from freelearn.models.prediction import Status
+from freelearn.models.prediction import Prediction, Status
 from freelearn.models.variants import ContinuumInextensible
 
 # Logarithms of C1 and C2 of the grid [Pa]. Rubbers and threads lie within these decades.
@@ -45,11 +45,8 @@ def starts(model: Model[Any], states: States, loads: Tensor, members: int, gener
     times their declared start, so that a fit does not depend on where its user started. One without such parameters, or
     with more than MOST_AXES, starts at its own values.
     """
-    axes = {
-        p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds)
-        for p in model.parameter_class.records()
-        if p.log
-    }
+    logarithmic = [p for p in model.parameter_class.records() if p.log]
+    axes = {p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in logarithmic}
     if not 1 <= len(axes) <= MOST_AXES:
         return _declared(model, members)
     return _grid(model, states, loads, axes)[:members]
@@ -69,7 +66,8 @@ def _linear(model: Linear, states: States, loads: Tensor, members: int, generato
 
     def scaled(k: Tensor) -> Tensor:
         named = values | {"ka": k[0], "kb": k[1], "kc": k[2]}
-        return (model(states, named).loads / scale).reshape(-1)
+        predicted: Prediction = model(states, named)
+        return (predicted.loads / scale).reshape(-1)
 
     origin = torch.zeros(3, dtype=torch.float64)
     usable = (model(states).status == Status.OK).repeat_interleave(2)
@@ -89,7 +87,7 @@ def _inextensible(
     values = {name: value.detach() for name, value in model.values().items()}
 
     def scaled(C1: float) -> Tensor:
-        predicted = model(states, values | {"C1": torch.tensor(C1, dtype=torch.float64)})
+        predicted: Prediction = model(states, values | {"C1": torch.tensor(C1, dtype=torch.float64)})
         return (predicted.loads / scale)[predicted.status == Status.OK].reshape(-1)
 
     with torch.no_grad():

@@ -16,8 +16,8 @@ from filelock import FileLock
 
 from freelearn.files import write_whole
 from freelearn.fit.code_version import code_version
-from freelearn.fit.fit import FitOutcome
 from freelearn.fit.options import FitOptions
+from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model

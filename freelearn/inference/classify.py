@@ -44,7 +44,8 @@ def stand_ins(prepared: Prepared, final: Step, effect: str) -> dict[str, Step]:
     if reduced is None:
         return models
     others = [name for name in prepared.question.candidates if name not in final.effects]
-    scores = rank(prepared, reduced, [effect, *others])
+    # The noise is that of the final model: what the reduced one lacks is known, and no noise.
+    scores = rank(prepared, reduced, [effect, *others], final.left.scale)
     own = next(s.gain for s in scores if s.effect == effect)
     comparable = [s for s in scores if s.effect != effect and s.gain >= COMPARABLE * own]
     return models | refit(prepared, reduced, comparable, rival=final.fit.chi2)[0]

@@ -73,8 +73,8 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     """
     pairs = comparisons(states, state)
     if len(pairs) < FEWEST:
-        few = "too few falling-pressure rows beside rising ones: history effects cannot be seen here"
-        return Screen(NAME, None, few)
+        few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
+        return Screen(NAME, None, None, few)
     noise = torch.stack([whiten.force, (whiten.moment**2 + whiten.slant**2).sqrt()], -1).numpy()
     residual = raw.numpy()
     place = np.array([pair.falling for pair in pairs])
@@ -88,13 +88,13 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
             f"loads differ between falling and rising pressure (by {-mean[0]:+.3g} N and {-mean[1] / NMM:+.3g} N·mm on "
             "average, measured): friction_hysteresis, relaxation or stress_softening takes part"
         )
-        return Screen(NAME, p_value, says)
+        return Screen(NAME, True, p_value, says)
     most = np.abs(mean) + QUANTILE * difference.std(0, ddof=1) / np.sqrt(len(pairs))
     says = (
         f"no difference beyond the noise; on average it is at most {most[0]:.2g} N and {most[1] / NMM:.2g} N·mm, so "
         "friction_hysteresis is at most half of that"
     )
-    return Screen(NAME, p_value, says)
+    return Screen(NAME, False, p_value, says)
 
 
 def _p_value(z: np.ndarray, basis: np.ndarray) -> float:

@@ -10,15 +10,14 @@ from freelearn.inference.step import Candidate, Step
 from freelearn.models.base import Model
 
 
-def rank(prepared: Prepared, step: Step, names: Sequence[str]) -> list[EffectScore]:
-    """Scores of the named effects on top of the step's model."""
+def rank(prepared: Prepared, step: Step, names: Sequence[str], scale: float) -> list[EffectScore]:
+    """Scores of the named effects on top of the step's model. scale: of the noise, in units of the stated one."""
     question = prepared.question
 
     def build(more: Sequence[str]) -> Model:
         return question.build([*step.effects, *more])
 
-    variance = step.left.scale**2
-    return score_effects(step.fit, prepared.rows, step.whiten, names, build, variance, question.seed)
+    return score_effects(step.fit, prepared.rows, step.whiten, names, build, scale**2, question.seed)
 
 
 def outcomes(number: int, scores: Sequence[EffectScore], fitted: Mapping[str, Step]) -> list[Candidate]:

@@ -43,7 +43,7 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     parts = [_examine(residual, jacobian, states, whiten, rows) for rows in rows_of_samples(states)]
     freedom, rank = sum(p.freedom for p in parts), sum(p.extra for p in parts)
     if freedom < FEWEST_FREE or not rank:
-        return Screen(NAME, None, "too few rows to test reciprocity")
+        return Screen(NAME, None, None, "too few rows to test reciprocity")
     kept, broken, left = sum(p.kept for p in parts), sum(p.broken for p in parts), sum(p.left for p in parts)
     variance = max(left, 1e-300) / freedom
     flipped = float((1 + (np.sum([p.flipped for p in parts], axis=0) >= broken).sum()) / (DRAWS + 1))
@@ -52,6 +52,7 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     if p_value < ALPHA and systematic > OUTWEIGHS * max(left - freedom, 0.0):
         return Screen(
             NAME,
+            True,
             p_value,
             "the residuals break ∂F/∂φ = ∂M/∂l: no energy, geometry or boundary effect alone explains them; a sensor "
             "error, friction or another history effect takes part",
@@ -61,11 +62,12 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     if most < BROKEN_AT_MOST * whole:
         return Screen(
             NAME,
+            False,
             p_value,
-            f"the residuals keep ∂F/∂φ = ∂M/∂l, but for {100 * most / whole:.2g} % of them at most: nothing speaks for "
-            "a wrong gain or cross-talk of the load cells",
+            f"the residuals keep ∂F/∂φ = ∂M/∂l, but for {100 * most / whole:.2g} % of what is systematic at most: an "
+            "energy, geometry or boundary effect, or a zero offset, may explain them",
         )
-    return Screen(NAME, None, "the residuals cannot tell whether ∂F/∂φ = ∂M/∂l is broken")
+    return Screen(NAME, None, None, "the residuals cannot tell whether ∂F/∂φ = ∂M/∂l is broken")
 
 
 @dataclass(frozen=True)

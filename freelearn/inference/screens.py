@@ -10,8 +10,10 @@ ALPHA = 0.004
 
 @dataclass(frozen=True)
 class Screen:
-    """p_value: chance that noise alone would look like this; None where the rows cannot tell. says: in words."""
+    """shows: whether what it looks for shows; None where the rows cannot tell, and then p_value is None too. p_value:
+    chance that noise alone would look like this. says: in words."""
 
     name: str
+    shows: bool | None
     p_value: float | None
     says: str

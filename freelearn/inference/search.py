@@ -81,7 +81,8 @@ def search(
 def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | None]:
     """The step with the candidates that were tried on it, and the model with the one more effect that predicts held-out
     states best; None when none is significant. number: the step's place in the trail."""
-    scores = rank(prepared, step, [name for name in prepared.question.candidates if name not in step.effects])
+    others = [name for name in prepared.question.candidates if name not in step.effects]
+    scores = rank(prepared, step, others, step.left.scale)
     significant = {s.effect for s in scores if s.status == "tested" and s.p_value <= ALPHA}
     fitted: dict[str, Step] = {}
     if significant:

@@ -14,7 +14,7 @@ from freelearn.inference.noise import sensitivities
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
-from freelearn.models.prediction import Status
+from freelearn.models.prediction import Prediction, Status
 
 # Steps of difference quotients: [m], [rad], [Pa].
 STEPS = {"length": 1e-6, "twist": 1e-5, "pressure": 1.0}
@@ -64,7 +64,8 @@ def members_are_alone(model: Model[Any], states: States) -> None:
     vectors = vector * torch.tensor([[1.0], [1.01]], dtype=torch.float64)
 
     def loads(one: Tensor) -> Tensor:
-        return model(states, model.physical(one)).loads
+        predicted: Prediction = model(states, model.physical(one))
+        return predicted.loads
 
     with torch.no_grad():
         together, alone = torch.func.vmap(loads)(vectors), torch.stack([loads(v) for v in vectors])

@@ -98,7 +98,7 @@ class Comparison:
         effects = " + ".join(["", *question.effects])
         error = about.get("tests", {}).get(question.train, {}).get("E")
         text = f"{question.model}{effects}, fitted on {question.train} ({source})"
-        say(self.title, [text + (f": E {100 * error:.3g} % on held-out states" if error is not None else "")], "good")
+        say(self.title, [text + (f": test error E {100 * error:.3g} %" if error is not None else "")], "good")
 
     def _sample_chosen(self) -> None:
         assert self.now is not None

@@ -67,7 +67,7 @@ def _check(question: Question, folder: Path, fits: Path, pipe: Connection) -> No
 def _train(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     settings = train_settings(question, fits)
     progress = _Epochs(pipe, settings.fit.max_epochs if settings.fit else 1)
-    train(settings, folder, command=question.command("train"), progress=progress)
+    train(settings, folder, command=question.command("train"), progress=lambda: progress)
 
 
 def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:

@@ -13,6 +13,7 @@ from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.inference.reciprocity import reciprocity
+from freelearn.inference.remainder import remainder
 from freelearn.inference.structure import structure
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import PAPER, Accuracy
@@ -199,6 +200,27 @@ def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
     prepared, base = prepare(question)
     screen = reciprocity(base.fit.residual, base.fit.jacobian, prepared.rows.states, base.whiten)
     assert "break" not in screen.says
+
+
+def test_the_systematic_share_does_not_depend_on_the_unit_of_the_noise(bed):
+    states, _, whiten, noise = bed
+    wave = torch.stack([0.1 * states.twist**2 * states.pressure / 7e4, torch.zeros(2000, dtype=torch.float64)], 1)
+    one = remainder(noise + wave, NOTHING_FITTED, states, whiten, scale=1.0)
+    three = remainder(3 * (noise + wave), NOTHING_FITTED, states, whiten, scale=3.0)
+    assert three.share == pytest.approx(one.share)
+    assert three.inputs == pytest.approx(one.inputs)
+    # Noise three times as large as stated is not systematic for that.
+    assert remainder(3 * noise, NOTHING_FITTED, states, whiten, scale=3.0).share < 0.01
+
+
+def test_parts_are_whitened_as_the_whole(sensitivity):
+    state = torch.as_tensor(STATE)
+    whiten = Whitener(sensitivity, state, ACCURACY)
+    loads = torch.randn(12, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    rows = torch.nonzero((state == 9) | (state == 5))[:, 0]
+    torch.testing.assert_close(whiten.part(rows)(loads[rows]), whiten(loads)[rows])
+    with pytest.raises(ValueError, match="whole kinematic states"):
+        whiten.part(rows[1:])
 
 
 def table_of(states, state) -> pd.DataFrame:

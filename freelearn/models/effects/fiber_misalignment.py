@@ -16,7 +16,7 @@ class FiberMisalignment(GeometryEffect[Misalignment]):
 
     name = "fiber_misalignment"
     place = 1
-    suspect = "One sample is off as if it had a neighbour's fiber angle."
+    suspect = "One sample is off as if it had a neighbor's fiber angle."
     source = "Bruder et al. (2018), fabrication tolerance"
     parameters = Misalignment
 

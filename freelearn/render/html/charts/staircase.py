@@ -12,12 +12,12 @@ from freelearn.results.staircase import staircase
 
 
 class StaircaseChart:
-    """Held-out error by step on a logarithmic axis; its data can be exchanged."""
+    """Error by step on a logarithmic axis; its data can be exchanged. what: which error, held-out or test error."""
 
-    def __init__(self, width: int = 480, height: int = 340) -> None:
+    def __init__(self, width: int = 480, height: int = 340, what: str = "held-out error") -> None:
         self.source = ColumnDataSource({name: [] for name in ("step", "E", "floor", "label")})
         self.panel: figure = chart(
-            "error on held-out kinematic states",
+            f"{what}, whole kinematic states",
             "",
             "E [%], logarithmic",
             width,
@@ -28,7 +28,7 @@ class StaircaseChart:
         )
         where = {"x": "step", "source": self.source}
         self.panel.line(y="floor", color="black", line_dash="dashed", width=1.5, legend_label="noise floor", **where)
-        self.panel.line(y="E", color=COLORS[0], width=2, legend_label="held-out error", **where)
+        self.panel.line(y="E", color=COLORS[0], width=2, legend_label=what, **where)
         self.panel.scatter(y="floor", marker="dash", size=16, color="black", **where)
         marks = self.panel.scatter(y="E", size=9, color=COLORS[0], **where)
         self.panel.text(y="E", text="label", y_offset=-8, text_align="center", text_font_size="9pt", **where)
