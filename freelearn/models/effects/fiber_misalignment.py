@@ -8,6 +8,8 @@ from freelearn.models.ports import GeometryEffect
 
 
 class Misalignment(Parameters):
+    """angle: built minus drawn."""
+
     angle: Tensor = parameter("ΔΓ", "rad", start=0.0, lower=-0.2, upper=0.2, none=0.0, per_sample=True, scale=0.02)
 
 
@@ -21,4 +23,5 @@ class FiberMisalignment(GeometryEffect[Misalignment]):
     parameters = Misalignment
 
     def reshape(self, states: States, p: Misalignment) -> States:
+        """As GeometryEffect.reshape."""
         return states.replace(fiber_angle=states.fiber_angle + p.angle)

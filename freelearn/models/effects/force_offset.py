@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Offset(Parameters):
+    """force: shown minus real."""
+
     force: Tensor = parameter("F₀", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=0.5)
 
 
@@ -22,4 +24,5 @@ class ForceOffset(MeasurementEffect[Offset]):
     parameters = Offset
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + columns(p.force, torch.zeros_like(p.force))

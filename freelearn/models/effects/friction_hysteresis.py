@@ -8,6 +8,8 @@ from freelearn.models.ports import DissipationEffect, columns
 
 
 class Friction(Parameters):
+    """force, moment: against the direction of the pressure."""
+
     force: Tensor = parameter("F_f", "N", start=0.0, none=0.0, scale=0.5, per_sample=True)
     moment: Tensor = parameter("M_f", "N·m", start=0.0, none=0.0, scale=5e-3, per_sample=True)
 
@@ -26,4 +28,5 @@ class FrictionHysteresis(DissipationEffect[Friction]):
     parameters = Friction
 
     def dissipate(self, loads: Tensor, states: States, p: Friction) -> Tensor:
+        """As DissipationEffect.dissipate."""
         return loads - states.direction[:, None] * columns(p.force, p.moment)

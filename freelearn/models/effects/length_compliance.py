@@ -8,6 +8,8 @@ from freelearn.models.ports import MountEffect
 
 
 class Spring(Parameters):
+    """compliance: elongation for each newton."""
+
     compliance: Tensor = parameter("c_l", "m/N", start=1e-6, lower=0.0, upper=1e-2, none=0.0, scale=2e-5)
 
 
@@ -21,4 +23,5 @@ class LengthCompliance(MountEffect[Spring]):
     parameters = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
+        """As MountEffect.impose."""
         return states.replace(length=states.length + p.compliance * loads[..., 0])

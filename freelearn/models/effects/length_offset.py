@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """length: imposed minus read."""
+
     length: Tensor = parameter("l₀", "m", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, per_sample=True, scale=1e-3)
 
 
@@ -21,4 +23,5 @@ class LengthOffset(BoundaryEffect[Offset]):
     parameters = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(length=states.length + p.length)

@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Gain(Parameters):
+    """gain: relative error of the cell."""
+
     gain: Tensor = parameter("g_M", "1", start=0.0, lower=-0.95, upper=5.0, none=0.0, scale=0.05)
 
 
@@ -22,4 +24,5 @@ class MomentGain(MeasurementEffect[Gain]):
     parameters = Gain
 
     def sense(self, loads: Tensor, states: States, p: Gain) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads * columns(torch.ones_like(p.gain), 1 + p.gain)

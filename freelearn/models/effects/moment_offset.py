@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Offset(Parameters):
+    """moment: shown minus real."""
+
     moment: Tensor = parameter("M₀", "N·m", start=0.0, lower=-10.0, upper=10.0, none=0.0, scale=5e-3)
 
 
@@ -22,4 +24,5 @@ class MomentOffset(MeasurementEffect[Offset]):
     parameters = Offset
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + columns(torch.zeros_like(p.moment), p.moment)

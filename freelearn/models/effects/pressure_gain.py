@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Gain(Parameters):
+    """gain: relative error of the gauge."""
+
     gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05)
 
 
@@ -21,4 +23,5 @@ class PressureGain(BoundaryEffect[Gain]):
     parameters = Gain
 
     def impose(self, states: States, p: Gain) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure * (1 + p.gain))

@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """pressure: acting minus read."""
+
     pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3)
 
 
@@ -21,4 +23,5 @@ class PressureOffset(BoundaryEffect[Offset]):
     parameters = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure + p.pressure)

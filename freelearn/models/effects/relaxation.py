@@ -29,4 +29,5 @@ class Relaxation(WallEffect[Prony]):
     parameters = Prony
 
     def soften(self, states: States, p: Prony) -> Tensor:
+        """As WallEffect.soften."""
         return 1 + p.share * torch.expm1(-states.dwell / p.time)

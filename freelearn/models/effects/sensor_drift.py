@@ -10,6 +10,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Drift(Parameters):
+    """force_rate, moment_rate: of the cells' zeros."""
+
     force_rate: Tensor = parameter("a", "N/s", start=0.0, lower=-1.0, upper=1.0, none=0.0, scale=2e-5)
     moment_rate: Tensor = parameter("b", "N·m/s", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, scale=2e-7)
 
@@ -34,4 +36,5 @@ class SensorDrift(MeasurementEffect[Drift]):
         ]
 
     def sense(self, loads: Tensor, states: States, p: Drift) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + states.clock[:, None] * columns(p.force_rate, p.moment_rate)

@@ -29,4 +29,5 @@ class StressSoftening(WallEffect[Softening]):
     parameters = Softening
 
     def soften(self, states: States, p: Softening) -> Tensor:
+        """As WallEffect.soften."""
         return 1 - p.depth * torch.tanh((states.past_severity - states.severity) / p.severity)

@@ -8,6 +8,8 @@ from freelearn.models.ports import MountEffect
 
 
 class Spring(Parameters):
+    """compliance: twist for each newton metre."""
+
     compliance: Tensor = parameter("c_φ", "rad/(N·m)", start=1e-2, lower=0.0, upper=20.0, none=0.0, scale=0.3)
 
 
@@ -21,4 +23,5 @@ class TwistCompliance(MountEffect[Spring]):
     parameters = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
+        """As MountEffect.impose."""
         return states.replace(twist=states.twist + p.compliance * loads[..., 1])

@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """angle: imposed minus read."""
+
     angle: Tensor = parameter("φ₀", "rad", start=0.0, lower=-1.0, upper=1.0, none=0.0, per_sample=True, scale=0.1)
 
 
@@ -21,4 +23,5 @@ class TwistOffset(BoundaryEffect[Offset]):
     parameters = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(twist=states.twist + p.angle)

@@ -26,4 +26,5 @@ class TwistSlack(PlayEffect[Play]):
     parameters = Play
 
     def play(self, states: States, p: Play) -> Tensor:
+        """As PlayEffect.play."""
         return p.angle

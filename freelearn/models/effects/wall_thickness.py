@@ -8,6 +8,8 @@ from freelearn.models.ports import GeometryEffect
 
 
 class Thickness(Parameters):
+    """outer_radius: built minus drawn."""
+
     outer_radius: Tensor = parameter(
         "ΔR_o", "m", start=0.0, lower=-1e-3, upper=3e-3, none=0.0, per_sample=True, scale=1e-4
     )
@@ -23,4 +25,5 @@ class WallThickness(GeometryEffect[Thickness]):
     parameters = Thickness
 
     def reshape(self, states: States, p: Thickness) -> States:
+        """As GeometryEffect.reshape."""
         return states.replace(outer_radius=states.outer_radius + p.outer_radius)
