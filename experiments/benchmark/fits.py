@@ -9,7 +9,8 @@ import torch
 from benchmark.common import FIELDS, Report, bed, rows_of, table, timed
 from scipy.optimize import least_squares
 
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.starts import starts
 from freelearn.measurements.rows import Rows

@@ -9,10 +9,11 @@ import torch
 from benchmark.common import ACCURACY, Report, rows_of, table
 from scipy.optimize import least_squares
 
-from freelearn.inference.library import candidates
-from freelearn.inference.noise import Accuracy
-from freelearn.inference.search import Search
+from freelearn.inference.question import Question
+from freelearn.inference.search import search
+from freelearn.inference.testable import candidates
 from freelearn.inference.white_fit import WhiteProblem
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 
@@ -28,9 +29,9 @@ def discovery(report: Report) -> None:
     def build(names: list[str]) -> Model:
         return build_model("continuum", {}, names, SAMPLES)
 
-    library, _ = candidates(build([]), [], part.columns)
+    library, _ = candidates(build([]), [], part.columns, rows)
     began = time.perf_counter()
-    found = Search(build, library, rows, Accuracy.from_settings(ACCURACY), 0).run()
+    found = search(Question(build, library, rows, Accuracy.engineering(**ACCURACY), 0))
     ours = time.perf_counter() - began
     base, began = found.steps[0], time.perf_counter()
     for name in library:

@@ -61,9 +61,13 @@ def examine(job: dict) -> dict:
     import torch
 
     torch.set_num_threads(1)
-    from freelearn.inference.library import candidates
-    from freelearn.inference.noise import Accuracy
-    from freelearn.inference.search import Search, parameter_covariance
+    from freelearn.inference.covariance import parameter_covariance
+    from freelearn.inference.hysteresis import rising_falling
+    from freelearn.inference.question import Question
+    from freelearn.inference.reciprocity import reciprocity
+    from freelearn.inference.search import search
+    from freelearn.inference.testable import candidates
+    from freelearn.measurements.accuracy import Accuracy
     from freelearn.measurements.rows import Rows
     from freelearn.measurements.states import States, kinematic_state, measured_loads
     from freelearn.models.build import build_model
@@ -87,9 +91,10 @@ def examine(job: dict) -> dict:
     def build(names):
         return build_model("continuum", {}, names, job["samples"])
 
-    library, _ = candidates(build([]), [], table.columns)
+    library, _ = candidates(build([]), [], table.columns, rows)
     try:
-        found = Search(build, library, rows, Accuracy.from_settings(noise), job["seed"] % 1000).run()
+        question = Question(build, library, rows, Accuracy.engineering(**noise), job["seed"] % 1000)
+        found = search(question)
     except Exception as problem:  # a failure is a result too
         return job | {
             "verdict": "failed",
@@ -97,7 +102,11 @@ def examine(job: dict) -> dict:
             "effects": [],
             "classes": [],
         }
-    last = found.final
+    first, last = found.steps[0], found.final
+    screens = [
+        rising_falling(first.fit.raw_residual, found.rows.states, found.rows.state, first.whiten),
+        reciprocity(first.fit.residual, first.fit.jacobian, found.rows.states, first.whiten),
+    ]
     truth = {"C1": material[0], "C2": material[1]}
     truth |= {f"{name}.{p}": v for name, values in fx.items() for p, v in values.items()}
     covered = {}
@@ -112,7 +121,8 @@ def examine(job: dict) -> dict:
         "effects": found.effects,
         "classes": [list(c) for c in found.classes],
         "truth": truth,
-        "before": found.steps[0].E_heldout,
+        "screens": {screen.name: screen.shows for screen in screens},
+        "before": first.E_heldout,
         "after": last.E_heldout,
         "floor": last.floor,
         "covered": covered,
@@ -126,8 +136,9 @@ def amount(job: dict, names: list[str], material: tuple[float, float], noise: di
     import torch
 
     from freelearn.fit.problem import Problem
-    from freelearn.inference.noise import Accuracy, Whitener, sensitivities
-    from freelearn.inference.structure import orthonormal
+    from freelearn.inference.linear_algebra import orthonormal
+    from freelearn.inference.noise import Whitener, sensitivities
+    from freelearn.measurements.accuracy import Accuracy
     from freelearn.measurements.rows import Rows
     from freelearn.measurements.states import States, kinematic_state, measured_loads
     from freelearn.models.build import build_model
@@ -144,7 +155,7 @@ def amount(job: dict, names: list[str], material: tuple[float, float], noise: di
     plain = loads(0.0)
     rows = Rows(States.from_table(plain), measured_loads(plain), kinematic_state(plain))
     model = build_model("continuum", {"C1": material[0], "C2": material[1]})
-    whiten = Whitener(sensitivities(model, rows.states), torch.as_tensor(rows.state), Accuracy.from_settings(noise))
+    whiten = Whitener(sensitivities(model, rows.states), torch.as_tensor(rows.state), Accuracy.engineering(**noise))
     jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
     span = orthonormal(whiten(jacobian.reshape(len(rows), 2, -1)).flatten(0, 1))
     usable = torch.as_tensor(plain["buckled"].to_numpy() == 0)

@@ -9,9 +9,23 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.render.png.canvas import COLORS, finish, new_figure, save
+from freelearn.render.palette import COLORS
+from freelearn.render.png.canvas import finish, new_figure, save
 
 MOST_IN_CLASS = 3
+# What has no potential, and what depends on the history, of all that is hidden: the truth that the screens are held
+# against. What happens as time goes by breaks reciprocity, and shows between rising and falling pressure if quick.
+WITHOUT_POTENTIAL = {
+    *("friction_hysteresis", "relaxation", "stress_softening", "force_gain", "moment_gain", "sensor_crosstalk"),
+    *("sensor_drift", "bent_force_cell", "temperature_swing", "bulging_caps", "zero_jump"),
+}
+OF_HISTORY = {"friction_hysteresis", "relaxation", "stress_softening"}
+# What a screen that says no denies. Friction, and all that only time tells, leaves no trace in reciprocity.
+DENIED = {
+    "reciprocity": {"force_gain", "moment_gain", "sensor_crosstalk"},
+    "rising against falling pressure": {"friction_hysteresis"},
+}
+AFFIRMED = {"reciprocity": WITHOUT_POTENTIAL, "rising against falling pressure": OF_HISTORY}
 
 
 def right(result: dict) -> bool:
@@ -25,6 +39,14 @@ def right(result: dict) -> bool:
             return False
         left.remove(match)
     return not left
+
+
+def contradicted(result: dict, screen: str) -> bool:
+    """Whether what the screen said of a data set contradicts what was hidden in it."""
+    shows, hidden = result["screens"].get(screen), set(result["hidden"])
+    if shows is None:
+        return False
+    return not hidden & AFFIRMED[screen] if shows else bool(hidden & DENIED[screen])
 
 
 def report(results: list[dict], out: Path) -> None:
@@ -61,6 +83,12 @@ def report(results: list[dict], out: Path) -> None:
         table.add_row(
             "95 % intervals that cover the truth", str(len(covered)), f"{100 * np.mean(covered):.1f}", "90–98"
         )
+    spoken = [r for r in results if "screens" in r]
+    for screen in AFFIRMED if spoken else ():
+        wrong = np.mean([contradicted(r, screen) for r in spoken])
+        said = np.mean([r["screens"].get(screen) is not None for r in spoken])
+        what = f"false statements, {screen} (speaks on {100 * said:.0f} %)"
+        table.add_row(what, str(len(spoken)), f"{100 * wrong:.1f}", "≤ 2")
     table.add_row("failed", str(len(frame)), f"{100 * (frame['verdict'] == 'failed').mean():.1f}", "0")
     console.print(table)
     if "seconds" in frame:

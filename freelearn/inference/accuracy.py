@@ -7,8 +7,10 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.inference.noise import Accuracy, Whitener
-from freelearn.inference.structure import bases, orthonormal
+from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.noise import Whitener
+from freelearn.inference.shapes import bases, dense
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
@@ -29,7 +31,7 @@ def estimate(
     """
     scale = raw.abs().amax(0).clamp_min(1e-300)
     flat = (raw / scale).reshape(-1)
-    basis = bases(states)[-1]
+    basis = dense(bases(states)[-1], len(states))
     zero = torch.zeros_like(basis)
     both = torch.cat([torch.stack([basis, zero], 1), torch.stack([zero, basis], 1)], dim=2).flatten(0, 1)
     own = (jacobian / scale[:, None]).flatten(0, 1)

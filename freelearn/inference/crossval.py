@@ -8,10 +8,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.inference.structure import norms
+from freelearn.inference.linear_algebra import SMALLEST, norms
 from freelearn.inference.white_fit import WhiteFit
 
 FOLDS = 5
+# What the held-out errors of a search are, and are not, in a sentence.
+HELDOUT_IS = (
+    "Held-out errors are cross-validated over whole kinematic states, left out of the fit by one linearized step; the "
+    "same states chose the effects, so the errors after that are a little too low"
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ def cross_validate(fit: WhiteFit, fold: np.ndarray, group: np.ndarray) -> HeldOu
     """
     jacobian, residual = fit.jacobian, fit.residual
     whole = jacobian.flatten(0, 1)
-    scale = norms(whole).clamp_min(1e-300)
+    scale = norms(whole).clamp_min(SMALLEST)
     normal = (whole / scale).T @ (whole / scale)
     white, raw = residual.clone(), fit.raw_residual.clone()
     for f in np.unique(fold):

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
-from freelearn.inference.search import Step
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.inference.step import Step
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Status
 
@@ -19,7 +20,7 @@ ELONGATIONS, TWISTS, PRESSURES = 9, 13, 5
 
 
 @dataclass(frozen=True)
-class Proposal:
+class NextState:
     """A state whose measurement is expected to split two effects by expected_z standard deviations of one row."""
 
     sample: int
@@ -48,7 +49,7 @@ def reach(table: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def proposals(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accuracy) -> list[Proposal]:
+def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accuracy) -> list[NextState]:
     """The best state for each pair of effects in a class (effect → the model fitted with it), most telling first."""
     grid = reach(table)
     states = States.from_table(grid)
@@ -67,7 +68,7 @@ def proposals(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accuracy
         z = torch.where(usable, z, 0.0)
         best = grid.iloc[int(z.argmax())]
         found.append(
-            Proposal(
+            NextState(
                 int(best["sample"]),
                 float(best["elongation_mm"]),
                 float(best["twist_deg"]),

@@ -2,46 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
-from freelearn.errors import UserError
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
-from freelearn.units import DEG, KPA, MM, NMM
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """One standard deviation of the measuring, SI. length and twist err once per kinematic state, the rest per row."""
-
-    length: float
-    twist: float
-    pressure: float
-    force: float
-    moment: float
-
-    @classmethod
-    def from_settings(cls, settings: Mapping[str, float]) -> Accuracy:
-        """From `data.accuracy`, in its engineering units. Raises UserError."""
-        units = {
-            "elongation_mm": ("length", MM),
-            "twist_deg": ("twist", DEG),
-            "pressure_kpa": ("pressure", KPA),
-            "force_n": ("force", 1.0),
-            "moment_nmm": ("moment", NMM),
-        }
-        for name in units:
-            value = settings.get(name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
-                raise UserError(f"data.accuracy.{name} = {value!r} is not a standard deviation: give a number ≥ 0.")
-        for name in ("force_n", "moment_nmm"):
-            if settings[name] <= 0:
-                raise UserError(f"data.accuracy.{name} must be greater than 0: no load cell is perfect.")
-        return cls(**{field: settings[name] * unit for name, (field, unit) in units.items()})
 
 
 def sensitivities(model: Model, states: States) -> Tensor:
@@ -88,19 +54,41 @@ class Whitener:
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
         self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
 
+    def part(self, rows: Tensor) -> Whitener:
+        """The whitener of some rows (n,) int64 alone. Raises ValueError unless they are whole kinematic states."""
+        if len(rows) == len(self.state) and bool((rows[1:] > rows[:-1]).all()):
+            return self
+        chosen, state = torch.unique(self.state[rows], return_inverse=True)
+        if len(rows) != int(torch.isin(self.state, chosen).sum()):
+            raise ValueError("a part to whiten must hold whole kinematic states")
+        part = object.__new__(Whitener)
+        part.state, part.states, part.shrink = state, len(chosen), self.shrink[chosen]
+        part.force, part.slant, part.moment = self.force[rows], self.slant[rows], self.moment[rows]
+        part.variance, part.shared = self.variance[rows], self.shared[rows]
+        return part
+
+    @torch.no_grad()
     def __call__(self, loads: Tensor) -> Tensor:
         """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
         columns = loads if loads.ndim == 3 else loads[..., None]
-        rows = self._rows(columns)
-        common = self.shrink @ self._sum(self.shared.transpose(1, 2) @ rows)
-        white = rows - self.shared @ common[self.state]
+        white = self._rows(columns)
+        # Everything in place and element by element: products of many 2 × 2 matrices would cost three times as much.
+        by_force, by_moment = self.shared[:, 0, :, None], self.shared[:, 1, :, None]
+        common = white[:, :1] * by_force
+        common.addcmul_(white[:, 1:], by_moment)
+        common = (self.shrink @ self._sum(common)).index_select(0, self.state)
+        for j in range(2):
+            white[:, 0].addcmul_(common[:, j], by_force[:, j], value=-1)
+            white[:, 1].addcmul_(common[:, j], by_moment[:, j], value=-1)
         return white if loads.ndim == 3 else white[..., 0]
 
     def _rows(self, columns: Tensor) -> Tensor:
         """L⁻¹ times (N, 2, k)."""
-        first = columns[:, 0] / self.force[:, None]
-        second = (columns[:, 1] - self.slant[:, None] * first) / self.moment[:, None]
-        return torch.stack([first, second], dim=1)
+        rows = torch.empty(columns.shape, dtype=columns.dtype)
+        torch.div(columns[:, 0], self.force[:, None], out=rows[:, 0])
+        torch.div(columns[:, 1], self.moment[:, None], out=rows[:, 1])
+        rows[:, 1].addcmul_(rows[:, 0], (self.slant / self.moment)[:, None], value=-1)
+        return rows
 
     def _sum(self, rows: Tensor) -> Tensor:
         """Sum over the rows of each state: (N, …) → (states, …)."""

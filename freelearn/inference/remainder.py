@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from freelearn.inference.linear_algebra import clear, orthonormal
 from freelearn.inference.noise import Whitener
-from freelearn.inference.structure import bases, clear, monomials, orthonormal, whitened_basis
+from freelearn.inference.shapes import bases, dense, monomials, whitened_basis
 from freelearn.measurements.states import States
+
+INPUTS = ("elongation", "twist", "pressure", "direction of the pressure change")
 
 
 @dataclass(frozen=True)
@@ -23,19 +26,25 @@ class Remainder:
     hint_share: float
 
 
-def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Remainder:
-    """Describes whitened residuals (N, 2), predicted − measured, of a fit with whitened Jacobian (N, 2, p)."""
+def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener, scale: float) -> Remainder:
+    """Describes whitened residuals (N, 2), predicted − measured, of a fit with whitened Jacobian (N, 2, p).
+
+    scale: standard deviation of the noise that was found, in units of the stated one (see `Structure`). k columns
+    explain k scale² of noise on average, which is not systematic and is taken off.
+    """
     flat = residual.reshape(-1)
     absorbed = orthonormal(jacobian.flatten(0, 1))
 
     def explained(columns: Tensor) -> float:
         span = orthonormal(clear(columns, absorbed))
-        return float((span.T @ flat).square().sum()) - span.shape[1]
+        return float((span.T @ flat).square().sum()) - span.shape[1] * scale**2
 
-    everything = max(explained(whitened_basis(bases(states)[-1], whiten)), 1e-300)
+    everything = explained(whitened_basis(dense(bases(states)[-1], len(states)), whiten))
+    if everything <= 0:
+        return Remainder(0.0, dict.fromkeys(INPUTS, 0.0), "none", 0.0)
     terms, names = monomials(states, 3)
     terms = torch.cat([terms, states.direction[:, None]], dim=1)
-    names = [*names, "direction of the pressure change"]
+    names = [*names, INPUTS[-1]]
     zero = torch.zeros(len(states), dtype=torch.float64)
     best, share = "none", 0.0
     for column, name in zip(terms.T, names, strict=True):
@@ -45,7 +54,7 @@ def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
             if part > share:
                 best, share = f"{load} ~ {name}", part
     inputs = {}
-    for name in ("elongation", "twist", "pressure", "direction of the pressure change"):
+    for name in INPUTS:
         own = [i for i, n in enumerate(names) if n == name or (n.startswith(f"{name}^") and "×" not in n)]
-        inputs[name] = explained(whitened_basis(terms[:, own], whiten)) / everything
+        inputs[name] = max(explained(whitened_basis(terms[:, own], whiten)) / everything, 0.0)
     return Remainder(everything / float(flat.square().sum()), inputs, best, share)

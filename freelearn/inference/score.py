@@ -3,52 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from scipy.optimize import lsq_linear
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
+from freelearn.inference.bounded import bounded_least_squares
+from freelearn.inference.derivatives import Build, Trial, trials
+from freelearn.inference.linear_algebra import SMALLEST, normal_inverse, norms, orthonormal
 from freelearn.inference.noise import Whitener
-from freelearn.inference.structure import norms, orthonormal
-from freelearn.inference.white_fit import ONE, WhiteFit
+from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
 from freelearn.models.base import Model
-from freelearn.models.effects.registry import EFFECTS
 
 # Sign patterns of the wild bootstrap.
 DRAWS = 999
-# Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start.
-GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
 # An effect of which refitting the base parameters leaves less than this share cannot be seen in these data.
 ABSORBED = 1e-4
 
-# A model with the fit's effects and some more: names → Model.
-Build = Callable[[Sequence[str]], Model]
-# A model, the factors of its gridded parameters by label, and the derivatives there by label.
-Variants = list[tuple[Model, dict[str, float], dict[str, Tensor]]]
 
-
-@dataclass
+@dataclass(frozen=True)
 class EffectScore:
-    """gain: reduction of χ² that the linearised effect promises. p_value: chance that the most promising of all
-    effects would promise as much if there were nothing to find. size: σ of the effect after refitting, √gain.
-    start: raw parameters (p,) of the model with the effect, from which a full fit sets out."""
+    """What the linearized effect promises.
+
+    status: tested, not_testable or failed, the latter two with a reason. gain: reduction of χ² that it promises, and
+    evidence the same as a normal deviate, see `evidence`. p_value: chance that the most promising of all effects would
+    promise as much if there were nothing to find. start: raw parameters (p,) of the model with the effect, from which a
+    full fit sets out. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k).
+    """
 
     effect: str
     status: str = "tested"
     reason: str = ""
     gain: float = 0.0
+    evidence: float = -math.inf
     p_value: float = 1.0
     start: Tensor | None = None
     signature: Tensor | None = None
-    _evidence: float = field(default=-math.inf, repr=False)
-    _null: np.ndarray | None = field(default=None, repr=False)
+
+
+# A score, and its evidence in each draw of the bootstrap; None where it could not be tested.
+Drawn = tuple[EffectScore, np.ndarray | None]
 
 
 def score_effects(
@@ -59,205 +56,102 @@ def score_effects(
     Rao's score test: with C the effect's whitened derivative at no effect, cleared of what the fit's own parameters can
     absorb, the promised reduction is that of regressing the residuals on C, under the bounds that hold at no effect.
     Significance is that of the largest over the whole library, by a wild bootstrap that flips the signs of whole
-    kinematic states (Cameron, Gelbach & Miller 2008), so it holds with noise shared by a state's rows and with misfit.
+    kinematic states (Cameron, Gelbach & Miller 2008), so it holds with noise shared by a state's rows and with misfit;
+    each draw solves the same bounded problem as the residuals themselves.
     """
-    absorbed = orthonormal(fit.jacobian.flatten(0, 1))
-    generator = np.random.default_rng([seed, 7])
-    signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
-    scores = []
-    plain = [n for n in names if not _gridded(build([n]), n, fit)]
-    held = _hold(fit, rows)
-    shared: dict[str, Tensor] = {}
-    for group in _groups(plain):
-        shared |= _columns(build(group), fit, rows, whiten, held)
-    for name in names:
-        alone: Variants = [(build([name]), {}, shared)]
-        variants = alone if name in plain else _grid(name, build, fit, rows, whiten, held)
-        best = EffectScore(name, status="failed", reason="its derivative at no effect is not finite")
-        for model, fixed, columns in variants:
-            found = _one(name, model, fixed, columns, fit, absorbed, whiten, signs, variance)
-            if found._null is not None and best._null is not None:
-                # Several grid values of one effect: chance has as many tries.
-                found._null = best._null = np.maximum(found._null, best._null)
-            if best.status != "tested" or found._evidence > best._evidence:
-                best = found if found.status == "tested" or best.status != "tested" else best
-        scores.append(best)
-    tested = [s for s in scores if s._null is not None]
-    if tested:
-        largest = np.max([s._null for s in tested if s._null is not None], axis=0)
-        for s in tested:
-            s.p_value = float((1 + (largest >= s._evidence).sum()) / (DRAWS + 1))
-    return scores
+    view = _View(fit, whiten, variance, seed)
+    drawn: dict[str, Drawn] = {}
+    for trial in trials(fit, rows, whiten, names, build):
+        drawn[trial.effect] = _better(drawn.get(trial.effect), view.score(trial))
+    nulls = [null for _, null in drawn.values() if null is not None]
+    if not nulls:
+        return [score for score, _ in drawn.values()]
+    largest = np.max(nulls, axis=0)
+    return [
+        score if null is None else replace(score, p_value=float((1 + (largest >= score.evidence).sum()) / (DRAWS + 1)))
+        for score, null in drawn.values()
+    ]
 
 
-def _groups(names: Sequence[str]) -> list[list[str]]:
-    """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
-    so they are kept away from the energies, which are dear; what acts on the loads needs no structure at all."""
-    energies = [n for n in names if EFFECTS[n].port == "energy"]
-    springs = [n for n in names if EFFECTS[n].yields]
-    late = [n for n in names if EFFECTS[n].late]
-    rest = [n for n in names if n not in (*energies, *springs, *late)]
-    return [group for group in (energies, springs, late, rest) if group]
+def evidence(gain: np.ndarray, degrees: int) -> np.ndarray:
+    """A reduction of χ² as a normal deviate: puts effects of one and of several parameters on one scale.
+
+    Wilson & Hilferty's (1931) cube root, which neither saturates nor underflows where a p-value would.
+
+    >>> evidence(np.array([0.7, 3.84, 6.63]), 1).round(1)
+    array([0.2, 1.7, 2.3])
+    """
+    share = 2 / (9 * degrees)
+    deviate: np.ndarray = (np.cbrt(np.maximum(gain, 0) / degrees) - (1 - share)) / share**0.5
+    return deviate
 
 
-class _Held(NamedTuple):
-    """What the fit's ideal actuators carry (N, 2), and the states imposed on them, cut from every derivative."""
-
-    states: States
-    loads: Tensor
-
-
-def _hold(fit: WhiteFit, rows: Rows) -> _Held | None:
-    """None where a mount that gives way makes the state depend on the loads."""
-    if fit.model.yielding:
-        return None
-    with torch.no_grad():
-        values = fit.model.physical(fit.vector)
-        states = fit.model.imposed(rows.states, values)
-        return _Held(states, fit.model.ideal(states, values).loads)
+def _better(one: Drawn | None, other: Drawn) -> Drawn:
+    """The more telling of two grid values of one effect; chance has as many tries."""
+    if one is None or (one[1] is None and other[1] is not None):
+        return other
+    if other[1] is None:
+        return one
+    assert one[1] is not None
+    null = np.maximum(one[1], other[1])
+    return (other[0] if other[0].evidence > one[0].evidence else one[0]), null
 
 
-def _labels(model: Model, name: str) -> list[str]:
-    return [label for label in model.declared if label.startswith(f"{name}.")]
+class _View:
+    """The fit that effects are scored at: its residuals, what it absorbs, and the bootstrap's signs."""
 
+    def __init__(self, fit: WhiteFit, whiten: Whitener, variance: float, seed: int) -> None:
+        self.fit, self.whiten, self.variance = fit, whiten, variance
+        self.flat, self.jacobian = fit.residual.reshape(-1), fit.jacobian.flatten(0, 1)
+        self.absorbed, self.inverse = orthonormal(self.jacobian), normal_inverse(self.jacobian)
+        generator = np.random.default_rng([seed, 7])
+        self.signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
 
-def _gridded(model: Model, name: str, fit: WhiteFit) -> list[str]:
-    """Parameters of the effect that are undefined without it."""
-    return [label for label in _labels(model, name) if model.declared[label].none is None]
-
-
-def _none_vector(model: Model, fit: WhiteFit, name: str | None = None, factor: float = 1.0) -> Tensor:
-    """Raw vector of the model with the fit's values, and the added effects at no effect."""
-    known = dict(zip(fit.model.labels(), fit.vector, strict=True))
-    vector = model.vector().detach().clone()
-    for i, label in enumerate(model.labels()):
-        if label in known:
-            vector[i] = known[label]
-        elif label in model.declared:
-            p = model.declared[label]
-            vector[i] = p.to_raw(p.none if p.none is not None else factor * p.start)
-    return vector
-
-
-def _columns(
-    model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, held: _Held | None, factor: float = 1.0
-) -> dict[str, Tensor]:
-    """Whitened derivative (2N,) with respect to each effect's raw parameter at no effect, by label."""
-    vector = _none_vector(model, fit, factor=factor)
-    places = [i for i, label in enumerate(model.labels()) if label not in fit.model.declared]
-    if held is not None and all(e.late for e in model.effects if e.name not in _names(fit.model)):
-        raw = _late_jacobian(model, vector, held)
-    else:
-        raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
-    jacobian = whiten(raw[:, :, places]).flatten(0, 1)
-    return {model.labels()[i]: column for i, column in zip(places, jacobian.T.contiguous(), strict=True)}
-
-
-def _names(model: Model) -> set[str]:
-    return {effect.name for effect in model.effects}
-
-
-def _late_jacobian(model: Model, vector: Tensor, held: _Held) -> Tensor:
-    """∂loads/∂vector (N, 2, p) through dissipation and measurement alone: the structure need not be solved again."""
-    copies = vector.expand(len(held.loads), -1).clone().requires_grad_()
-    values = model.physical(copies)
-    loads = model.sensed(model.dissipated(held.loads, held.states, values), held.states, values)
-    parts = []
-    for load in loads.unbind(-1):
-        (by_load,) = torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)
-        parts.append(by_load)
-    return torch.stack(parts, dim=1)
-
-
-def _grid(name: str, build: Build, fit: WhiteFit, rows: Rows, whiten: Whitener, held: _Held | None) -> Variants:
-    model = build([name])
-    fixed = _gridded(model, name, fit)
-    return [(model, dict.fromkeys(fixed, f), _columns(model, fit, rows, whiten, held, f)) for f in GRID]
-
-
-def _one(
-    name: str,
-    model: Model,
-    fixed: dict[str, float],
-    columns: dict[str, Tensor],
-    fit: WhiteFit,
-    absorbed: Tensor,
-    whiten: Whitener,
-    signs: Tensor,
-    variance: float,
-) -> EffectScore:
-    free = [label for label in _labels(model, name) if label not in fixed]
-    raw = torch.stack([columns[label] for label in free], dim=1)
-    if not bool(raw.isfinite().all()):
-        return EffectScore(name, status="failed", reason="its derivative at no effect is not finite")
-    length = norms(raw)
-    if bool((length == 0).all()):
-        return EffectScore(name, status="not_testable", reason="it changes no load of these rows")
-    unit = raw / length.clamp_min(1e-300)
-    cleared = unit - absorbed @ (absorbed.T @ unit)
-    cleared = cleared - absorbed @ (absorbed.T @ cleared)
-    seen = norms(cleared) > ABSORBED
-    if not bool(seen.any()):
-        return EffectScore(
-            name, status="not_testable", reason="refitting the model's own parameters absorbs it in these rows"
+    def score(self, trial: Trial) -> Drawn:
+        if not bool(trial.columns.isfinite().all()):
+            return EffectScore(trial.effect, "failed", "its derivative at no effect is not finite"), None
+        length = norms(trial.columns)
+        if bool((length == 0).all()):
+            return EffectScore(trial.effect, "not_testable", "it changes no load of these rows"), None
+        unit = trial.columns / length.clamp_min(SMALLEST)
+        cleared = unit - self.absorbed @ (self.absorbed.T @ unit)
+        cleared = cleared - self.absorbed @ (self.absorbed.T @ cleared)
+        seen = norms(cleared) > ABSORBED
+        if not bool(seen.any()):
+            reason = "refitting the model's own parameters absorbs it in these rows"
+            return EffectScore(trial.effect, "not_testable", reason), None
+        signature = cleared[:, seen]
+        labels = [label for label, s in zip(trial.labels, seen.tolist(), strict=True) if s]
+        low, high = np.array([signs(trial.model, label) for label in labels]).T
+        each = self._by_state(signature)
+        slopes = torch.cat([each.sum(0)[None], self.signs @ each]).neg().numpy()
+        steps, gains = bounded_least_squares((signature.T @ signature).numpy(), slopes, low, high)
+        deviates = evidence(gains / self.variance, len(labels))
+        start = self._start(trial, labels, seen, torch.as_tensor(steps[0]) / length[seen])
+        score = EffectScore(
+            trial.effect, gain=float(gains[0]), evidence=float(deviates[0]), start=start, signature=signature
         )
-    flat = fit.residual.reshape(-1)
-    lower, upper = zip(*(_signs(model, label) for label in free), strict=True)
-    low, high = np.array(lower)[seen.numpy()], np.array(upper)[seen.numpy()]
-    signature = cleared[:, seen]
-    # The same least squares in as few rows as there are unknowns.
-    directions, triangle = torch.linalg.qr(signature)
-    step = lsq_linear(triangle.numpy(), -(directions.T @ flat).numpy(), (low, high)).x
-    gain = float(flat.square().sum() - (flat + signature @ torch.as_tensor(step)).square().sum())
-    degrees = signature.shape[1]
-    evidence = _evidence(np.array([gain / variance]), degrees)[0]
-    null = _null(signature, flat, whiten, signs, variance, low, high)
-    start = _none_vector(model, fit, factor=next(iter(fixed.values()), 1.0))
-    places = [model.labels().index(label) for label, s in zip(free, seen.tolist(), strict=True) if s]
-    moved = torch.as_tensor(step) / length[seen]
-    start[places] += moved
-    # The fit's own parameters give way to first order.
-    known = [model.labels().index(label) for label in fit.model.labels()]
-    start[known] -= _least_squares(fit.jacobian.flatten(0, 1), raw[:, seen] @ moved)
-    bounds = model.raw_bounds()
-    start = start.clamp(*bounds)
-    return EffectScore(name, gain=gain, start=start, signature=signature, _evidence=evidence, _null=null)
+        return score, deviates[1:]
+
+    def _by_state(self, signature: Tensor) -> Tensor:
+        """Products of the signature (2N, k) with the residuals, summed over each kinematic state: (states, k)."""
+        products = (signature * self.flat[:, None]).reshape(len(self.whiten.state), 2, -1).sum(1)
+        empty = torch.zeros(self.whiten.states, products.shape[1], dtype=products.dtype)
+        return empty.index_add_(0, self.whiten.state, products)
+
+    def _start(self, trial: Trial, labels: Sequence[str], seen: Tensor, moved: Tensor) -> Tensor:
+        """Raw vector with the effect moved, to which the fit's own parameters give way to first order."""
+        place = {label: i for i, label in enumerate(trial.model.labels())}
+        start = trial.vector.clone()
+        start[[place[label] for label in labels]] += moved
+        change = trial.columns[:, seen] @ moved
+        start[[place[label] for label in self.fit.model.labels()]] -= self.inverse @ (self.jacobian.T @ change)
+        return start.clamp(*trial.model.raw_bounds())
 
 
-def _least_squares(columns: Tensor, target: Tensor) -> Tensor:
-    """x of least norm that minimises |columns x − target|, by scaled normal equations."""
-    length = norms(columns).clamp_min(1e-300)
-    scaled = columns / length
-    return torch.linalg.pinv(scaled.T @ scaled, hermitian=True, rtol=1e-12) @ (scaled.T @ target) / length
-
-
-def _signs(model: Model, label: str) -> tuple[float, float]:
-    """Directions in which the parameter may leave no effect."""
+def signs(model: Model, label: str) -> tuple[float, float]:
+    """Lower and upper bound, 0 or infinite, of the step by which the parameter may leave no effect."""
     p = model.declared[label]
     if p.log:
         return -math.inf, math.inf
     return (0.0 if p.none == p.lower else -math.inf), (0.0 if p.none == p.upper else math.inf)
-
-
-def _evidence(gain: np.ndarray, degrees: int) -> np.ndarray:
-    """A reduction of χ² as a normal deviate: puts effects of one and of several parameters on one scale.
-
-    Wilson & Hilferty's (1931) cube root, which neither saturates nor underflows where a p-value would.
-    """
-    share = 2 / (9 * degrees)
-    return (np.cbrt(np.maximum(gain, 0) / degrees) - (1 - share)) / share**0.5
-
-
-def _null(
-    signature: Tensor, flat: Tensor, whiten: Whitener, signs: Tensor, variance: float, low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
-    """Evidence in each draw of the bootstrap, (DRAWS,)."""
-    products = (signature * flat[:, None]).reshape(len(whiten.state), 2, -1).sum(1)
-    each = torch.zeros(whiten.states, products.shape[1], dtype=flat.dtype).index_add_(0, whiten.state, products)
-    drawn = -(signs @ each)  # (DRAWS, q), slope of the residuals along the signature
-    # One-sided: a slope into the bound promises nothing.
-    drawn = torch.where((torch.as_tensor(low) == 0) & (drawn < 0), 0.0, drawn)
-    drawn = torch.where((torch.as_tensor(high) == 0) & (drawn > 0), 0.0, drawn)
-    gram = signature.T @ signature
-    gain = (drawn * torch.linalg.solve(gram + 1e-12 * gram.trace() * torch.eye(len(gram)), drawn.T).T).sum(1)
-    return _evidence((gain / variance).numpy(), signature.shape[1])

@@ -9,12 +9,17 @@ from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
+from freelearn.fit.solver import State, Termination
+from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener
+from freelearn.inference.thresholds import BEHIND, PROMISE, TRUST
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 
-# Differences of the sum of squares far below one decide nothing.
+# Relative differences of the sum of squares, and steps, that a fit does not pursue.
 TOLERANCE = 1e-7
+# Reduction of χ² that a fit does not pursue, in units of χ² per number: it moves a parameter by 0.001 σ.
+SETTLED = 1e-6
 MAX_ITERATIONS = 60
 ONE = torch.ones(2, dtype=torch.float64)
 
@@ -39,6 +44,7 @@ class WhiteFit:
 
     @property
     def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
         return float(self.residual.square().sum())
 
     def values(self) -> dict[str, float]:
@@ -49,11 +55,13 @@ class WhiteFit:
 
 
 class WhiteProblem:
-    """Whitened residuals of a model over rows, as functions of a raw vector; whitening stays fixed."""
+    """Whitened residuals of a model over rows, as functions of raw vectors; whitening stays fixed."""
 
     def __init__(self, model: Model, rows: Rows, whiten: Whitener) -> None:
         self.problem, self.whiten = Problem(model, rows, ONE), whiten
         self.shape = (len(rows), 2)
+        # Where the derivatives were last taken: a search ends there, and need not take them once more.
+        self._last: tuple[Tensor, Tensor] | None = None
 
     def residuals(self, vectors: Tensor) -> Tensor:
         """(members, p) → (members, 2N)."""
@@ -63,11 +71,23 @@ class WhiteProblem:
     def jacobians(self, vectors: Tensor) -> Tensor:
         """(members, p) → (members, 2N, p)."""
         raw = self.problem.jacobians(vectors)
+        self._last = vectors[-1].clone(), raw[-1].reshape(*self.shape, -1)
         return torch.stack([self.whiten(j.reshape(*self.shape, -1)).flatten(0, 1) for j in raw])
 
+    def raw_jacobian(self, vector: Tensor) -> Tensor:
+        """∂loads/∂vector at one vector (p,), not whitened: (N, 2, p)."""
+        if self._last is not None and torch.equal(self._last[0], vector):
+            return self._last[1]
+        return self.problem.jacobians(vector[None])[0].reshape(*self.shape, -1)
 
-def white_fit(model: Model, rows: Rows, whiten: Whitener, start: Tensor) -> WhiteFit:
-    """Fits from one raw start (p,); the model holds the result afterwards."""
+
+def white_fit(
+    model: Model, rows: Rows, whiten: Whitener, start: Tensor, rival: float | None = None, most: int = MAX_ITERATIONS
+) -> WhiteFit:
+    """Fits from one raw start (p,); the model holds the result afterwards.
+
+    rival: χ² that the fit has to match; one that clearly cannot is given up, unconverged. most: iterations.
+    """
     problem = WhiteProblem(model, rows, whiten)
     lower, upper = model.raw_bounds()
     solver = LevenbergMarquardt(
@@ -78,32 +98,60 @@ def white_fit(model: Model, rows: Rows, whiten: Whitener, start: Tensor) -> Whit
         gtol=TOLERANCE,
         ftol=TOLERANCE,
         xtol=TOLERANCE,
-        max_iterations=MAX_ITERATIONS,
+        max_iterations=most,
         batched=True,
     )
     state = solver.init(start[None])
-    while state.running:
+    message = ""
+    while state.running and not message:
         state = solver.step(state)
+        message = _enough(state, 2 * len(rows), rival)
     result = state.result().member(0)
     model.set_vector(result.x)
-    return at(model, rows, whiten, result.x, _ended(result), state.result().message(0))
+    return _ended(problem, result.x, Termination(int(result.status)), message or state.result().message(0))
 
 
-def at(
-    model: Model, rows: Rows, whiten: Whitener, vector: Tensor, converged: bool = True, message: str = "not fitted"
-) -> WhiteFit:
-    """The residuals and derivatives of a model at a raw vector, as a fit's outcome."""
-    problem = Problem(model, rows, ONE)
-    shape = (len(rows), 2)
+GIVEN_UP = "Given up: another model fits far better than this one can."
+
+
+def _enough(state: State, count: int, rival: float | None) -> str:
+    """Why a search need not go on, if so: nothing left to gain, or no chance to match the rival."""
+    loss, promised = float(state.point.loss[0]), float(state.point.model.attainable()[0])
+    if promised <= SETTLED * loss / count:
+        return "Converged: what the linear model still promises decides nothing."
+    if rival is not None and loss - TRUST * promised > BEHIND * rival:
+        return GIVEN_UP
+    return ""
+
+
+def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: str) -> WhiteFit:
+    """The fit at its last vector. Stopped without progress or by the limit, it counts as converged only if the linear
+    model there promises nothing that would decide anything: so a minimum that rounding hides is told from a kink, a
+    valley and a search cut short."""
+    model, whiten, shape = problem.problem.model, problem.whiten, problem.shape
     with torch.no_grad():
-        raw = problem.residual(vector).reshape(shape)
-    raw_jacobian = problem.jacobians(vector[None])[0].reshape(*shape, -1)
-    return WhiteFit(model, vector.clone(), whiten(raw), whiten(raw_jacobian), raw, raw_jacobian, converged, message)
+        raw = problem.problem.residual(vector).reshape(shape)
+    raw_jacobian = problem.raw_jacobian(vector)
+    residual, jacobian = whiten(raw), whiten(raw_jacobian)
+    possible = status != Termination.INVALID_START and message != GIVEN_UP
+    converged = status.converged or (possible and _settled(residual, jacobian, vector, model))
+    return WhiteFit(model, vector.clone(), residual, jacobian, raw, raw_jacobian, converged, message)
 
 
-def _ended(result: object) -> bool:
-    from freelearn.fit.solver import Termination
+def _settled(residual: Tensor, jacobian: Tensor, vector: Tensor, model: Model) -> bool:
+    flat = residual.reshape(-1)
+    promised = promise(flat, jacobian.flatten(0, 1), vector, *model.raw_bounds())
+    return promised <= PROMISE * max(1.0, float(flat.square().mean()))
 
-    status = Termination(int(result.status))  # type: ignore[attr-defined]
-    # A minimum to rounding, or so flat that sixty steps found nothing better.
-    return status not in (Termination.INVALID_START, Termination.RUNNING)
+
+def promise(residual: Tensor, jacobian: Tensor, vector: Tensor, lower: Tensor, upper: Tensor) -> float:
+    """By how much ‖r‖² (m,) would fall if r were linear, J (m, p), and no bound but those it rests on held.
+
+    This is the first-order criterion of a minimum: zero where r is orthogonal to J's columns, but for parameters on a
+    bound that descent points out of.
+    """
+    if not bool(jacobian.isfinite().all()) or not bool(residual.isfinite().all()):
+        return float("inf")
+    slope = jacobian.T @ residual
+    free = ~((vector <= lower) & (slope > 0)) & ~((vector >= upper) & (slope < 0))
+    return float((orthonormal(jacobian[:, free]).T @ residual).square().sum())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, Protocol
 
 import torch
 from torch import Tensor
@@ -16,6 +16,16 @@ from freelearn.models.prediction import Prediction, Status
 from freelearn.models.vector import Values
 
 __all__ = ["BLOCK", "Model", "Values"]
+
+
+class Bound(Protocol):
+    """A model at fixed states, as a fit asks for it again and again: no status, nothing recorded for autograd."""
+
+    def loads(self, vector: Tensor) -> Tensor:
+        """Loads (N, 2) N, N·m at a raw vector (p,)."""
+
+    def jacobian(self, vector: Tensor) -> Tensor:
+        """∂loads/∂vector of every row, (N, 2, p)."""
 
 
 class Model(Chain, Generic[P]):
@@ -94,6 +104,10 @@ class Model(Chain, Generic[P]):
 
     def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
         """∂loads/∂vector of every row, (N, 2, p), where the model has it in closed form; None leaves it to autograd."""
+        return None
+
+    def bind(self, states: States) -> Bound | None:
+        """The model at fixed states, where something can be made once for all raw vectors; None by default."""
         return None
 
     def description(self) -> dict[str, Any]:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import torch
+from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import inflate
-from freelearn.mechanics.loads import tube_loads
-from freelearn.mechanics.tube import QUADRATURE_POINTS
-from freelearn.models.base import Model, Values
+from freelearn.mechanics.loads import loads_at
+from freelearn.mechanics.same_tubes import SameTubes
+from freelearn.models.base import Bound, Model, Values
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
-from freelearn.models.ports import EnergyEffect, columns
+from freelearn.models.ports import EnergyEffect
 from freelearn.models.prediction import Prediction, Status
 
 # What the paper fixes for the constituents (Sedal et al. 2018) [Pa].
@@ -35,8 +35,8 @@ class Continuum(Model[Material]):
     parameter_class = Material
     conservative = True
     relaxed_at_rest = True
-    # Quadrature points through the wall.
-    points = QUADRATURE_POINTS
+    # Quadrature points through the wall; None integrates in closed form where an energy has one.
+    points: int | None = None
 
     def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect[Any]] = ()) -> None:
         super().__init__(effects, C1=C1, C2=C2)
@@ -53,9 +53,24 @@ class Continuum(Model[Material]):
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of the tube in radial equilibrium; without one, those of a ballooned tube."""
         energy = self.energy(values)
-        tube, u, found, unbalanced = inflate(states, energy, self.points)
-        status = torch.where(found, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
-        # The thrust of what a ballooned wall does not carry: a loss that goes on past the equilibrium's end grows
-        # there, instead of rewarding a wall too soft for the pressure.
-        thrust = math.pi * u * unbalanced
-        return Prediction(tube_loads(tube, energy, u) + columns(thrust, torch.zeros_like(thrust)), status)
+        inflated = inflate(states, energy, self.points)
+        status = torch.where(inflated.balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
+        return Prediction(loads_at(inflated), status)
+
+    def bind(self, states: States) -> Bound | None:
+        """Without effects both parameters are logarithms of moduli, and the rest is made once."""
+        exact = type(self).base_energy is Continuum.base_energy and not self.points and not self.effects
+        return _BoundContinuum(states) if exact else None
+
+
+class _BoundContinuum:
+    """The continuum at fixed states (see base.Bound)."""
+
+    def __init__(self, states: States) -> None:
+        self.tubes = SameTubes(states)
+
+    def loads(self, vector: Tensor) -> Tensor:
+        return self.tubes.loads(vector.exp())
+
+    def jacobian(self, vector: Tensor) -> Tensor:
+        return self.tubes.rates(vector.exp())

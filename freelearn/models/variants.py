@@ -72,23 +72,21 @@ class ContinuumInextensible(Model[Wall]):
     def structure(self, states: States, p: Wall) -> Prediction:
         """Loads of wall, fiber tension and fluid; a row that the fiber forbids is marked."""
         tube = Tube.from_states(states)
-        wall = EnergySum([NeoHookean(p.C1)])
-        cosine, outer2 = torch.cos(states.fiber_angle), states.outer_radius**2
-        axial = tube.axial * cosine
+        wall = EnergySum([NeoHookean(p.C1)]).wall(tube)
+        axial, smallest = tube.axial * tube.cosine, 1e-2 * states.inner_radius**2
         own = torch.sin(states.fiber_angle) / states.outer_radius
-        hoop = own + tube.twist_rate * cosine
+        hoop = own + tube.fiber_turn
         singular = hoop.abs() < SINGULAR_SHARE * own
         hoop = torch.where(singular, SINGULAR_SHARE * own, hoop)
         radius2 = (1 - axial * axial) / hoop**2
-        solid = (outer2 - tube.reference_u) / tube.axial
         # A fiber that is too short for the length would have to close the bore: the row is marked, and a finite number
         # keeps it from breaking a loss that it is not part of.
-        overstretched = radius2 - solid < 1e-2 * tube.reference_u
-        u = torch.where(overstretched, 1e-2 * tube.reference_u, radius2 - solid)
-        tension = (states.pressure - wall.hoop(tube)(u)[0]) / hoop**2
-        radius2 = u + solid
+        overstretched = radius2 - tube.solid < smallest
+        u = torch.where(overstretched, smallest, radius2 - tube.solid)
+        tension = (states.pressure - wall.carried(u).pressure) / hoop**2
+        radius2 = u + tube.solid
         force = -math.pi * tension * (2 * axial * axial - radius2 * hoop**2)
         moment = -2 * math.pi * tension * (radius2 * hoop * axial)
         status = torch.where(overstretched, Status.OVERSTRETCHED, Status.OK)
         status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
-        return Prediction(tube_loads(tube, wall, u) + columns(force, moment), status)
+        return Prediction(tube_loads(wall, u) + columns(force, moment), status)

@@ -10,12 +10,15 @@ from typing import Any
 import pandas as pd
 import torch
 
+from freelearn.inference.covariance import parameter_covariance
+from freelearn.inference.crossval import HELDOUT_IS
 from freelearn.inference.failures import Failure
-from freelearn.inference.next_experiment import Proposal
-from freelearn.inference.noise import Accuracy
+from freelearn.inference.next_experiment import NextState
 from freelearn.inference.remainder import Remainder
 from freelearn.inference.screens import Screen
-from freelearn.inference.search import Findings, Step
+from freelearn.inference.search import Findings
+from freelearn.inference.step import Step
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table
@@ -35,7 +38,7 @@ class Discovery:
     failed: list[Failure]
     splits: pd.DataFrame
     screens: list[Screen]
-    proposed: list[Proposal]
+    proposed: list[NextState]
     left: Remainder | None
     notes: list[str]
     content: dict[str, Any]
@@ -65,7 +68,7 @@ def document(
     findings: Findings,
     failed: list[Failure],
     screens: list[Screen],
-    proposed: list[Proposal],
+    proposed: list[NextState],
     left: Remainder | None,
     notes: list[str],
     untestable: list[dict[str, Any]],
@@ -77,8 +80,9 @@ def document(
     content = {
         "verdict": findings.verdict,
         "says": verdict_in_words(findings),
-        "effects": last.effects,
+        "effects": findings.effects,
         "classes": [list(c) for c in findings.classes],
+        "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
         "trail": [_entry(step, previous) for previous, step in pairs],
         "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
@@ -120,20 +124,17 @@ def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
 
 def stderr(step: Step) -> dict[str, float]:
     """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was found."""
-    from freelearn.inference.search import parameter_covariance
-
     covariance = parameter_covariance(step)
     return dict(zip(step.fit.model.declared, torch.diagonal(covariance).clamp_min(0).sqrt().tolist(), strict=True))
 
 
 def verdict_in_words(findings: Findings) -> str:
     """One sentence for the researcher."""
-    last = findings.final
-    names = ", ".join(last.effects)
+    names = ", ".join(findings.effects)
     if findings.verdict == "adequate":
         return "Adequate: at this accuracy nothing systematic is missing."
     if findings.verdict == "named":
-        was, them = ("was", "it") if len(last.effects) == 1 else ("were", "them")
+        was, them = ("was", "it") if len(findings.effects) == 1 else ("were", "them")
         return f"Named: {names} {was} missing; with {them} nothing systematic is left."
     if findings.verdict == "class":
         groups = "; ".join(" or ".join(c) for c in findings.classes)

@@ -8,7 +8,7 @@ import pandas as pd
 import panel as pn
 
 from freelearn.models.effects.registry import EFFECTS
-from freelearn.render.html.charts.ranking import ranking_numbers
+from freelearn.results.ranking import ranking_numbers
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
@@ -39,7 +39,7 @@ class Effects:
     def _use(self) -> None:
         found = self.session.discovery()
         if found and not self.session.busy:
-            self.session.choose(effects=tuple(found["effects"]))
+            self.session.choose(effects=(*found["given_effects"], *found["effects"]))
             self.session.start("train")
 
     def refresh(self) -> None:
@@ -58,7 +58,7 @@ class Effects:
             self.refreshing = False
 
     def _verdict(self, found: dict[str, Any] | None) -> None:
-        wanted = found["effects"] if found else []
+        wanted = [*found["given_effects"], *found["effects"]] if found else []
         self.use.visible = bool(wanted) and set(wanted) != set(self.session.question.effects)
         self.use.disabled = self.session.busy
         if not found:

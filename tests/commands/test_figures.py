@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from rich.console import Console
-from test_train import make_csv, run
+from small_runs import make_csv, run
 
 from freelearn.commands.figures import draw_folder, parameters, spread
 from freelearn.errors import UserError
-from freelearn.render.png.admissible import admissible_table
-from freelearn.render.png.load_vectors import load_vector_table
+from freelearn.results.admissible import admissible_table
+from freelearn.results.load_vectors import load_vector_table
 
 
 @pytest.fixture(scope="module")

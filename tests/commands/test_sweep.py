@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import ROOT
-from test_train import make_csv
+from small_runs import make_csv
 
 from freelearn.measurements.sets import overlap
 from freelearn.results.collect import collect

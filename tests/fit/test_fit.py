@@ -8,8 +8,9 @@ import torch
 from scipy.optimize import least_squares
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty

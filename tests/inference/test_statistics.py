@@ -4,14 +4,21 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from hidden_tables import table
 
-from freelearn.errors import UserError
 from freelearn.inference.crossval import cross_validate, folds_of, paired
 from freelearn.inference.failures import failures, inputs_of, split_errors
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
-from freelearn.inference.screens import reciprocity, rising_falling
+from freelearn.inference.hysteresis import rising_falling
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.inference.prepare import prepare
+from freelearn.inference.question import Question
+from freelearn.inference.reciprocity import reciprocity
+from freelearn.inference.remainder import remainder
 from freelearn.inference.structure import structure
 from freelearn.inference.white_fit import WhiteFit
+from freelearn.measurements.accuracy import PAPER, Accuracy
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 
 ACCURACY = Accuracy(length=7e-5, twist=3e-3, pressure=150.0, force=0.03, moment=6e-4)
@@ -168,15 +175,52 @@ def test_rising_and_falling_pressure_are_told_apart_only_by_history(bed):
 def test_reciprocity_is_broken_by_what_has_no_potential(bed):
     states, _, whiten, noise = bed
     x, y = (states.length / states.reference_length - 1) / 0.05, states.twist / 2
-    assert reciprocity(noise, NOTHING_FITTED, states, whiten).p_value > 0.01
+    # Noise alone: there is nothing to keep or break the law.
+    assert "cannot tell" in reciprocity(noise, NOTHING_FITTED, states, whiten).says
     # U = x²y + x y³, in lengths and angles: F = ∂U/∂l, M = ∂U/∂φ.
     per_l, per_phi = 1 / (0.05 * states.reference_length), 0.5
     conservative = torch.stack([(2 * x * y + y**3) * per_l, (x**2 + 3 * x * y**2) * per_phi], dim=1)
     size = conservative.abs().amax(0)
     conservative = conservative / size.max() * 50
-    assert reciprocity(noise + conservative, NOTHING_FITTED, states, whiten).p_value > 0.01
+    kept = reciprocity(noise + conservative, NOTHING_FITTED, states, whiten)
+    assert kept.p_value > 0.01
+    assert "keep" in kept.says
     lopsided = torch.stack([torch.zeros_like(x), 2 * x], dim=1)
-    assert reciprocity(noise + lopsided, NOTHING_FITTED, states, whiten).p_value < 1e-6
+    assert "break" in reciprocity(noise + lopsided, NOTHING_FITTED, states, whiten).says
+
+
+@pytest.mark.parametrize("size", [1.0, 3.0, 10.0])
+def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
+    # A motor's cogging: its potential is the integral of the moment over the twist. Polynomials cannot follow it.
+    data = table({}, extra=lambda s, loads: loads + size * 2e-3 * np.stack([0 * s["twist"], np.sin(8 * s["twist"])], 1))
+    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
+    samples = [3, 6]
+    question = Question(lambda names: build_model("continuum", {}, names, samples), [], rows, PAPER, 0)
+    prepared, base = prepare(question)
+    screen = reciprocity(base.fit.residual, base.fit.jacobian, prepared.rows.states, base.whiten)
+    assert "break" not in screen.says
+
+
+def test_the_systematic_share_does_not_depend_on_the_unit_of_the_noise(bed):
+    states, _, whiten, noise = bed
+    wave = torch.stack([0.1 * states.twist**2 * states.pressure / 7e4, torch.zeros(2000, dtype=torch.float64)], 1)
+    one = remainder(noise + wave, NOTHING_FITTED, states, whiten, scale=1.0)
+    three = remainder(3 * (noise + wave), NOTHING_FITTED, states, whiten, scale=3.0)
+    assert three.share == pytest.approx(one.share)
+    assert three.inputs == pytest.approx(one.inputs)
+    # Noise three times as large as stated is not systematic for that.
+    assert remainder(3 * noise, NOTHING_FITTED, states, whiten, scale=3.0).share < 0.01
+
+
+def test_parts_are_whitened_as_the_whole(sensitivity):
+    state = torch.as_tensor(STATE)
+    whiten = Whitener(sensitivity, state, ACCURACY)
+    loads = torch.randn(12, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    rows = torch.nonzero((state == 9) | (state == 5))[:, 0]
+    torch.testing.assert_close(whiten.part(rows)(loads[rows]), whiten(loads)[rows])
+    with pytest.raises(ValueError, match="whole kinematic states"):
+        whiten.part(rows[1:])
 
 
 def table_of(states, state) -> pd.DataFrame:
@@ -218,11 +262,3 @@ def test_errors_by_group_add_up_to_the_whole(bed):
     for _, part in splits.groupby("by"):
         assert part["rows"].sum() == 2000
         assert (part["E"] ** 2 * part["rows"]).sum() == pytest.approx(whole)
-
-
-def test_an_impossible_accuracy_is_refused():
-    good = {"elongation_mm": 0.1, "twist_deg": 0.2, "pressure_kpa": 0.1, "force_n": 0.03, "moment_nmm": 0.6}
-    assert Accuracy.from_settings(good).length == pytest.approx(1e-4)
-    for name, value in (("force_n", 0), ("twist_deg", -1.0), ("pressure_kpa", float("nan")), ("moment_nmm", "big")):
-        with pytest.raises(UserError, match=name):
-            Accuracy.from_settings(good | {name: value})

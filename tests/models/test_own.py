@@ -9,7 +9,8 @@ import torch
 from conftest import ROOT
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty

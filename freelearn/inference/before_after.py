@@ -1,0 +1,67 @@
+"""The error before and after effects were added, on the same rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from freelearn.inference.search import Findings
+from freelearn.measurements.error import load_scale
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.sets import samples_of, set_names
+from freelearn.models.base import Model
+from freelearn.models.prediction import Status
+
+EVERY = "every"
+
+
+def errors_by_set(findings: Findings, whole: Rows, test: str = EVERY) -> dict[str, dict[str, float]]:
+    """The paper's error of the first and of the last model on test sets: {set: {before, after}}, fractions.
+
+    whole: every un-buckled row of the table. test: one set's name, or every. On samples that were fitted it is that of
+    held-out kinematic states, on others that of all rows; sets with both kinds of samples are left out.
+    """
+    sample, fitted_sample = whole.states.sample.numpy(), findings.rows.states.sample.numpy()
+    errors = {}
+    for name in set_names(sample) if test == EVERY else [test]:
+        members = samples_of(name, sample)
+        fitted = np.isin(members, fitted_sample)
+        if fitted.all():
+            pair = _heldout(findings, np.isin(fitted_sample, members))
+        elif not fitted.any():
+            models = [findings.steps[0].fit.model, findings.final.fit.model]
+            pair = common_errors(models, whole[torch.as_tensor(np.flatnonzero(np.isin(sample, members)))])
+        else:
+            continue
+        if pair:
+            errors[name] = dict(zip(("before", "after"), pair, strict=True))
+    return errors
+
+
+def common_errors(models: Sequence[Model], rows: Rows) -> list[float]:
+    """The paper's error of each model on the rows (N) that all of them answer, scaled by the largest loads of all rows;
+    nothing if there is no such row.
+
+    Compared on the rows that each of them answers, a model that answers more would look worse for it.
+    """
+    answers = []
+    with torch.no_grad():
+        for model in models:
+            answers.append(model(rows.states))
+    common = torch.ones(len(rows), dtype=torch.bool)
+    for _, status in answers:
+        common &= status == Status.OK
+    if not bool(common.any()):
+        return []
+    scale = load_scale(rows.loads)
+    scaled = [(loads[common] - rows.loads[common]) / scale for loads, _ in answers]
+    return [float(residual.square().sum(-1).mean().sqrt()) for residual in scaled]
+
+
+def _heldout(findings: Findings, inside: np.ndarray) -> list[float]:
+    chosen = torch.as_tensor(np.flatnonzero(inside))
+    scale = load_scale(findings.rows.loads[chosen])
+    ends = (findings.steps[0], findings.final)
+    return [float((step.heldout.raw[chosen] / scale).square().sum(-1).mean().sqrt()) for step in ends]

@@ -1,0 +1,65 @@
+"""Effects that could stand in the place of those added: exchanged where they explain more, named where as much."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from freelearn.inference.crossval import paired
+from freelearn.inference.prepare import Prepared
+from freelearn.inference.rank import rank
+from freelearn.inference.refit import refit, rewhitened, without
+from freelearn.inference.step import Step
+from freelearn.inference.thresholds import COINCIDE, COMPARABLE, EXCHANGES, WORTH_EXCHANGING
+
+# For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
+EquivalenceClass = dict[str, Step]
+
+
+def classify(
+    prepared: Prepared, final: Step, watch: Callable[[Step, str], None]
+) -> tuple[Step, list[EquivalenceClass]]:
+    """The last model, effects exchanged for better ones where there are any, and the class of each effect added.
+
+    The classes are those of the model that is returned, also when the exchanges have run out."""
+    for _ in range(EXCHANGES):
+        classes = []
+        for effect in prepared.question.added(final.effects):
+            rivals = stand_ins(prepared, final, effect)
+            best = min(rivals, key=lambda name: rivals[name].heldout.loss.sum())
+            if best != effect and paired(rivals[best].heldout, final.heldout)[0] > WORTH_EXCHANGING:
+                final = rewhitened(prepared, rivals[best]).tried(final.candidates)
+                watch(final, f"{best} in place of {effect}")
+                break
+            classes.append(alike(effect, rivals))
+        else:
+            return final, classes
+    added = prepared.question.added(final.effects)
+    return final, [alike(effect, stand_ins(prepared, final, effect)) for effect in added]
+
+
+def stand_ins(prepared: Prepared, final: Step, effect: str) -> dict[str, Step]:
+    """The final model, and the models with another effect in the place of this one, by that effect's name."""
+    models = {effect: final}
+    reduced = without(prepared, final, effect)
+    if reduced is None:
+        return models
+    others = [name for name in prepared.question.candidates if name not in final.effects]
+    # The noise is that of the final model: what the reduced one lacks is known, and no noise.
+    scores = rank(prepared, reduced, [effect, *others], final.left.scale)
+    own = next(s.gain for s in scores if s.effect == effect)
+    comparable = [s for s in scores if s.effect != effect and s.gain >= COMPARABLE * own]
+    return models | refit(prepared, reduced, comparable, rival=final.fit.chi2)[0]
+
+
+def alike(effect: str, rivals: dict[str, Step]) -> EquivalenceClass:
+    """Those of the rivals that predict held-out states as well as the effect itself.
+
+    As well: within one standard error of the paired difference, or with a difference in χ² that noise makes wherever
+    two signatures coincide."""
+    reference = rivals[effect]
+    members = {effect: reference}
+    for name, other in rivals.items():
+        mean, error = paired(reference.heldout, other.heldout)
+        if name != effect and (mean < error or mean * len(other.heldout.loss) < COINCIDE):
+            members[name] = other
+    return members

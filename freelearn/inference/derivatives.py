@@ -1,0 +1,136 @@
+"""Derivatives of whitened loads with respect to effects that are not in the model yet, at no effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from freelearn.fit.problem import Problem
+from freelearn.inference.noise import Whitener
+from freelearn.inference.white_fit import ONE, WhiteFit
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
+from freelearn.models.base import Model
+from freelearn.models.effects.registry import EFFECTS
+
+# Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start.
+GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
+
+# A model with the fit's effects and some more: names → Model.
+Build = Callable[[Sequence[str]], Model]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An effect at no effect, its undefined parameters at `factor` times their start.
+
+    model: the fit's with the effect; vector: its raw parameters there, (p,). labels: the effect's other parameters;
+    columns: whitened derivatives by them, (2N, k).
+    """
+
+    effect: str
+    model: Model
+    vector: Tensor
+    labels: tuple[str, ...]
+    columns: Tensor
+
+
+def trials(fit: WhiteFit, rows: Rows, whiten: Whitener, names: Sequence[str], build: Build) -> list[Trial]:
+    """Every named effect at no effect, one trial for each value tried of its undefined parameters."""
+    carried = _carried(fit, rows)
+    models = {name: build([name]) for name in names}
+    gridded = {name for name, model in models.items() if _undefined(model, name)}
+    shared: dict[str, Tensor] = {}
+    for group in _groups([name for name in names if name not in gridded]):
+        shared |= _columns(build(group), fit, rows, whiten, carried)
+    out = []
+    for name, model in models.items():
+        undefined = _undefined(model, name)
+        labels = tuple(label for label in _labels(model, name) if label not in undefined)
+        for factor in GRID if name in gridded else (1.0,):
+            known = _columns(model, fit, rows, whiten, carried, factor) if name in gridded else shared
+            columns = torch.stack([known[label] for label in labels], dim=1)
+            out.append(Trial(name, model, none_vector(model, fit, factor), labels, columns))
+    return out
+
+
+def none_vector(model: Model, fit: WhiteFit, factor: float = 1.0) -> Tensor:
+    """Raw vector (p,) of the model with the fit's values, and the added effects at no effect; parameters that are
+    undefined there at `factor` times their start."""
+    known = dict(zip(fit.model.labels(), fit.vector, strict=True))
+    vector = model.vector().detach().clone()
+    for i, label in enumerate(model.labels()):
+        if label in known:
+            vector[i] = known[label]
+        elif label in model.declared:
+            p = model.declared[label]
+            vector[i] = p.to_raw(p.none if p.none is not None else factor * p.start)
+    return vector
+
+
+def _groups(names: Sequence[str]) -> list[list[str]]:
+    """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
+    so they are kept away from the energies, which are dear; what acts on the loads needs no structure at all."""
+    energies = [n for n in names if EFFECTS[n].port == "energy"]
+    springs = [n for n in names if EFFECTS[n].yields]
+    late = [n for n in names if EFFECTS[n].late]
+    rest = [n for n in names if n not in (*energies, *springs, *late)]
+    return [group for group in (energies, springs, late, rest) if group]
+
+
+class _Carried(NamedTuple):
+    """What the fit's ideal actuators carry (N, 2), and the states imposed on them, cut from every derivative."""
+
+    states: States
+    loads: Tensor
+
+
+def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
+    """None where a mount that gives way makes the state depend on the loads."""
+    if fit.model.yielding:
+        return None
+    with torch.no_grad():
+        values = fit.model.physical(fit.vector)
+        states = fit.model.imposed(rows.states, values)
+        return _Carried(states, fit.model.ideal(states, values).loads)
+
+
+def _labels(model: Model, name: str) -> list[str]:
+    return [label for label in model.declared if label.startswith(f"{name}.")]
+
+
+def _undefined(model: Model, name: str) -> list[str]:
+    """Parameters of the effect that are undefined without it."""
+    return [label for label in _labels(model, name) if model.declared[label].none is None]
+
+
+def _columns(
+    model: Model, fit: WhiteFit, rows: Rows, whiten: Whitener, carried: _Carried | None, factor: float = 1.0
+) -> dict[str, Tensor]:
+    """Whitened derivative (2N,) with respect to each added effect's raw parameter at no effect, by label."""
+    vector = none_vector(model, fit, factor)
+    places = [i for i, label in enumerate(model.labels()) if label not in fit.model.declared]
+    present = {effect.name for effect in fit.model.effects}
+    added = [effect for effect in model.effects if effect.name not in present]
+    if carried is not None and all(effect.late for effect in added):
+        raw = _late_jacobian(model, vector, carried)
+    else:
+        raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+    jacobian = whiten(raw[:, :, places]).flatten(0, 1)
+    return {model.labels()[i]: column for i, column in zip(places, jacobian.T.contiguous(), strict=True)}
+
+
+def _late_jacobian(model: Model, vector: Tensor, carried: _Carried) -> Tensor:
+    """∂loads/∂vector (N, 2, p) through dissipation and measurement alone: the structure need not be solved again."""
+    copies = vector.expand(len(carried.loads), -1).clone().requires_grad_()
+    values = model.physical(copies)
+    loads = model.sensed(model.dissipated(carried.loads, carried.states, values), carried.states, values)
+    parts = []
+    for load in loads.unbind(-1):
+        (by_load,) = torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)
+        parts.append(by_load)
+    return torch.stack(parts, dim=1)

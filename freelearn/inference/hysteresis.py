@@ -1,0 +1,105 @@
+"""Do loads differ between rising and falling pressure? A screen for what depends on the history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.noise import Whitener
+from freelearn.inference.screens import ALPHA, Screen
+from freelearn.inference.shapes import monomials
+from freelearn.inference.structure import f_test
+from freelearn.measurements.states import States
+from freelearn.units import NMM
+
+NAME = "rising against falling pressure"
+# Fewer comparisons show nothing.
+FEWEST = 10
+# A falling row is compared where rising ones of its state surround it, up to this much [Pa].
+BEYOND = 500.0
+# Two-sided quantile of the normal distribution for the largest difference that may have been missed: 99 %.
+QUANTILE = 2.58
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A falling row and the two or three rising rows of its state that its loads are interpolated between."""
+
+    falling: int
+    rising: np.ndarray
+    share: np.ndarray
+
+
+def comparisons(states: States, state: np.ndarray) -> list[Comparison]:
+    """Every row of falling pressure with rising rows of the same kinematic state on both sides.
+
+    state: number of each row's kinematic state, (N,). Between the rising rows a load is a parabola where there are
+    three of them, so that its bend is not mistaken for hysteresis."""
+    pressure, direction = states.pressure.numpy(), states.direction.numpy()
+    out = []
+    order = np.argsort(state, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(state[order])) + 1):
+        falling, rising = rows[direction[rows] < 0], rows[direction[rows] >= 0]
+        rising = rising[np.argsort(pressure[rising], kind="stable")]
+        if len(rising) < 2:
+            continue
+        for row in falling:
+            if pressure[rising[0]] - BEYOND <= pressure[row] <= pressure[rising[-1]] + BEYOND:
+                nearest = np.argsort(np.abs(pressure[rising] - pressure[row]), kind="stable")[:3]
+                out.append(Comparison(int(row), rising[nearest], _shares(pressure[rising[nearest]], pressure[row])))
+    return out
+
+
+def _shares(at: np.ndarray, where: float) -> np.ndarray:
+    """Lagrange's weights of values at `at` for the value at `where`."""
+    shares = np.ones(len(at))
+    for i in range(len(at)):
+        for j in range(len(at)):
+            if i != j:
+                shares[i] *= (where - at[j]) / (at[i] - at[j]) if at[i] != at[j] else np.nan
+    # Two readings at one pressure: the nearest alone.
+    return shares if np.isfinite(shares).all() else np.eye(len(at))[0]
+
+
+def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: Whitener) -> Screen:
+    """Residuals at falling against rising pressure, at the same pressure of the same kinematic state.
+
+    raw: predicted − measured (N, 2). What a row's state and pressure decide cancels in the difference, a position
+    error included, so only what depends on the history can show.
+    """
+    pairs = comparisons(states, state)
+    if len(pairs) < FEWEST:
+        few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
+        return Screen(NAME, None, None, few)
+    noise = torch.stack([whiten.force, (whiten.moment**2 + whiten.slant**2).sqrt()], -1).numpy()
+    residual = raw.numpy()
+    place = np.array([pair.falling for pair in pairs])
+    difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])
+    spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
+    basis = orthonormal(monomials(states[torch.as_tensor(place)], 1)[0]).numpy()
+    p_value = min(1.0, 2 * min(_p_value(z, basis) for z in (difference / spread).T))
+    mean = difference.mean(0)
+    if p_value < ALPHA:
+        says = (
+            f"loads differ between falling and rising pressure (by {-mean[0]:+.3g} N and {-mean[1] / NMM:+.3g} N·mm on "
+            "average, measured): friction_hysteresis, relaxation or stress_softening takes part"
+        )
+        return Screen(NAME, True, p_value, says)
+    most = np.abs(mean) + QUANTILE * difference.std(0, ddof=1) / np.sqrt(len(pairs))
+    says = (
+        f"no difference beyond the noise; on average it is at most {most[0]:.2g} N and {most[1] / NMM:.2g} N·mm, so "
+        "friction_hysteresis is at most half of that"
+    )
+    return Screen(NAME, False, p_value, says)
+
+
+def _p_value(z: np.ndarray, basis: np.ndarray) -> float:
+    """F-test of differences z (n,) for a part along an orthonormal basis (n, k)."""
+    explained = float(((basis.T @ z) ** 2).sum())
+    freedom = len(z) - basis.shape[1]
+    rest = max(float((z**2).sum()) - explained, 1e-300) / freedom
+    return f_test(explained / basis.shape[1] / rest, basis.shape[1], freedom)

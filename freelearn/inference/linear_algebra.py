@@ -1,0 +1,52 @@
+"""Spans and least squares of tall matrices, by inner products: rows are thousands of times as many as columns."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+# Squared singular values (relative) below which columns of length one count as dependent.
+DEPENDENT = 1e-11
+# What rounding leaves of a column must not be mistaken for a direction.
+ROUNDING = 1e-6
+# Lengths are divided by; a column of zeros stays one.
+SMALLEST = 1e-300
+
+
+def norms(columns: Tensor) -> Tensor:
+    """Euclidean length of each column (m, k), (k,).
+
+    >>> norms(torch.tensor([[3.0, 0.0], [4.0, 2.0]]))
+    tensor([5., 2.])
+    """
+    return columns.square().sum(0).sqrt()
+
+
+def orthonormal(columns: Tensor) -> Tensor:
+    """Orthonormal basis of the span of columns (m, k), (m, r), by the eigenvectors of their Gram matrix.
+
+    m is thousands of times k, so a singular value decomposition would cost many times more; what falls below the
+    square root of the rounding error counts as dependent.
+    """
+    length = norms(columns)
+    columns = columns[:, length > 0] / length[length > 0]
+    if not columns.shape[1]:
+        return columns
+    size, axes = torch.linalg.eigh(columns.T @ columns)
+    kept = size > DEPENDENT * size[-1]
+    return columns @ (axes[:, kept] / size[kept].sqrt())
+
+
+def clear(columns: Tensor, span: Tensor) -> Tensor:
+    """Columns (m, k) without their part in an orthonormal span (m, r); those that lie in it are left out."""
+    rest = columns - span @ (span.T @ columns)
+    kept = norms(rest) > ROUNDING * norms(columns)
+    return rest[:, kept] - span @ (span.T @ rest[:, kept])
+
+
+def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
+    """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out."""
+    length = norms(columns).clamp_min(SMALLEST)
+    scaled = columns / length
+    inverse: Tensor = torch.linalg.pinv(scaled.T @ scaled, hermitian=True, rtol=smallest)
+    return inverse / length / length[:, None]

@@ -1,0 +1,31 @@
+"""What a search is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.rows import Rows
+from freelearn.models.base import Model
+
+
+@dataclass(frozen=True)
+class Question:
+    """Which of the candidates does the model miss on these rows?
+
+    build: effect names → fresh model with these effects. candidates: names of the effects to try. accuracy: of the
+    measuring. given: effects that the model has from the start: they are part of the question, and so are never taken
+    out, exchanged or reported as missing.
+    """
+
+    build: Callable[[Sequence[str]], Model]
+    candidates: Sequence[str]
+    rows: Rows
+    accuracy: Accuracy
+    seed: int
+    given: Sequence[str] = ()
+
+    def added(self, effects: Sequence[str]) -> list[str]:
+        """Those of a model's effects that were not given."""
+        return [effect for effect in effects if effect not in self.given]

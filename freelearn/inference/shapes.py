@@ -1,0 +1,134 @@
+"""Generic shapes that something missing may leave in residuals: polynomials, bins, waves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from freelearn.inference.noise import Whitener
+from freelearn.measurements.states import States
+
+# Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
+POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
+# Bins of length and of twist in which a misfit of any shape may show, and half-waves over a sample's run.
+BINS, WAVES = 24, 6
+
+
+@dataclass(frozen=True)
+class Block:
+    """Shapes (n, k) on some rows, (n,) of them, and zero on all others."""
+
+    rows: Tensor
+    columns: Tensor
+
+
+# A set of shapes: what belongs to one sample alone costs no more than its own rows.
+Basis = list[Block]
+
+
+def scaled(x: Tensor) -> Tensor:
+    """x (N,) moved and stretched to [−1, 1]; zeros where all values are the same.
+
+    >>> scaled(torch.tensor([2.0, 3.0, 4.0]))
+    tensor([-1.,  0.,  1.])
+    """
+    low, high = x.min(), x.max()
+    half = (high - low) / 2
+    return (x - (low + high) / 2) / half if float(half) > 0 else torch.zeros_like(x)
+
+
+def elongation(states: States) -> Tensor:
+    """Length change l − L [m], (N,)."""
+    return states.length - states.reference_length
+
+
+def monomials(states: States, degree: int) -> tuple[Tensor, list[str]]:
+    """Products of powers of length change, twist and pressure (each scaled to [−1, 1]) up to a total degree: (N, k)."""
+    x = [scaled(elongation(states)), scaled(states.twist), scaled(states.pressure)]
+    columns, names = [], []
+    for i in range(degree + 1):
+        for j in range(degree + 1 - i):
+            for k in range(degree + 1 - i - j):
+                columns.append(x[0] ** i * x[1] ** j * x[2] ** k)
+                powers = zip(("elongation", "twist", "pressure"), (i, j, k), strict=True)
+                names.append(" × ".join(n if p == 1 else f"{n}^{p}" for n, p in powers if p) or "constant")
+    return torch.stack(columns, dim=-1), names
+
+
+def bases(states: States) -> list[Basis]:
+    """Shapes that a missing effect may leave: coarse and fine smooth ones, uneven ones, and each sample's own."""
+    rising = states.direction[:, None]
+    low, _ = monomials(states, 1)
+    order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
+    coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
+    fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
+    uneven = torch.cat([binned(elongation(states), states), binned(states.twist, states), _waves(states)], dim=1)
+    everywhere = torch.arange(len(states))
+    pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven)]
+    samples = torch.unique(states.sample)
+    if len(samples) == 1:
+        return pooled
+    each = torch.cat([monomials(states, SAMPLE_DEGREE)[0], rising * low, order], dim=1)
+    return [*pooled, [Block(rows, each[rows]) for rows in rows_of_samples(states)]]
+
+
+def rows_of_samples(states: States) -> list[Tensor]:
+    """Row numbers of each sample, in the samples' order."""
+    return [torch.nonzero(states.sample == n)[:, 0] for n in torch.unique(states.sample)]
+
+
+def dense(basis: Basis, count: int) -> Tensor:
+    """The shapes as one matrix over all rows, (count, k)."""
+    parts = []
+    for block in basis:
+        part = torch.zeros(count, block.columns.shape[1], dtype=torch.float64)
+        part[block.rows] = block.columns
+        parts.append(part)
+    return torch.cat(parts, dim=1)
+
+
+def bins(x: Tensor, most: int = BINS) -> Tensor:
+    """Indicators (N, k) of the levels of x (N,), or of at most so many bins with equally many levels each.
+
+    >>> bins(torch.tensor([0.5, 2.0, 0.5]))
+    tensor([[1., 0.],
+            [0., 1.],
+            [1., 0.]], dtype=torch.float64)
+    """
+    levels, level = torch.unique(x.round(decimals=9), return_inverse=True)
+    if len(levels) > most:
+        level = torch.div(level * most, len(levels), rounding_mode="floor")
+    return torch.nn.functional.one_hot(level).double()
+
+
+def binned(x: Tensor, states: States) -> Tensor:
+    """A constant and a slope over pressure in each bin of x: what polynomials are too smooth for, (N, 2 bins)."""
+    inside = bins(x)
+    return torch.cat([inside, inside * scaled(states.pressure)[:, None]], dim=1)
+
+
+def _waves(states: States) -> Tensor:
+    """Slow waves over each sample's run, in the order of measuring: (N, WAVES × samples)."""
+    columns = []
+    for n in torch.unique(states.sample):
+        inside = states.sample == n
+        place = (torch.cumsum(inside, 0) - 0.5).double() / inside.sum()
+        columns += [torch.cos(torch.pi * k * place) * inside for k in range(1, WAVES + 1)]
+    return torch.stack(columns, dim=1)
+
+
+def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
+    """Basis (N, k) given to force and to moment in turn, whitened: (2N, 2k). Columns of length one before that."""
+    force, moment = whiten.variance.sqrt().mean(0)
+    return whiten(both_loads(basis * force, basis * moment)).flatten(0, 1)
+
+
+def both_loads(force: Tensor, moment: Tensor) -> Tensor:
+    """Shapes of the force (N, k) and of the moment (N, j) as loads (N, 2, k + j), each with the other zero."""
+    none = torch.zeros(len(force), force.shape[1] + moment.shape[1], dtype=force.dtype)
+    loads = torch.stack([none, none], dim=1)
+    loads[:, 0, : force.shape[1]] = force
+    loads[:, 1, force.shape[1] :] = moment
+    return loads

@@ -1,0 +1,57 @@
+"""One model on the way of a search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from freelearn.inference.crossval import HeldOut
+from freelearn.inference.noise import Whitener
+from freelearn.inference.score import EffectScore
+from freelearn.inference.structure import Structure, structure
+from freelearn.inference.white_fit import WhiteFit
+from freelearn.measurements.states import States
+
+# An entry of discovery.json's `candidates`.
+Candidate = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One model on the way: its fit, held-out residuals, what is left, and the candidates that were tried on it.
+
+    effects: all that the model has, the given ones first. E_train, E_heldout: the paper's error on the fitted rows and
+    on held-out kinematic states; E_new_sample: on whole samples left out in turn (None with one sample, or where a
+    parameter belongs to a sample); floor: what measuring alone leaves of it (fractions)."""
+
+    effects: list[str]
+    fit: WhiteFit
+    whiten: Whitener
+    heldout: HeldOut
+    states: States
+    E_train: float
+    E_heldout: float
+    E_new_sample: float | None
+    floor: float
+    candidates: Sequence[Candidate] = ()
+    scores: Sequence[EffectScore] = ()
+
+    @cached_property
+    def left(self) -> Structure:
+        """What is systematic in the residuals that are left."""
+        return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
+
+    def tried(self, candidates: Sequence[Candidate], scores: Sequence[EffectScore] = ()) -> Step:
+        """The same step with what was tried on it."""
+        step = replace(self, candidates=candidates, scores=scores)
+        if "left" in vars(self):  # known already, and dear
+            vars(step)["left"] = self.left
+        return step
+
+
+def record(step: Step) -> dict[str, Any]:
+    """What a search needs to take the step up again, as plain values."""
+    vector = dict(zip(step.fit.model.labels(), step.fit.vector.tolist(), strict=True))
+    return {"effects": step.effects, "vector": vector, "candidates": list(step.candidates)}

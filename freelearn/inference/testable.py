@@ -1,0 +1,95 @@
+"""Which effects can be tested on a model and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from freelearn.inference.hysteresis import FEWEST, comparisons
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import SECONDS_PER_ROW
+from freelearn.models.base import Model
+from freelearn.models.effects.registry import EFFECTS
+
+# A row counts as less severe than an earlier one below this share of the harshest so far.
+MILDER = 0.99
+
+
+def candidates(
+    model: Model, given: Iterable[str], columns: Iterable[str], rows: Rows
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Names of the effects to test, and an entry of discovery.json for each that cannot be, with the reason.
+
+    An effect cannot be tested where the table lacks a column, where it does not fit the model's family, or where the
+    rows (those looked at) never saw what it would show in: fitted all the same, it would stand for something else.
+    """
+    present, known = set(columns), set(given)
+    names, out = [], []
+    for name, effect in EFFECTS.items():
+        if name in known:
+            continue
+        missing = [c for c in effect.needs if c not in present]
+        if missing:
+            out.append(_out(name, f"needs the column {', '.join(missing)}"))
+        elif model.family not in effect.families():
+            out.append(_out(name, f"works with {', '.join(effect.families())} only"))
+        elif reason := unseen(name, rows):
+            out.append(_out(name, reason))
+        else:
+            names.append(name)
+    return names, out
+
+
+def unseen(name: str, rows: Rows) -> str:
+    """Why these rows cannot show an effect of the history; empty where they can, and for all other effects."""
+    return HISTORY[name](rows) if name in HISTORY else ""
+
+
+def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:
+    """What was assumed for want of a column, in words, for the effects tested."""
+    if "sensor_drift" not in names or "time_s" in set(columns):
+        return []
+    return [
+        f"the table has no time_s: sensor_drift was tested as if each row had taken {SECONDS_PER_ROW:g} s, and its "
+        "rates per second rest on that"
+    ]
+
+
+def _friction(rows: Rows) -> str:
+    count = len(comparisons(rows.states, rows.state))
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows of falling pressure beside rising ones of the same state: there are {count}"
+
+
+def _relaxation(rows: Rows) -> str:
+    dwell = rows.states.dwell.numpy()
+    _, member = np.unique(rows.state, return_inverse=True)
+    shortest = np.full(member.max() + 1, np.inf)
+    np.minimum.at(shortest, member, dwell)
+    count = int((dwell > shortest[member]).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows that were read later than others of the same state: there are {count}"
+
+
+def _softening(rows: Rows) -> str:
+    count = int((rows.states.severity < MILDER * rows.states.past_severity).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows milder than one that the sample went through before: there are {count}"
+
+
+# Effects of the history, and what says why rows cannot show them.
+HISTORY: dict[str, Callable[[Rows], str]] = {
+    "friction_hysteresis": _friction,
+    "relaxation": _relaxation,
+    "stress_softening": _softening,
+}
+
+
+def _out(name: str, reason: str) -> dict[str, Any]:
+    entry = {"step": 0, "effect": name, "status": "not_testable", "reason": reason}
+    return entry | {"score": None, "p_value": None, "E_heldout": None, "E_new_sample": None}

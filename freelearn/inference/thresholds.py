@@ -1,0 +1,45 @@
+"""Every threshold that a search decides by, and why it is what it is."""
+
+# --- significance ------------------------------------------------------------------------------------------------
+
+# Chance of naming an effect, in one step, where there is nothing to find.
+ALPHA = 0.01
+# Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so smaller.
+LEFT = 0.002
+# An added effect has to lower the held-out loss by this many standard errors of the paired difference, and an effect
+# that raises it by less when it is taken out again is idle.
+BETTER = 2.0
+
+# --- how far to look ---------------------------------------------------------------------------------------------
+
+# Effects added at most: beyond, several together stand for something else.
+MOST_EFFECTS = 6
+# Candidates that are fitted in full at each step, the most promising ones.
+REFITTED = 6
+# Rounds in which an effect already in may be exchanged for one that explains more.
+EXCHANGES = 3
+# Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.
+WHITENINGS = 3
+
+# --- what need not be computed -----------------------------------------------------------------------------------
+
+# An effect this many σ from no effect, by its own standard errors, is not tested for being idle.
+CERTAIN = 15.0
+# A candidate's fit is given up once χ², less so many times what the linear model still promises, exceeds so many times
+# that of the model which it would have to match. Both generous: near the noise no fit is ever given up.
+TRUST, BEHIND = 10.0, 2.0
+
+# --- what is alike -----------------------------------------------------------------------------------------------
+
+# Difference in χ² that speaks for neither of two models: two standard deviations of one whitened number.
+COINCIDE = 4.0
+# A stand-in must promise, to first order, at least this share of what the effect itself promises.
+COMPARABLE = 0.25
+# Mean gain per kinematic state, in χ², for which an effect is exchanged.
+WORTH_EXCHANGING = 0.5
+
+# --- whitened fits -----------------------------------------------------------------------------------------------
+
+# A fit that stopped early stands at a minimum if the linear model promises no more than this reduction of χ², in units
+# of χ² per number (at least of the stated noise): a difference of a tenth decides nothing.
+PROMISE = 0.1

@@ -1,0 +1,148 @@
+"""The search: what is given, what may be exchanged, and when a fit counts."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from hidden_tables import table
+
+from freelearn.fit.solver import Termination
+from freelearn.inference import classify as classify_module
+from freelearn.inference.classify import classify
+from freelearn.inference.crossval import HeldOut
+from freelearn.inference.prepare import prepare
+from freelearn.inference.question import Question
+from freelearn.inference.rank import rank
+from freelearn.inference.refit import refit
+from freelearn.inference.search import search
+from freelearn.inference.thresholds import EXCHANGES
+from freelearn.inference.white_fit import GIVEN_UP, WhiteProblem, _ended, promise, white_fit
+from freelearn.measurements.accuracy import PAPER
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.build import build_model
+
+FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}
+LIBRARY = ["friction_hysteresis", "force_offset", "moment_offset", "pressure_offset"]
+
+
+def question(effects, given=(), candidates=LIBRARY, share=0.2) -> Question:
+    data = table(effects, share=share)
+    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
+    left = [name for name in candidates if name not in given]
+    return Question(lambda names: build_model("continuum", {}, names, [3, 6]), left, rows, PAPER, 0, given)
+
+
+def test_what_is_given_is_not_missing():
+    found = search(question(FRICTION, given=("friction_hysteresis",)))
+    assert (found.verdict, found.effects, found.classes) == ("adequate", [], [])
+    assert found.steps[0].effects == ["friction_hysteresis"]
+
+
+def test_what_is_given_is_kept_even_where_it_does_nothing():
+    # There is no force offset: an added one would be taken out again, or exchanged.
+    found = search(question(FRICTION, given=("force_offset",)))
+    assert (found.verdict, found.effects) == ("named", ["friction_hysteresis"])
+    assert [list(members) for members in found.classes] == [["friction_hysteresis"]]
+    assert all("force_offset" in step.effects for step in found.steps)
+    assert found.steps[0].effects == ["force_offset"]
+    assert found.final.fit.values()["force_offset.force"] == pytest.approx(0.0, abs=0.1)
+    # The candidates of the first step are the first, whatever was given.
+    assert {c["step"] for c in found.steps[0].candidates} == {0}
+
+
+def test_the_given_effects_are_no_rivals_of_what_is_added():
+    asked = question(FRICTION, given=("force_offset", "moment_offset"))
+    found = search(asked)
+    assert all(not set(members) & set(asked.given) for members in found.classes)
+
+
+def test_the_classes_belong_to_the_last_model_when_the_exchanges_run_out(monkeypatch):
+    """Each effect has a better one behind it, one more than may be exchanged."""
+    names = "abcdefgh"[: EXCHANGES + 2]
+
+    def step(name):
+        loss = np.full(10, 100.0 - 10 * names.index(name))
+        return SimpleNamespace(
+            effects=[name], heldout=HeldOut(None, None, loss), candidates=(), tried=lambda c: step(name)
+        )
+
+    def stand_ins(prepared, final, effect):
+        better = names[min(names.index(effect) + 1, len(names) - 1)]
+        return {effect: final, better: step(better)}
+
+    monkeypatch.setattr(classify_module, "stand_ins", stand_ins)
+    monkeypatch.setattr(classify_module, "rewhitened", lambda prepared, model: model)
+    prepared = SimpleNamespace(question=SimpleNamespace(added=list))
+    told = []
+    final, classes = classify(prepared, step("a"), lambda model, text: told.append(text))
+    assert len(told) == EXCHANGES
+    assert final.effects == [names[EXCHANGES]]
+    assert [next(iter(members)) for members in classes] == final.effects
+
+
+def test_steps_and_scores_cannot_be_changed():
+    prepared, base = prepare(question(FRICTION))
+    (score,) = rank(prepared, base, ["friction_hysteresis"], 1.0)
+    for frozen, name in ((base, "E_heldout"), (score, "status"), (prepared.question, "seed")):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(frozen, name, None)
+    left = base.left
+    assert base.tried([{}]).left is left
+
+
+@pytest.fixture(scope="module")
+def optimum():
+    asked = question(FRICTION, share=0.1)
+    prepared, base = prepare(asked)
+    return asked, prepared, base
+
+
+def test_a_fit_cut_short_is_not_at_a_minimum(optimum):
+    asked, prepared, base = optimum
+    start = base.fit.vector + torch.tensor([1.0, -1.0], dtype=torch.float64)
+    assert not white_fit(asked.build([]), prepared.rows, base.whiten, start, most=1).converged
+    assert white_fit(asked.build([]), prepared.rows, base.whiten, start).converged
+    # At the minimum no step is needed.
+    assert white_fit(asked.build([]), prepared.rows, base.whiten, base.fit.vector, most=1).converged
+
+
+@pytest.mark.parametrize("status", [Termination.NO_PROGRESS, Termination.MAX_ITERATIONS])
+def test_without_progress_only_a_minimum_counts(optimum, status):
+    asked, prepared, base = optimum
+    problem = WhiteProblem(asked.build([]), prepared.rows, base.whiten)
+    assert _ended(problem, base.fit.vector, status, "stopped").converged
+    assert not _ended(problem, base.fit.vector + 0.1, status, "stopped").converged
+
+
+def test_the_promise_of_a_linear_problem_is_what_solving_it_gains():
+    generator = torch.Generator().manual_seed(5)
+    jacobian = torch.randn(30, 3, dtype=torch.float64, generator=generator)
+    residual = torch.randn(30, dtype=torch.float64, generator=generator)
+    zero, free = torch.zeros(3, dtype=torch.float64), torch.full((3,), torch.inf, dtype=torch.float64)
+    best = residual - jacobian @ torch.linalg.lstsq(jacobian, residual[:, None]).solution[:, 0]
+    gain = float(residual.square().sum() - best.square().sum())
+    assert promise(residual, jacobian, zero, -free, free) == pytest.approx(gain)
+    # On bounds that descent points out of, nothing is promised.
+    side = (jacobian.T @ residual).sign()
+    low, high = torch.where(side > 0, zero, -free), torch.where(side < 0, zero, free)
+    assert promise(residual, jacobian, zero, low, high) == 0.0
+
+
+def test_a_candidate_that_cannot_win_is_given_up_and_has_not_failed(optimum):
+    _, prepared, base = optimum
+    scores = rank(prepared, base, LIBRARY, base.left.scale)
+    fitted, noted = refit(prepared, base, scores)
+    assert "friction_hysteresis" in fitted
+    given_up = {s.effect for s in noted if s.status == "tested"} - set(fitted)
+    assert given_up
+    start = next(s.start for s in scores if s.effect in given_up)
+    (name,) = {s.effect for s in scores if s.start is start}
+    best = fitted["friction_hysteresis"].fit.chi2
+    fit = white_fit(prepared.question.build([name]), prepared.rows, base.whiten, start, rival=best)
+    assert fit.message == GIVEN_UP
+    # Fitted all the same, it stays far behind.
+    assert white_fit(prepared.question.build([name]), prepared.rows, base.whiten, start).chi2 > 2 * best

@@ -1,0 +1,59 @@
+"""What the rows cannot show is no candidate."""
+
+import numpy as np
+import pytest
+import torch
+from hidden_tables import table
+
+from freelearn.inference.testable import assumptions, candidates, unseen
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.build import build_model
+
+
+def rows_of(data) -> Rows:
+    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    return rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return table({}, share=0.1)
+
+
+def test_the_whole_protocol_shows_every_effect(whole):
+    names, out = candidates(build_model("continuum"), [], whole.columns, rows_of(whole))
+    assert {"friction_hysteresis", "relaxation", "stress_softening"} <= set(names)
+    assert not out
+
+
+def test_without_falling_pressure_friction_cannot_be_tested(whole):
+    rising = whole[whole["step"] < 8]
+    names, out = candidates(build_model("continuum"), [], rising.columns, rows_of(rising))
+    assert "friction_hysteresis" not in names
+    (entry,) = [c for c in out if c["effect"] == "friction_hysteresis"]
+    assert entry["status"] == "not_testable"
+    assert "falling" in entry["reason"]
+    # What is given is not tested, and so has no entry.
+    names, out = candidates(build_model("continuum"), ["friction_hysteresis"], rising.columns, rows_of(rising))
+    assert "friction_hysteresis" not in {*names, *(c["effect"] for c in out)}
+
+
+def test_with_one_reading_a_state_relaxation_cannot_be_tested(whole):
+    assert "read later" in unseen("relaxation", rows_of(whole[whole["step"] == 3]))
+    assert not unseen("relaxation", rows_of(whole[whole["step"] < 2]))
+
+
+def test_with_ever_harsher_states_softening_cannot_be_tested(whole):
+    data = whole[(whole["step"] == 0) & (whole["sample"] == 3)]
+    states = States.from_table(data)
+    order = np.argsort(states.severity.numpy())
+    assert "milder" in unseen("stress_softening", rows_of(data.iloc[order].reset_index(drop=True)))
+    assert not unseen("stress_softening", rows_of(data.iloc[order[::-1]].reset_index(drop=True)))
+
+
+def test_assumed_seconds_are_told(whole):
+    (note,) = assumptions(["force_gain", "sensor_drift"], whole.columns.drop("time_s"))
+    assert "20 s" in note
+    assert not assumptions(["sensor_drift"], whole.columns)
+    assert not assumptions(["force_gain"], whole.columns.drop("time_s"))
