@@ -20,7 +20,7 @@ class EndClamps(GeometryEffect[Clamps]):
     place = 3
     suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
     source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
-    parameters = Clamps
+    parameter_class = Clamps
 
     def reshape(self, states: States, p: Clamps) -> States:
         """As GeometryEffect.reshape."""

@@ -20,7 +20,7 @@ class FiberDispersion(EnergyEffect[Dispersion]):
     place = 6
     suspect = "Fibers are wound unevenly or cross each other, so the wall is stiff off the fiber angle too."
     source = "Gasser, Ogden & Holzapfel (2006)"
-    parameters = Dispersion
+    parameter_class = Dispersion
     depends_on = ("i1", "i4")
 
     def psi(self, *invariants: Tensor, p: Dispersion, material: Material) -> Tensor:

@@ -20,7 +20,7 @@ class FiberMisalignment(GeometryEffect[Misalignment]):
     place = 1
     suspect = "One sample is off as if it had a neighbor's fiber angle."
     source = "Bruder et al. (2018), fabrication tolerance"
-    parameters = Misalignment
+    parameter_class = Misalignment
 
     def reshape(self, states: States, p: Misalignment) -> States:
         """As GeometryEffect.reshape."""

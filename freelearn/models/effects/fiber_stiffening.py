@@ -29,7 +29,7 @@ class FiberStiffening(EnergyEffect[Holzapfel]):
     place = 4
     suspect = "Threads straighten: the fiber is soft at first and stiff once it carries load."
     source = "Holzapfel, Gasser & Ogden (2000)"
-    parameters = Holzapfel
+    parameter_class = Holzapfel
     depends_on = ("i4",)
 
     def psi(self, *invariants: Tensor, p: Holzapfel, material: Material) -> Tensor:

@@ -21,7 +21,7 @@ class FiberTensionOnly(EnergyEffect[Slack]):
     place = 5
     suspect = "The model is too stiff where the fibers are shortened: threads buckle and carry no compression."
     source = "Holzapfel, Gasser & Ogden (2000) switch fibers off in compression (s = 1)"
-    parameters = Slack
+    parameter_class = Slack
     depends_on = ("i4",)
 
     def psi(self, *invariants: Tensor, p: Slack, material: Material) -> Tensor:

@@ -21,7 +21,7 @@ class ForceGain(MeasurementEffect[Gain]):
     place = 3
     suspect = "All forces are off by the same share, and the moments are right."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Gain
+    parameter_class = Gain
 
     def sense(self, loads: Tensor, states: States, p: Gain) -> Tensor:
         """As MeasurementEffect.sense."""

@@ -25,7 +25,7 @@ class FrictionHysteresis(DissipationEffect[Friction]):
     place = 1
     suspect = "Loads at one pressure differ between inflating and deflating."
     source = "Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles"
-    parameters = Friction
+    parameter_class = Friction
 
     def dissipate(self, loads: Tensor, states: States, p: Friction) -> Tensor:
         """As DissipationEffect.dissipate."""

@@ -20,7 +20,7 @@ class LengthCompliance(MountEffect[Spring]):
     place = 4
     suspect = "The actuator seems too soft in stretch where the force is large: load cell, stage or adhesive gives way."
     source = "machine compliance: Huerta & Malvern (1979)"
-    parameters = Spring
+    parameter_class = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
         """As MountEffect.impose."""

@@ -20,7 +20,7 @@ class LengthOffset(BoundaryEffect[Offset]):
     place = 1
     suspect = "The force curves of a sample are shifted along the elongation axis."
     source = "zero error of a position sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
         """As BoundaryEffect.impose."""

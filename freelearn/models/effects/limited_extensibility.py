@@ -30,7 +30,7 @@ class LimitedExtensibility(EnergyEffect[Gent]):
     place = 3
     suspect = "The wall locks: loads rise steeply at the largest stretches."
     source = "Gent (1996)"
-    parameters = Gent
+    parameter_class = Gent
     depends_on = ("i1",)
 
     def psi(self, *invariants: Tensor, p: Gent, material: Material) -> Tensor:

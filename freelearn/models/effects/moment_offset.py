@@ -21,7 +21,7 @@ class MomentOffset(MeasurementEffect[Offset]):
     place = 2
     suspect = "All moments are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
         """As MeasurementEffect.sense."""

@@ -20,7 +20,7 @@ class PressureGain(BoundaryEffect[Gain]):
     place = 7
     suspect = "The misfit grows in proportion to the pressure, in every sample alike."
     source = "sensitivity error of a sensor: GUM (JCGM 100:2008)"
-    parameters = Gain
+    parameter_class = Gain
 
     def impose(self, states: States, p: Gain) -> States:
         """As BoundaryEffect.impose."""

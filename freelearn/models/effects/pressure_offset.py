@@ -20,7 +20,7 @@ class PressureOffset(BoundaryEffect[Offset]):
     place = 6
     suspect = "Loads at zero pressure are off in the direction in which pressure moves them."
     source = "zero error of a sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
         """As BoundaryEffect.impose."""

@@ -21,7 +21,7 @@ class SecondInvariant(EnergyEffect[Mooney]):
     place = 1
     suspect = "The wall is right in tension but wrong in twist or compression: a neo-Hookean solid is too simple."
     source = "Mooney (1940); Rivlin (1948)"
-    parameters = Mooney
+    parameter_class = Mooney
     depends_on = ("i2",)
 
     def psi(self, *invariants: Tensor, p: Mooney, material: Material) -> Tensor:

@@ -21,7 +21,7 @@ class SensorCrosstalk(MeasurementEffect[Crosstalk]):
     place = 5
     suspect = "The force follows the moment, or the moment the force, where the model sees no reason."
     source = 'the paper\'s Section "Testing Protocol"'
-    parameters = Crosstalk
+    parameter_class = Crosstalk
 
     def sense(self, loads: Tensor, states: States, p: Crosstalk) -> Tensor:
         """As MeasurementEffect.sense."""

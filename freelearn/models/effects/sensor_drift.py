@@ -23,7 +23,7 @@ class SensorDrift(MeasurementEffect[Drift]):
     place = 6
     suspect = "Repeats of one state disagree, and more so the further apart they were measured."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Drift
+    parameter_class = Drift
 
     @classmethod
     def assumptions(cls, columns: Iterable[str]) -> list[str]:
@@ -31,8 +31,8 @@ class SensorDrift(MeasurementEffect[Drift]):
         if "time_s" in set(columns):
             return []
         return [
-            f"{cls.name}: the table has no time_s, so {SECONDS_PER_ROW:g} s from row to row were assumed; "
-            "its parameters in N/s and N·m/s are in proportion to that."
+            f"the table has no time_s: {cls.name} takes {SECONDS_PER_ROW:g} s from row to row, and its rates per "
+            "second rest on that"
         ]
 
     def sense(self, loads: Tensor, states: States, p: Drift) -> Tensor:

@@ -20,7 +20,7 @@ class TwistCompliance(MountEffect[Spring]):
     place = 5
     suspect = "The actuator seems too soft in twist where the moment is large: shaft, coupling or adhesive gives way."
     source = "machine compliance: Huerta & Malvern (1979)"
-    parameters = Spring
+    parameter_class = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
         """As MountEffect.impose."""

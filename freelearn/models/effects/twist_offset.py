@@ -20,7 +20,7 @@ class TwistOffset(BoundaryEffect[Offset]):
     place = 2
     suspect = "The moment curves of a sample are shifted along the twist axis."
     source = "zero error of a position sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
         """As BoundaryEffect.impose."""

@@ -20,7 +20,7 @@ class WallStiffening(EnergyEffect[Yeoh]):
     place = 2
     suspect = "The loads fall short at large stretch and twist although they are right near the reference state."
     source = "Yeoh (1993)"
-    parameters = Yeoh
+    parameter_class = Yeoh
     depends_on = ("i1",)
 
     def psi(self, *invariants: Tensor, p: Yeoh, material: Material) -> Tensor:

@@ -22,7 +22,7 @@ class WallThickness(GeometryEffect[Thickness]):
     place = 2
     suspect = "One sample is too stiff or too soft everywhere; the rubber coat was cast or dipped by hand."
     source = "thick-walled tubes: Ogden (1997)"
-    parameters = Thickness
+    parameter_class = Thickness
 
     def reshape(self, states: States, p: Thickness) -> States:
         """As GeometryEffect.reshape."""
