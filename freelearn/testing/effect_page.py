@@ -11,7 +11,7 @@ HEAD = """# The effects
 
 Each is a part that plugs into one place of the chain: *boundary* (what state was really imposed) → *geometry* (what
 actuator it really is) → *energy* (wall and fiber) → *dissipation* → *measurement*. With its parameters at no effect the
-model is unchanged to the last bit. Which models have which of these places:
+model is unchanged to the last bit (with an energy: to rounding). Which models have which of these places:
 
 {families}
 
