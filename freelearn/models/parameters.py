@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, get_args, get_origin
 
 from torch import Tensor
 
@@ -85,3 +85,13 @@ class Parameters:
 
 
 P = TypeVar("P", bound=Parameters)
+
+
+def misnamed(cls: type, parameter_class: type[Parameters]) -> str | None:
+    """What is wrong where a class derives from Base[A] and its parameter_class is not A; None where they agree."""
+    for base in getattr(cls, "__orig_bases__", ()):
+        for named in get_args(base):
+            if isinstance(named, type) and issubclass(named, Parameters) and not issubclass(parameter_class, named):
+                whole = f"{get_origin(base).__name__}[{named.__name__}]"
+                return f"it derives from {whole}: write parameter_class = {named.__name__}"
+    return None
