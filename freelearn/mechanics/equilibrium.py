@@ -95,7 +95,8 @@ def _halley(
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
-    u, everyone = start, False
+    u = start
+    everyone: bool | None = False
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
         if expansion is None:
@@ -135,9 +136,7 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tup
     return u, None
 
 
-def _search(
-    wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, pressure: Tensor
-) -> tuple[Tensor, Tensor]:
+def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
     """Newton's method inside a bracket, for walls of any kind: as `_solve`."""
     low, high = 1e-4 * ceiling, ceiling
     u = start

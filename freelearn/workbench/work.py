@@ -104,7 +104,7 @@ class _Epochs(L.Callback):
     def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
         epoch, fitted, held_out = pl_module.history[-1]
         text = f"epoch {epoch}: E {100 * fitted:.3g} %"
-        if pl_module.held_out:
+        if pl_module.validation:
             text += f", validation {100 * held_out:.3g} %"
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 

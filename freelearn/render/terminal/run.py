@@ -37,7 +37,7 @@ class FitProgress(L.Callback):
     def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
         epoch, train, held_out = pl_module.history[-1]
         text = f"epoch {epoch}  E train {100 * train:.3f} %"
-        if pl_module.held_out:
+        if pl_module.validation:
             text += f"  validation {100 * held_out:.3f} %"
         self.bar.update(self.task, completed=epoch, description=text)
 
