@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
-from freelearn.files import write_text, write_whole
+from freelearn.files import write_text
 from freelearn.measurements.sets import samples_of
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
@@ -38,7 +39,7 @@ def write_run(run: Run, table: pd.DataFrame, folder: Path, about: dict[str, Any]
 
     about: what results.json says besides the run's own outcome (seed, split, data, key).
     """
-    write_whole(folder / "predictions.csv", lambda p: table.to_csv(p, index=False, float_format="%.10g"))
+    write_text(folder / "predictions.csv", csv_text(table, "%.10g"))
     write_text(folder / "fit_report.txt", report(run))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
     write_text(folder / "results.json", json.dumps(results(run, about), indent=2, allow_nan=False) + "\n")
