@@ -132,7 +132,7 @@ class GradientEpochs:
         """A stride of epochs."""
         for _ in range(min(self.STRIDE, self.max_epochs - self.epochs)):
             order = torch.randperm(len(self.problem.rows), generator=self.generator)
-            for rows in order.split(self.batch_size):
+            for rows in order.split(self.batch_size):  # type: ignore[no-untyped-call]
                 self._step(Problem(self.problem.model, self.problem.rows[rows], self.problem.scale))
             self.epochs += 1
 
@@ -144,7 +144,7 @@ class GradientEpochs:
 
         alone = len(self.parameter) == 1
         total = loss(self.parameter[0]) if alone else torch.func.vmap(loss)(self.parameter).sum()
-        total.backward()
+        total.backward()  # type: ignore[no-untyped-call]
         self.optimizer.step()
         self.schedule.step()
         with torch.no_grad():
