@@ -17,6 +17,7 @@ from freelearn.models.effect import FAMILIES
 from freelearn.models.effects.registry import make_effects
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
+from freelearn.models.parameters import misnamed
 from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall
 
 VARIANTS = (ContinuumLinearMaterial, ContinuumThinWall, ContinuumInextensible)
@@ -34,6 +35,8 @@ def register_model(model: type[Model[Any]]) -> None:
         raise TypeError(f"its family {model.family!r} is none of {', '.join(FAMILIES)}")
     if model.structure is Model.structure and model.bare in (Model.bare, Chain.bare):
         raise TypeError("it must write the method structure")
+    if wrong := misnamed(model, model.parameter_class):
+        raise TypeError(wrong)
     for p in model.parameter_class.records():
         if not p.allows(p.start):
             raise TypeError(f"the start of its parameter {p.name!r} must lie within its bounds")

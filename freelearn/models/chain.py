@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import Any, TypeVar
 
 import torch
@@ -113,14 +114,16 @@ class Chain(RawVector):
         shaped = states
         for effect in self._geometry:
             shaped = effect.reshape(shaped, effect.own(values, states))
-        if not self._wall:
+        left = self.wall_left(states, values)
+        if left is None:
             return self.bare(shaped, values)
+        loads, status = self.bare(shaped.replace(pressure=shaped.pressure / left), values)
+        return Prediction(loads * left[..., None], status)
+
+    def wall_left(self, states: States, values: Values) -> Tensor | None:
+        """Factor s of the wall's stresses that its effects leave, (N,); None without such effects."""
         factors = [effect.soften(states, effect.own(values, states)) for effect in self._wall]
-        factor = factors[0]
-        for more in factors[1:]:
-            factor = factor * more
-        loads, status = self.bare(shaped.replace(pressure=shaped.pressure / factor), values)
-        return Prediction(loads * factor[..., None], status)
+        return reduce(torch.mul, factors) if factors else None
 
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of the structure itself, with no effect but energies: what a model must give."""

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.parameter import Parameter
-from freelearn.models.parameters import P, Parameters
+from freelearn.models.parameters import P, Parameters, misnamed
 
 # The stops of the chain in the order in which effects are listed.
 PORTS = ("energy", "geometry", "boundary", "dissipation", "measurement")
@@ -35,7 +35,7 @@ class Effect(Generic[P]):
     """
 
     name: ClassVar[str]
-    parameters: ClassVar[type[Parameters]] = Parameters
+    parameter_class: ClassVar[type[Parameters]] = Parameters
     # When to suspect it, in a researcher's words, and where it is described.
     suspect: ClassVar[str] = ""
     source: ClassVar[str] = ""
@@ -45,7 +45,8 @@ class Effect(Generic[P]):
     place: ClassVar[int] = 100
 
     # Set by the base class of each port: its stop in the chain, the method to write, whether the state imposed depends
-    # on the loads, and whether it acts on loads alone, so that a structure solved once serves it.
+    # on the loads, and whether its derivatives at no effect follow from the loads without it and their derivatives by
+    # the pressure, so that a structure solved once serves it.
     port: ClassVar[str]
     method: ClassVar[str]
     yields: ClassVar[bool] = False
@@ -59,7 +60,7 @@ class Effect(Generic[P]):
     @classmethod
     def declared_parameters(cls) -> tuple[Parameter, ...]:
         """Its parameters as they were declared."""
-        return cls.parameters.records()
+        return cls.parameter_class.records()
 
     @classmethod
     def families(cls) -> tuple[str, ...]:
@@ -74,6 +75,8 @@ class Effect(Generic[P]):
     @classmethod
     def problem(cls) -> str | None:
         """What is wrong with the class as an effect, beginning with "its" or "the"; None where it is proper."""
+        if wrong := misnamed(cls, cls.parameter_class):
+            return wrong
         for p in cls.declared_parameters():
             numbers = [p.start, p.scale, *([] if p.none is None else [p.none])]
             if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
@@ -97,7 +100,7 @@ class Effect(Generic[P]):
         """
         each = {p.name: [values[label] for label in self._labels(p)] for p in self.declared_parameters()}
         own = {name: v[0] if len(v) == 1 else self._of_rows(torch.stack(v, -1), states) for name, v in each.items()}
-        return self.parameters(**own)  # type: ignore[return-value]  # P is the type of `parameters`
+        return self.parameter_class(**own)  # type: ignore[return-value]  # P is the type of `parameter_class`
 
     def _of_rows(self, each: Tensor, states: States | None) -> Tensor:
         """Values of the samples, (S,) or (N, S), to one value per row, (N,)."""

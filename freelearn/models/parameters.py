@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, get_args, get_origin
 
 from torch import Tensor
+from typing_extensions import TypeVar
 
 from freelearn.models.parameter import Parameter
 
@@ -84,4 +85,15 @@ class Parameters:
         return type(self)(**{name: value.detach() for name, value in vars(self).items()})
 
 
-P = TypeVar("P", bound=Parameters)
+# Where nothing is said of the parameters, any will do: `Model` is `Model[Any]`.
+P = TypeVar("P", bound=Parameters, default=Any)
+
+
+def misnamed(cls: type, parameter_class: type[Parameters]) -> str | None:
+    """What is wrong where a class derives from Base[A] and its parameter_class is not A; None where they agree."""
+    for base in getattr(cls, "__orig_bases__", ()):
+        for named in get_args(base):
+            if isinstance(named, type) and issubclass(named, Parameters) and not issubclass(parameter_class, named):
+                whole = f"{get_origin(base).__name__}[{named.__name__}]"
+                return f"it derives from {whole}: write parameter_class = {named.__name__}"
+    return None

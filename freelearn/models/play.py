@@ -10,6 +10,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction
+from freelearn.models.row_derivatives import rows_jacobian
 
 # Steps of the search for a zero of the moment; a bracketed one of ordinary walls takes three or four.
 MAX_ITERATIONS = 12
@@ -179,14 +180,12 @@ def _parabola(start: Tensor, end: Tensor, other: Tensor) -> Tensor:
 
 
 def _rows_slope(states: States, values: Values, carried: Carried) -> Tensor:
-    """∂(F, M)/∂φ of every row, (N, 2), by two reverse passes, since no row depends on another."""
+    """∂(F, M)/∂φ of every row, (N, 2)."""
 
     def loads(at: Tensor) -> Tensor:
-        return carried(states.replace(twist=at), values).loads
+        return carried(states.replace(twist=at[:, 0]), values).loads
 
-    value, pull = torch.func.vjp(loads, states.twist)  # type: ignore[misc]
-    unit = torch.eye(2, dtype=value.dtype, device=value.device)
-    return torch.stack([pull(unit[i].expand_as(value))[0] for i in (0, 1)], dim=-1).detach()
+    return rows_jacobian(loads, states.twist[:, None])[1][..., 0].detach()
 
 
 def _rows(mask: Tensor) -> Tensor | None:

@@ -120,6 +120,7 @@ class WallEffect(Effect[P]):
 
     port = "dissipation"
     method = "soften"
+    late = True
 
     def soften(self, states: States, p: P) -> Tensor:
         """The factor s > 0, (N,), by which the wall's stresses are multiplied: 1 for a virgin wall."""

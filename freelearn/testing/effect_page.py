@@ -9,22 +9,22 @@ from freelearn.models.effects.registry import EFFECTS
 
 HEAD = """# The effects
 
-Each is a part that plugs into one place of the chain: *boundary* (what state was really imposed) → *geometry* (what actuator it
-really is) → *energy* (wall and fiber) → *dissipation* → *measurement*. With its parameters at no effect the model is unchanged to
-the last bit. Which models have which of these places:
+Each is a part that plugs into one place of the chain: *boundary* (what state was really imposed) → *geometry* (what
+actuator it really is) → *energy* (wall and fiber) → *dissipation* → *measurement*. With its parameters at no effect the
+model is unchanged to the last bit (with an energy: to rounding). Which models have which of these places:
 
 {families}
 
-Standard forms and sources stand in each effect's docstring (`freelearn/models/effects/`); `python experiments/effect_gallery.py`
-draws what each does to F and M over the kinematic plane.
+Standard forms and sources stand in each effect's docstring (`freelearn/models/effects/`);
+`python experiments/effect_gallery.py` draws what each does to F and M over the kinematic plane.
 
-**per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the mounting,
-play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load cells, gauges, the
-stiffness of shaft and stage), to the material or to the fittings that all samples share has one value for all.
+**per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the
+mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
+cells, gauges, the stiffness of shaft and stage), to the material or to fittings that all samples share has one value.
 
-Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator rests, within
-the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time of each row: a table
-without `time_s` is taken to have 20 s from row to row, and a run with this effect says so.
+Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator
+rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time
+of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so.
 
 | port | name | parameters | per sample | when to suspect it |
 |---|---|---|---|---|

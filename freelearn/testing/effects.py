@@ -119,10 +119,14 @@ class EffectContract:
         assert self.families()
 
     def test_without_effect_the_loads_are_the_bare_models_to_the_last_bit(self) -> None:
-        """No effect is no effect."""
+        """No effect is no effect. With one more energy the same equilibrium is found by other steps: to rounding."""
         states = self.states()
         for family, model in zip(self.families(), self.models("none"), strict=True):
-            assert torch.equal(model(states).loads, self.build(family, [], {})(states).loads)
+            loads, bare = model(states).loads, self.build(family, [], {})(states).loads
+            if self.effect.port == "energy":
+                torch.testing.assert_close(loads, bare, rtol=1e-12, atol=1e-13)
+            else:
+                assert torch.equal(loads, bare)
 
     def test_at_its_scale_it_shows_above_the_noise_and_stays_finite(self) -> None:
         """The declared scale is a noticeable effect."""

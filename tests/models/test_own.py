@@ -14,8 +14,9 @@ from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty
-from freelearn.inference.noise import Accuracy
-from freelearn.inference.search import Search
+from freelearn.inference.question import Question
+from freelearn.inference.search import search
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States, kinematic_state
 from freelearn.models import own
@@ -42,7 +43,7 @@ class Loss(Parameters):
 
 class Leak(BoundaryEffect[Loss]):
     name = "leak"
-    parameters = Loss
+    parameter_class = Loss
 
     def impose(self, states, p):
         return states.replace(pressure=states.pressure * (1 - p.share))
@@ -98,6 +99,10 @@ def test_an_effect_of_the_users_own_joins_like_any_other(tmp_path):
         (EFFECT + "\n    def sense(self, loads, states, p):\n        return loads\n", "writes impose and sense"),
         (EFFECT.replace("scale=0.1", "scale=float('nan')"), "'share' must be finite"),
         (EFFECT.replace("start=0.0", "start=2.0"), "'share' must lie within its bounds"),
+        (
+            EFFECT.replace("parameter_class", "parameters"),
+            r"derives from BoundaryEffect\[Loss\]: write parameter_class = Loss",
+        ),
         ("x = 1\n", "holds no effect and no model"),
         ("import nowhere_at_all\n", "does not run .*nowhere_at_all"),
         ("def f(:\n", "does not run .*SyntaxError"),
@@ -214,7 +219,7 @@ def test_the_search_finds_what_such_a_model_lacks():
     truth = build_model("braided", VALUES | {"pressure_offset.pressure": 4e3}, ["pressure_offset"])
     rows = rows_of(truth, noise=0.05, count=25)
     names = ["force_offset", "pressure_offset", "twist_offset", "relaxation"]
-    found = Search(lambda effects: build_model("braided", effects=effects), names, rows, accuracy, 0).run()
+    found = search(Question(lambda effects: build_model("braided", effects=effects), names, rows, accuracy, 0))
     assert found.effects == ["pressure_offset"]
 
 
@@ -225,6 +230,7 @@ HEAD = BRAID.read_text().split("    def structure")[0]
     ("content", "message"),
     [
         (HEAD.replace('"braided"', '"linear"') + "    structure = None\n", "'linear' is taken"),
+        (BRAID.read_text().replace("parameter_class = ", "taken = "), r"Model\[Braid\]: write parameter_class = Braid"),
         (HEAD, "BraidedMuscle .* is not a model: it must write the method structure"),
         (BRAID.read_text().replace('"braided"', '"my muscle"'), "'my muscle' is not a word"),
         (BRAID.read_text().replace("start=1e3", "start=-1e3"), "start of its parameter 'k' must lie within its bounds"),

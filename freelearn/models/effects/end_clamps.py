@@ -8,6 +8,8 @@ from freelearn.models.ports import GeometryEffect
 
 
 class Clamps(Parameters):
+    """clamp_length: at each end."""
+
     clamp_length: Tensor = parameter("c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3)
 
 
@@ -18,8 +20,9 @@ class EndClamps(GeometryEffect[Clamps]):
     place = 3
     suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
     source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
-    parameters = Clamps
+    parameter_class = Clamps
 
     def reshape(self, states: States, p: Clamps) -> States:
+        """As GeometryEffect.reshape."""
         clamped = 2 * p.clamp_length
         return states.replace(reference_length=states.reference_length - clamped, length=states.length - clamped)

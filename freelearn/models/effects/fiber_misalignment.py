@@ -8,6 +8,8 @@ from freelearn.models.ports import GeometryEffect
 
 
 class Misalignment(Parameters):
+    """angle: built minus drawn."""
+
     angle: Tensor = parameter("ΔΓ", "rad", start=0.0, lower=-0.2, upper=0.2, none=0.0, per_sample=True, scale=0.02)
 
 
@@ -18,7 +20,8 @@ class FiberMisalignment(GeometryEffect[Misalignment]):
     place = 1
     suspect = "One sample is off as if it had a neighbor's fiber angle."
     source = "Bruder et al. (2018), fabrication tolerance"
-    parameters = Misalignment
+    parameter_class = Misalignment
 
     def reshape(self, states: States, p: Misalignment) -> States:
+        """As GeometryEffect.reshape."""
         return states.replace(fiber_angle=states.fiber_angle + p.angle)

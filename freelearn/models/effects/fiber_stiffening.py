@@ -14,6 +14,8 @@ SMALL = 1e-3
 
 
 class Holzapfel(Parameters):
+    """k2: exponent's factor of (I₄ − 1)²."""
+
     k2: Tensor = parameter("k₂", "1", start=1.0, lower=0.0, upper=1e5, none=0.0, scale=100.0)
 
 
@@ -27,10 +29,11 @@ class FiberStiffening(EnergyEffect[Holzapfel]):
     place = 4
     suspect = "Threads straighten: the fiber is soft at first and stiff once it carries load."
     source = "Holzapfel, Gasser & Ogden (2000)"
-    parameters = Holzapfel
+    parameter_class = Holzapfel
     depends_on = ("i4",)
 
     def psi(self, *invariants: Tensor, p: Holzapfel, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         x = invariants[0] - 1
         z = p.k2 * x * x
         below = torch.clamp(z, max=JOIN)
@@ -44,12 +47,14 @@ class FiberStiffening(EnergyEffect[Holzapfel]):
         return material.C2 / 2 * x * x * torch.where(past > 0, tangent, gain)
 
     def psi_gradient(self, *invariants: Tensor, p: Holzapfel, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
         x = invariants[0] - 1
         z = p.k2 * x * x
         below = torch.clamp(z, max=JOIN)
         return (material.C2 * x * (torch.expm1(below) + (z - below) * torch.exp(below)),)
 
     def psi_hessian(self, *invariants: Tensor, p: Holzapfel, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
         x = invariants[0] - 1
         z = p.k2 * x * x
         below = torch.clamp(z, max=JOIN)

@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Offset(Parameters):
+    """force: shown minus real."""
+
     force: Tensor = parameter("F₀", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=0.5)
 
 
@@ -19,7 +21,8 @@ class ForceOffset(MeasurementEffect[Offset]):
     place = 1
     suspect = "All forces are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + columns(p.force, torch.zeros_like(p.force))

@@ -8,6 +8,8 @@ from freelearn.models.ports import DissipationEffect, columns
 
 
 class Friction(Parameters):
+    """force, moment: against the direction of the pressure."""
+
     force: Tensor = parameter("F_f", "N", start=0.0, none=0.0, scale=0.5, per_sample=True)
     moment: Tensor = parameter("M_f", "N·m", start=0.0, none=0.0, scale=5e-3, per_sample=True)
 
@@ -23,7 +25,8 @@ class FrictionHysteresis(DissipationEffect[Friction]):
     place = 1
     suspect = "Loads at one pressure differ between inflating and deflating."
     source = "Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles"
-    parameters = Friction
+    parameter_class = Friction
 
     def dissipate(self, loads: Tensor, states: States, p: Friction) -> Tensor:
+        """As DissipationEffect.dissipate."""
         return loads - states.direction[:, None] * columns(p.force, p.moment)

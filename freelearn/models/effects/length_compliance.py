@@ -8,6 +8,8 @@ from freelearn.models.ports import MountEffect
 
 
 class Spring(Parameters):
+    """compliance: elongation for each newton."""
+
     compliance: Tensor = parameter("c_l", "m/N", start=1e-6, lower=0.0, upper=1e-2, none=0.0, scale=2e-5)
 
 
@@ -18,7 +20,8 @@ class LengthCompliance(MountEffect[Spring]):
     place = 4
     suspect = "The actuator seems too soft in stretch where the force is large: load cell, stage or adhesive gives way."
     source = "machine compliance: Huerta & Malvern (1979)"
-    parameters = Spring
+    parameter_class = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
+        """As MountEffect.impose."""
         return states.replace(length=states.length + p.compliance * loads[..., 0])

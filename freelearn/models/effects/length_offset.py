@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """length: imposed minus read."""
+
     length: Tensor = parameter("l₀", "m", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, per_sample=True, scale=1e-3)
 
 
@@ -18,7 +20,8 @@ class LengthOffset(BoundaryEffect[Offset]):
     place = 1
     suspect = "The force curves of a sample are shifted along the elongation axis."
     source = "zero error of a position sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(length=states.length + p.length)

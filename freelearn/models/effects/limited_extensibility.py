@@ -14,6 +14,8 @@ SMALL = 1e-3
 
 
 class Gent(Parameters):
+    """beta: 1/J_m, the inverse of the largest I₁ − 3."""
+
     beta: Tensor = parameter("1/J_m", "1", start=0.01, lower=0.0, upper=100.0, none=0.0, scale=1.0)
 
 
@@ -28,10 +30,11 @@ class LimitedExtensibility(EnergyEffect[Gent]):
     place = 3
     suspect = "The wall locks: loads rise steeply at the largest stretches."
     source = "Gent (1996)"
-    parameters = Gent
+    parameter_class = Gent
     depends_on = ("i1",)
 
     def psi(self, *invariants: Tensor, p: Gent, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         x = invariants[0] - 3
         y = p.beta * x
         below = torch.clamp(y, max=JOIN)
@@ -47,10 +50,12 @@ class LimitedExtensibility(EnergyEffect[Gent]):
         return material.C1 / 2 * x * (share + parabola)
 
     def psi_gradient(self, *invariants: Tensor, p: Gent, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
         y = p.beta * (invariants[0] - 3)
         below = torch.clamp(y, max=JOIN)
         return (material.C1 / 2 * (below / (1 - below) + (y - below) / (1 - below) ** 2),)
 
     def psi_hessian(self, *invariants: Tensor, p: Gent, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
         below = torch.clamp(p.beta * (invariants[0] - 3), max=JOIN)
         return ((material.C1 / 2 * p.beta / (1 - below) ** 2,),)

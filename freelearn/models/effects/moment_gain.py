@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Gain(Parameters):
+    """gain: relative error of the cell."""
+
     gain: Tensor = parameter("g_M", "1", start=0.0, lower=-0.95, upper=5.0, none=0.0, scale=0.05)
 
 
@@ -19,7 +21,8 @@ class MomentGain(MeasurementEffect[Gain]):
     place = 4
     suspect = "All moments are off by the same share, and the forces are right."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Gain
+    parameter_class = Gain
 
     def sense(self, loads: Tensor, states: States, p: Gain) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads * columns(torch.ones_like(p.gain), 1 + p.gain)

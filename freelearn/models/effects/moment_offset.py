@@ -9,6 +9,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Offset(Parameters):
+    """moment: shown minus real."""
+
     moment: Tensor = parameter("M₀", "N·m", start=0.0, lower=-10.0, upper=10.0, none=0.0, scale=5e-3)
 
 
@@ -19,7 +21,8 @@ class MomentOffset(MeasurementEffect[Offset]):
     place = 2
     suspect = "All moments are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + columns(torch.zeros_like(p.moment), p.moment)

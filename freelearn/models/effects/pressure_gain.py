@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Gain(Parameters):
+    """gain: relative error of the gauge."""
+
     gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05)
 
 
@@ -18,7 +20,8 @@ class PressureGain(BoundaryEffect[Gain]):
     place = 7
     suspect = "The misfit grows in proportion to the pressure, in every sample alike."
     source = "sensitivity error of a sensor: GUM (JCGM 100:2008)"
-    parameters = Gain
+    parameter_class = Gain
 
     def impose(self, states: States, p: Gain) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure * (1 + p.gain))

@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """pressure: acting minus read."""
+
     pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3)
 
 
@@ -18,7 +20,8 @@ class PressureOffset(BoundaryEffect[Offset]):
     place = 6
     suspect = "Loads at zero pressure are off in the direction in which pressure moves them."
     source = "zero error of a sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure + p.pressure)

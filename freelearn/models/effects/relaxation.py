@@ -26,7 +26,8 @@ class Relaxation(WallEffect[Prony]):
     suspect = "Loads decay while a state is held, so that late readings of a state are lower than early ones."
     source = "one term of a Prony series: Christensen (1982)"
     needs = ("time_s",)
-    parameters = Prony
+    parameter_class = Prony
 
     def soften(self, states: States, p: Prony) -> Tensor:
+        """As WallEffect.soften."""
         return 1 + p.share * torch.expm1(-states.dwell / p.time)

@@ -9,6 +9,8 @@ from freelearn.models.ports import EnergyEffect
 
 
 class Mooney(Parameters):
+    """C01: part of the shear modulus that goes with I₂."""
+
     C01: Tensor = parameter("C₀₁", "Pa", start=2e4, lower=0.0, none=0.0, scale=1e5)
 
 
@@ -19,14 +21,17 @@ class SecondInvariant(EnergyEffect[Mooney]):
     place = 1
     suspect = "The wall is right in tension but wrong in twist or compression: a neo-Hookean solid is too simple."
     source = "Mooney (1940); Rivlin (1948)"
-    parameters = Mooney
+    parameter_class = Mooney
     depends_on = ("i2",)
 
     def psi(self, *invariants: Tensor, p: Mooney, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         return p.C01 / 2 * (invariants[0] - 3)
 
     def psi_gradient(self, *invariants: Tensor, p: Mooney, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
         return ((p.C01 / 2).expand_as(invariants[0]),)
 
     def psi_hessian(self, *invariants: Tensor, p: Mooney, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
         return ((torch.zeros_like(p.C01),),)

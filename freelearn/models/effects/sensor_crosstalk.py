@@ -8,6 +8,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Crosstalk(Parameters):
+    """What of each load shows in the other."""
+
     moment_into_force: Tensor = parameter("a", "N/(N·m)", start=0.0, lower=-100.0, upper=100.0, none=0.0, scale=3.43)
     force_into_moment: Tensor = parameter("b", "N·m/N", start=0.0, lower=-0.1, upper=0.1, none=0.0, scale=6e-4)
 
@@ -19,8 +21,9 @@ class SensorCrosstalk(MeasurementEffect[Crosstalk]):
     place = 5
     suspect = "The force follows the moment, or the moment the force, where the model sees no reason."
     source = 'the paper\'s Section "Testing Protocol"'
-    parameters = Crosstalk
+    parameter_class = Crosstalk
 
     def sense(self, loads: Tensor, states: States, p: Crosstalk) -> Tensor:
+        """As MeasurementEffect.sense."""
         force, moment = loads.unbind(-1)
         return columns(force + p.moment_into_force * moment, moment + p.force_into_moment * force)

@@ -10,6 +10,8 @@ from freelearn.models.ports import MeasurementEffect, columns
 
 
 class Drift(Parameters):
+    """force_rate, moment_rate: of the cells' zeros."""
+
     force_rate: Tensor = parameter("a", "N/s", start=0.0, lower=-1.0, upper=1.0, none=0.0, scale=2e-5)
     moment_rate: Tensor = parameter("b", "N·m/s", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, scale=2e-7)
 
@@ -21,7 +23,7 @@ class SensorDrift(MeasurementEffect[Drift]):
     place = 6
     suspect = "Repeats of one state disagree, and more so the further apart they were measured."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = Drift
+    parameter_class = Drift
 
     @classmethod
     def assumptions(cls, columns: Iterable[str]) -> list[str]:
@@ -29,9 +31,10 @@ class SensorDrift(MeasurementEffect[Drift]):
         if "time_s" in set(columns):
             return []
         return [
-            f"{cls.name}: the table has no time_s, so {SECONDS_PER_ROW:g} s from row to row were assumed; "
-            "its parameters in N/s and N·m/s are in proportion to that."
+            f"the table has no time_s: {cls.name} takes {SECONDS_PER_ROW:g} s from row to row, and its rates per "
+            "second rest on that"
         ]
 
     def sense(self, loads: Tensor, states: States, p: Drift) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + states.clock[:, None] * columns(p.force_rate, p.moment_rate)

@@ -26,7 +26,8 @@ class StressSoftening(WallEffect[Softening]):
     place = 3
     suspect = "A repeated state shows lower loads once the actuator has been to a harsher one."
     source = "after Ogden & Roxburgh (1999)"
-    parameters = Softening
+    parameter_class = Softening
 
     def soften(self, states: States, p: Softening) -> Tensor:
+        """As WallEffect.soften."""
         return 1 - p.depth * torch.tanh((states.past_severity - states.severity) / p.severity)

@@ -8,6 +8,8 @@ from freelearn.models.ports import MountEffect
 
 
 class Spring(Parameters):
+    """compliance: twist for each newton metre."""
+
     compliance: Tensor = parameter("c_φ", "rad/(N·m)", start=1e-2, lower=0.0, upper=20.0, none=0.0, scale=0.3)
 
 
@@ -18,7 +20,8 @@ class TwistCompliance(MountEffect[Spring]):
     place = 5
     suspect = "The actuator seems too soft in twist where the moment is large: shaft, coupling or adhesive gives way."
     source = "machine compliance: Huerta & Malvern (1979)"
-    parameters = Spring
+    parameter_class = Spring
 
     def impose(self, states: States, loads: Tensor, p: Spring) -> States:
+        """As MountEffect.impose."""
         return states.replace(twist=states.twist + p.compliance * loads[..., 1])

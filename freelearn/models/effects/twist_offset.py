@@ -8,6 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Offset(Parameters):
+    """angle: imposed minus read."""
+
     angle: Tensor = parameter("φ₀", "rad", start=0.0, lower=-1.0, upper=1.0, none=0.0, per_sample=True, scale=0.1)
 
 
@@ -18,7 +20,8 @@ class TwistOffset(BoundaryEffect[Offset]):
     place = 2
     suspect = "The moment curves of a sample are shifted along the twist axis."
     source = "zero error of a position sensor: GUM (JCGM 100:2008)"
-    parameters = Offset
+    parameter_class = Offset
 
     def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(twist=states.twist + p.angle)

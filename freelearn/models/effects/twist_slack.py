@@ -23,7 +23,8 @@ class TwistSlack(PlayEffect[Play]):
     place = 3
     suspect = "The moment hardly changes around zero twist: a coupling or a key has play."
     source = "backlash as a dead zone: Nordin & Gutman (2002)"
-    parameters = Play
+    parameter_class = Play
 
     def play(self, states: States, p: Play) -> Tensor:
+        """As PlayEffect.play."""
         return p.angle

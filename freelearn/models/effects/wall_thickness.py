@@ -8,6 +8,8 @@ from freelearn.models.ports import GeometryEffect
 
 
 class Thickness(Parameters):
+    """outer_radius: built minus drawn."""
+
     outer_radius: Tensor = parameter(
         "ΔR_o", "m", start=0.0, lower=-1e-3, upper=3e-3, none=0.0, per_sample=True, scale=1e-4
     )
@@ -20,7 +22,8 @@ class WallThickness(GeometryEffect[Thickness]):
     place = 2
     suspect = "One sample is too stiff or too soft everywhere; the rubber coat was cast or dipped by hand."
     source = "thick-walled tubes: Ogden (1997)"
-    parameters = Thickness
+    parameter_class = Thickness
 
     def reshape(self, states: States, p: Thickness) -> States:
+        """As GeometryEffect.reshape."""
         return states.replace(outer_radius=states.outer_radius + p.outer_radius)

@@ -137,7 +137,7 @@ def test_the_parameters_of_an_energy_cannot_differ_between_samples():
 
     class OddEnergy(EnergyEffect[Odd]):
         name = "odd"
-        parameters = Odd
+        parameter_class = Odd
         depends_on = ("i1",)
 
         def psi(self, *invariants, p, material):
