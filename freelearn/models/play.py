@@ -15,7 +15,7 @@ from freelearn.models.row_derivatives import rows_jacobian
 # Steps of the search for a zero of the moment; a bracketed one of ordinary walls takes three or four.
 MAX_ITERATIONS = 12
 # A last step this small [rad] leaves an error of about its power 1.6, which the differentiable step takes away besides.
-TOLERANCE = 1e-8
+TOLERANCE = 1e-7
 
 Values = dict[str, Tensor]
 # The loads of an actuator at a state, and the values of some rows (RawVector.rows_of).
