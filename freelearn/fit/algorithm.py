@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.optimizers import Option, make_optimizer
+from freelearn.fit.optimizers import make_optimizer
+from freelearn.fit.options import Option
 from freelearn.fit.problem import Problem
 from freelearn.fit.solver import Termination, take
 

@@ -58,7 +58,7 @@ def fit(
         module = Fitting(model, make, options.max_epochs, options.patience, options.race)
         run(module, FitData(_some(train, kept), _some(validation, kept_validation)), folder, progress, device)
         offset = history[-1][0] + 1 if history else 0
-        history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
+        history += [(epoch + offset, error, watched) for epoch, error, watched in module.history]
         now, now_validation = _ok(model, train), _ok(model, validation)
         if settled is not None and bool((kept & ~now).any()):
             # Leaving rows out drove others out: it rewards a model that explains less. The fit before stands.
@@ -83,7 +83,8 @@ def _ok(model: Model, rows: Rows) -> Tensor:
     if not len(rows):
         return torch.ones(0, dtype=torch.bool)
     with torch.no_grad():
-        return model(rows.states).status == Status.OK
+        status: Tensor = model(rows.states).status
+        return status == Status.OK
 
 
 def _check_count(model: Model, rows: int, offered: int) -> None:

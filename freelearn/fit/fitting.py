@@ -47,7 +47,7 @@ class Fitting(L.LightningModule):
         self.make_algorithm = algorithm
         self.max_epochs, self.patience, self.race = max_epochs, patience, race
         self.algorithm: Algorithm | None = None
-        self.held_out: Problem | None = None
+        self.validation: Problem | None = None
         # epoch, training and validation error of the best restart so far.
         self.history: list[tuple[int, float, float]] = []
         # Its vector in each epoch that the logger has not seen.
@@ -75,7 +75,7 @@ class Fitting(L.LightningModule):
 
     def _begin(self, train: Rows, validation: Rows) -> Algorithm:
         self.problem = Problem(self.model, train)
-        self.held_out = Problem(self.model, validation, self.problem.scale) if len(validation) else None
+        self.validation = Problem(self.model, validation, self.problem.scale) if len(validation) else None
         algorithm = self.make_algorithm(self.problem)
         self.best = algorithm.vectors.clone()
         self.best_error = torch.full_like(self.best[:, 0], torch.inf)
@@ -88,20 +88,20 @@ class Fitting(L.LightningModule):
     def _look(self, algorithm: Algorithm) -> bool:
         """Measures every restart and remembers the best; whether all are done."""
         vectors, epoch = algorithm.vectors, algorithm.epochs
-        train = held_out = self._error(algorithm.losses, self.problem)
-        if self.held_out:
-            held_out = self._error(self.held_out.residuals(vectors).square().sum(-1), self.held_out)
-        better = held_out < self.best_error
+        train = watched = self._error(algorithm.losses, self.problem)
+        if self.validation:
+            watched = self._error(self.validation.residuals(vectors).square().sum(-1), self.validation)
+        better = watched < self.best_error
         self.best = torch.where(better[:, None], vectors, self.best)
-        self.best_error = torch.where(better, held_out, self.best_error)
+        self.best_error = torch.where(better, watched, self.best_error)
         leader = int(self.best_error.argmin()) if len(vectors) > 1 else 0
-        self.history.append((epoch, float(train[leader]), float(held_out[leader])))
+        self.history.append((epoch, float(train[leader]), float(watched[leader])))
         if self.logger:
             self.unlogged.append(vectors[leader].clone())
         done = algorithm.finished
-        if self.held_out:
-            clearly = held_out < (1 - CLEARLY) * self.milestone
-            self.milestone = torch.where(clearly, held_out, self.milestone)
+        if self.validation:
+            clearly = watched < (1 - CLEARLY) * self.milestone
+            self.milestone = torch.where(clearly, watched, self.milestone)
             self.gain_epoch = torch.where(clearly, epoch, self.gain_epoch)
             done = done | (epoch - self.gain_epoch >= self.patience)
         if bool(done.all()) or epoch >= self.max_epochs:
@@ -113,7 +113,7 @@ class Fitting(L.LightningModule):
 
     def _end(self, algorithm: Algorithm, leader: int) -> None:
         self.converged, self.message = algorithm.ended(leader)
-        if self.held_out and not bool(algorithm.finished[leader]) and algorithm.epochs < self.max_epochs:
+        if self.validation and not bool(algorithm.finished[leader]) and algorithm.epochs < self.max_epochs:
             self.converged = True
             self.message = f"Stopped early: no clearly better validation error in {self.patience} epochs."
 
@@ -130,14 +130,14 @@ class Fitting(L.LightningModule):
 
     def _log(self) -> None:
         """Tells the logger of the epochs since it was told last."""
-        if not self.unlogged or not hasattr(self.logger, "experiment"):
+        writer = getattr(self.logger, "experiment", None)
+        if not self.unlogged or writer is None:
             return
-        writer = self.logger.experiment
         values = self.model.physical(torch.stack(self.unlogged).cpu())
-        for i, (epoch, train, held_out) in enumerate(self.history[-len(self.unlogged) :]):
+        for i, (epoch, train, watched) in enumerate(self.history[-len(self.unlogged) :]):
             writer.add_scalar("error/train", train, epoch)
-            if self.held_out:
-                writer.add_scalar("error/validation", held_out, epoch)
+            if self.validation:
+                writer.add_scalar("error/validation", watched, epoch)
             for name in self.model.declared:
                 writer.add_scalar(f"parameter/{name}", float(values[name][i]), epoch)
         self.unlogged.clear()

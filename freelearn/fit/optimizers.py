@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import torch
 from torch import Tensor
@@ -12,8 +12,8 @@ from torch import Tensor
 from freelearn.errors import UserError
 from freelearn.fit.options import Option
 
-# A try-out: restarts, numbers each, and steps.
-_MEMBERS, _SIZE, _STEPS = 2, 3, 3
+# A try-out of two restarts: numbers each, and steps.
+_SIZE, _STEPS = 3, 3
 
 
 def optimizer_names() -> list[str]:
@@ -31,13 +31,12 @@ def make_optimizer(name: str, parameter: Tensor, options: Mapping[str, Option]) 
     if name.lower() not in classes:
         close = difflib.get_close_matches(name.lower(), classes, n=1)
         hint = f" Did you mean {close[0]!r}?" if close else ""
-        raise UserError(
-            f"Unknown fit {name!r}.{hint} Choose levenberg_marquardt, none, or one of {', '.join(classes)}."
-        )
+        known = ", ".join(["levenberg_marquardt", "none", *classes])
+        raise UserError(f"Unknown fit {name!r}.{hint} Choose one of {known}.")
     kind = classes[name.lower()]
-    known = list(inspect.signature(kind).parameters)[1:]
-    if unknown := sorted(set(options) - set(known)):
-        raise UserError(f"fit={name} takes no option {', '.join(unknown)}: choose from {', '.join(known)}.")
+    offered = list(inspect.signature(kind).parameters)[1:]
+    if unknown := sorted(set(options) - set(offered)):
+        raise UserError(f"fit={name} takes no option {', '.join(unknown)}: choose from {', '.join(offered)}.")
     _check_apart(name, kind, options)
     return _built(name, kind, parameter, options)
 
@@ -54,8 +53,9 @@ def _classes() -> dict[str, type[torch.optim.Optimizer]]:
 def _built(
     name: str, kind: type[torch.optim.Optimizer], parameter: Tensor, options: Mapping[str, Option]
 ) -> torch.optim.Optimizer:
+    make: Callable[..., torch.optim.Optimizer] = kind
     try:
-        return kind([parameter], **options)  # type: ignore[call-arg]
+        return make([parameter], **options)
     except (TypeError, ValueError) as error:
         chosen = ", ".join(f"{option}={value}" for option, value in options.items())
         raise UserError(f"fit={name} does not work with {chosen}: {error}") from error
@@ -65,12 +65,12 @@ def _check_apart(name: str, kind: type[torch.optim.Optimizer], options: Mapping[
     """Raises UserError where a restart's steps depend on another's gradient: tried out on a tensor of two."""
     ends = []
     for other in (1.0, 1e3):
-        parameter = torch.ones(_MEMBERS, _SIZE, dtype=torch.float64, requires_grad=True)
+        parameter = torch.ones(2, _SIZE, dtype=torch.float64, requires_grad=True)
         optimizer = _built(name, kind, parameter, options)
         try:
             for step in range(1, _STEPS + 1):
-                parameter.grad = torch.linspace(1, step, _SIZE, dtype=torch.float64).repeat(_MEMBERS, 1)
-                parameter.grad[1] *= other
+                one = torch.linspace(1, 1 + step, _SIZE, dtype=torch.float64)
+                parameter.grad = torch.stack([one, other * one.flip(0)])
                 optimizer.step()
         except (TypeError, ValueError, RuntimeError):
             # It wants a closure (LBFGS) or gradients of another kind (SparseAdam).

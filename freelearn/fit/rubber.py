@@ -177,4 +177,5 @@ def _standard_errors(rubber: Rubber, at: Result, free: Tensor) -> np.ndarray:
     raw = torch.full_like(at.x, math.nan)
     raw[free] = error
     slope = torch.func.jacfwd(lambda x: torch.stack(list(rubber.physical(x).values())))(at.x).diagonal()
-    return (raw * slope).numpy()
+    errors: np.ndarray = (raw * slope).numpy()
+    return errors

@@ -24,9 +24,9 @@ def run(
     """
     trainer = _trainer(device)
     # What other packages add to every trainer stays.
-    lasting = list(trainer.callbacks)
+    callbacks: list[L.Callback] = trainer.callbacks  # type: ignore[attr-defined]
     trainer.loggers = [TensorBoardLogger(folder, name="", version="")] if folder else []
-    trainer.callbacks += [progress] if progress else []
+    trainer.callbacks = [*callbacks, progress] if progress else callbacks  # type: ignore[attr-defined]
     try:
         with warnings.catch_warnings():
             # One batch of everything needs no loader workers; Lightning advises them at every fit.
@@ -40,7 +40,8 @@ def run(
             raise KeyboardInterrupt from None
         raise
     finally:
-        trainer.callbacks, trainer.loggers = lasting, []
+        trainer.loggers = []
+        trainer.callbacks = callbacks  # type: ignore[attr-defined]
 
 
 @lru_cache

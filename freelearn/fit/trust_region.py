@@ -74,7 +74,8 @@ def triangular_factor(jacobian: Tensor, residual: Tensor) -> tuple[Tensor, Tenso
     stacked = jacobian.new_empty(members, parameters + 1, rows).mT
     stacked[..., :parameters] = jacobian
     stacked[..., parameters] = residual
-    blocks = [_upper(block) for block in stacked.split(max(BLOCK_ROWS, 4 * parameters), dim=-2)]
+    size = max(BLOCK_ROWS, 4 * parameters)
+    blocks = [_upper(stacked[:, i : i + size]) for i in range(0, rows, size)]
     factor = blocks[0] if len(blocks) == 1 else _upper(torch.cat(blocks, dim=-2))
     factor = factor[..., :parameters, :]
     return factor[..., :parameters], factor[..., parameters]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -124,7 +125,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
     )
 
 
-def _flat(model: Model, vector: Tensor) -> Tensor:
+def _flat(model: Model[Any], vector: Tensor) -> Tensor:
     values = model.physical(vector)
     return torch.cat([v.reshape(-1) for v in values.values()])
 

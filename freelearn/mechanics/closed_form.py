@@ -75,8 +75,15 @@ class NeoHookeanWall:
 
     def detach(self) -> NeoHookeanWall:
         """The same wall, cut from every derivative."""
-        whole = (self.half, self.solid, self.rest, self.hoop, self.tension)
-        return NeoHookeanWall(*(t.detach() for t in whole), shear=(self.shear[0].detach(), self.shear[1].detach()))
+        once, turned = self.shear
+        return NeoHookeanWall(
+            self.half.detach(),
+            self.solid.detach(),
+            self.rest.detach(),
+            self.hoop.detach(),
+            self.tension.detach(),
+            (once.detach(), turned.detach()),
+        )
 
     def carried(self, u: Tensor) -> Carried:
         """See wall.Wall. u dP/du = C1/(2λz) (1 − ρ) (2 − ξ (1 + ρ))."""

@@ -95,7 +95,8 @@ def _halley(
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
-    u, everyone = start, False
+    u = start
+    everyone: bool | None = False
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
         if expansion is None:

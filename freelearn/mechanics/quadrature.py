@@ -35,16 +35,19 @@ class Term(Protocol):
 def _gauss_legendre(points: int, device: torch.device, dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     """Nodes and weights on [−1, 1], each (Q, 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
-    nodes, weights = (torch.as_tensor(x, dtype=dtype, device=device)[:, None] for x in (nodes, weights))
-    return nodes, weights
+
+    def column(values: np.ndarray) -> Tensor:
+        return torch.as_tensor(values, dtype=dtype, device=device)[:, None]
+
+    return column(nodes), column(weights)
 
 
 @dataclass(frozen=True)
 class Layers:
     """A tube's wall at Q radii. (Q, N) tensors unless said otherwise.
 
-    weight: twice the quadrature weight times a = R/√λz, so that 2 ∫ f r dr = Σ weight f [m²]; offset: (R² − R_i²)/λz [m²];
-    radial: (R/λz)² [m²]; hoop: 1/R² + k² [1/m²]; fiber_hoop: g [1/m] and fiber_hoop2 its square. (N,): axial λz,
+    weight: twice the quadrature weight times a = R/√λz, so that 2 ∫ f r dr = Σ weight f [m²]; offset: (R² − R_i²)/λz
+    [m²]; radial: (R/λz)² [m²]; hoop: 1/R² + k² [1/m²]; fiber_hoop: g [1/m] and fiber_hoop2 its square. (N,): axial λz,
     axial2 λz², twist_rate k [1/m], fiber_axial λz cos Γ and its square fiber_axial2.
     """
 

@@ -17,7 +17,7 @@ from freelearn.mechanics.wall import WallSum
 class SameTubes:
     """N tubes at fixed states with the paper's wall: what does not depend on the moduli is made once.
 
-    The radius is looked for from where it was found last, and the equilibrium is kept for the rates asked for next.
+    The radius is looked for from where it was last, and the equilibrium is kept for the rates asked for next.
     Nothing here is recorded for autograd.
     """
 
@@ -25,7 +25,7 @@ class SameTubes:
     def __init__(self, states: States) -> None:
         self.tube, self.pressure = Tube.from_states(states), states.pressure
         self.reference = states.inner_radius.square()
-        self.units = NeoHookeanWall.of(self.tube), FiberWall.of(self.tube)
+        self.rubber, self.fiber = NeoHookeanWall.of(self.tube), FiberWall.of(self.tube)
         self.moduli: Tensor | None = None
         self.inflated: Inflated
 
@@ -43,7 +43,7 @@ class SameTubes:
 
     def _at(self, moduli: Tensor) -> Inflated:
         if self.moduli is None or not torch.equal(moduli, self.moduli):
-            wall = WallSum([unit.scaled(modulus) for unit, modulus in zip(self.units, moduli, strict=True)])
+            wall = WallSum([self.rubber.scaled(moduli[0]), self.fiber.scaled(moduli[1])])
             near = None if self.moduli is None else self.inflated.u
             self.inflated = balance(wall, self.tube, self.reference, self.pressure, near)
             self.moduli = moduli.clone()

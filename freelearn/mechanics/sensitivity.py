@@ -34,4 +34,4 @@ def modulus_rates(inflated: Inflated) -> Tensor | None:
         give = torch.where(balanced, -pressure / slope, 0.0)
         thrust = torch.where(balanced, 0.0, u * pressure)
         columns += [-math.pi * (own.tension + give * tension + thrust), -2 * math.pi * (own.shear + give * shear)]
-    return torch.stack(columns, dim=-1).unflatten(-1, (len(closed), 2)).mT
+    return torch.stack(columns, dim=-1).reshape(len(u), len(closed), 2).mT

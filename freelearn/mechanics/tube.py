@@ -69,7 +69,7 @@ class Tube:
 
     @cached_property
     def powers(self) -> dict[int, Tensor]:
-        """What the integrals ∫ aⁿ da are made of, b^(n+1) − a^(n+1) from inner to outer radius (ln b/a for n = −1), by n.
+        """What the integrals ∫ aⁿ da are made of, by n: outer^(n+1) − inner^(n+1), or ln(outer/inner) for n = −1.
 
         ∫ aⁿ da is FACTORS[n] times as much; the sums that need them take the factor along.
         """

@@ -95,7 +95,7 @@ def document(
         "notes": notes,
         **about,
     }
-    return _finite(content)
+    return {name: _finite(value) for name, value in content.items()}
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:

@@ -54,7 +54,8 @@ def error_line(discovery: Discovery) -> str:
     """The held-out error before and after, and what measuring alone leaves."""
     error = discovery.content["error"]
     before, after, floor = (percent(error[name], 3) for name in ("before", "after", "noise_floor"))
-    return f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %. {sentence(discovery.content['heldout_is'])}"
+    line = f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %."
+    return f"{line} {sentence(discovery.content['heldout_is'])}"
 
 
 def failure_lines(discovery: Discovery, most: int | None = None) -> list[str]:

@@ -73,7 +73,10 @@ def searched_estimates(
 
 def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTable:
     """Parameters with 95 % intervals."""
-    rows = [[e.name, number(e.value), number(e.stderr, 2), number(e.low), number(e.high), e.unit] for e in estimates]
+    rows = []
+    for e in estimates:
+        cells = [number(e.value), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
+        rows.append([e.name, *cells, e.unit])
     return DisplayTable.of(["parameter"], HEADINGS, rows, title, last=["unit"])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from torch import Tensor
@@ -19,7 +20,7 @@ MOST_UNDETERMINED = 8
 
 
 def fit_report(
-    model: Model,
+    model: Model[Any],
     uncertainty: Uncertainty,
     start: Tensor,
     method: str,
@@ -42,7 +43,7 @@ def fit_report(
 
 
 def _statistics(
-    model: Model, uncertainty: Uncertainty, method: str, message: str, epochs: int, counts: dict[str, int]
+    model: Model[Any], uncertainty: Uncertainty, method: str, message: str, epochs: int, counts: dict[str, int]
 ) -> str:
     n, p, chi2 = uncertainty.residuals, len(uncertainty.values), uncertainty.chi_square
     per_residual = n * math.log(chi2 / n) if chi2 > 0 else -math.inf
@@ -67,7 +68,7 @@ def _statistics(
     return "\n".join(lines)
 
 
-def _variables(model: Model, uncertainty: Uncertainty) -> str:
+def _variables(model: Model[Any], uncertainty: Uncertainty) -> str:
     table = long_parameter_table(fitted_estimates(uncertainty, model.declared))
     explained = [
         "stderr allows rows of one kinematic state to err together; 'independent' is the textbook figure.",
@@ -94,7 +95,7 @@ def _correlations(uncertainty: Uncertainty) -> str:
     return "\n".join(lines)
 
 
-def _warnings(model: Model, uncertainty: Uncertainty, start: Tensor) -> str:
+def _warnings(model: Model[Any], uncertainty: Uncertainty, start: Tensor) -> str:
     lines = [f"    {note}" for note in [*notes(model, start), *effect_notes(model, uncertainty)]]
     undetermined = [n for n, e in zip(uncertainty.names, uncertainty.stderr, strict=True) if not math.isfinite(e)]
     if undetermined:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,7 +18,7 @@ VANISHED = 1e-8
 STRONG_CORRELATION = 0.95
 
 
-def notes(model: Model, start: Tensor) -> list[str]:
+def notes(model: Model[Any], start: Tensor) -> list[str]:
     """Sentences on physical parameters at a bound, or still where the fit began. start: raw vector (p,) before it."""
     said = []
     vector, physical = model.vector().detach(), model.scalars()
@@ -35,7 +36,7 @@ def notes(model: Model, start: Tensor) -> list[str]:
     return [*said, *model.remarks()]
 
 
-def effect_notes(model: Model, uncertainty: Uncertainty) -> list[str]:
+def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
     """Sentences on effects that the rows do not need, or cannot tell from something else."""
     said = []
     place = {name: i for i, name in enumerate(uncertainty.names)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -36,7 +36,7 @@ class Run:
     are none. misfit: where the model fails and how small its error could be; None without a stated accuracy.
     """
 
-    model: Model
+    model: Model[Any]
     train: str
     method: str
     table: pd.DataFrame

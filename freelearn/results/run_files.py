@@ -8,8 +8,9 @@ from typing import Any
 
 import pandas as pd
 
+from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
-from freelearn.files import write_text, write_whole
+from freelearn.files import write_text
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
@@ -36,7 +37,7 @@ def check_folder(folder: Path) -> None:
 
 def write_run(run: Run, table: pd.DataFrame, folder: Path, origin: Origin) -> None:
     """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json."""
-    write_whole(folder / "predictions.csv", lambda p: table.to_csv(p, index=False, float_format="%.10g"))
+    write_text(folder / "predictions.csv", csv_text(table, "%.10g"))
     write_text(folder / "fit_report.txt", report(run))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
     write_text(folder / "results.json", json.dumps(results(run, origin), indent=2, allow_nan=False) + "\n")

@@ -18,7 +18,7 @@ class Strip:
 
     >>> states = pd.DataFrame({"sample": [3, 3, 6], "elongation_mm": [0.0, 10.0, 0.0], "twist_deg": [0.0, 1.0, 2.0]})
     >>> strip = Strip(states, [3, 6])
-    >>> strip.width, strip.across().tolist(), strip.middle(6)
+    >>> round(strip.width, 6), strip.across().round(6).tolist(), strip.middle(6)
     (12.4, [0.0, 10.0, 12.4], 17.4)
     """
 

@@ -86,10 +86,10 @@ class _Epochs(L.Callback):
         self.pipe, self.most = pipe, most
 
     def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
-        epoch, fitted, held_out = pl_module.history[-1]
+        epoch, fitted, validation = pl_module.history[-1]
         text = f"epoch {epoch}: E {100 * fitted:.3g} %"
-        if pl_module.held_out:
-            text += f", validation {100 * held_out:.3g} %"
+        if validation != fitted:
+            text += f", validation {100 * validation:.3g} %"
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 
