@@ -19,6 +19,7 @@ from freelearn.errors import UserError
 from freelearn.files import write_text, write_whole
 from freelearn.inference.accuracy import estimate, repeat_scale
 from freelearn.inference.before_after import errors_by_set
+from freelearn.inference.candidate import Candidate, StepRecord
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
 from freelearn.inference.next_experiment import next_states
@@ -154,7 +155,7 @@ def _examine(
     tests: dict[str, dict[str, float]],
     accuracy: Accuracy,
     notes: list[str],
-    untestable: list[dict[str, Any]],
+    untestable: list[Candidate],
     settings: dict[str, Any],
     provenance: dict[str, Any],
 ) -> Discovery:
@@ -223,7 +224,7 @@ def _closing_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[s
     return notes
 
 
-def _progress(folder: Path, key: str) -> list[dict[str, Any]]:
+def _progress(folder: Path, key: str) -> list[StepRecord]:
     """Steps that an interrupted run of the same question left."""
     try:
         content = json.loads((folder / PROGRESS).read_text(encoding="utf-8"))

@@ -34,7 +34,8 @@ def orthonormal(columns: Tensor) -> Tensor:
         return columns
     size, axes = torch.linalg.eigh(columns.T @ columns)
     kept = size > DEPENDENT * size[-1]
-    return columns @ (axes[:, kept] / size[kept].sqrt())
+    basis: Tensor = columns @ (axes[:, kept] / size[kept].sqrt())
+    return basis
 
 
 def clear(columns: Tensor, span: Tensor) -> Tensor:

@@ -10,7 +10,8 @@ import pandas as pd
 import torch
 
 from freelearn.inference.failures import Failure, failures, inputs_of
-from freelearn.inference.noise import Accuracy, Whitener, sensitivities
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model

@@ -78,13 +78,15 @@ class DiscoveryView:
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 
     def _ranking(self, step: Step) -> None:
-        tested = sorted((c for c in step.candidates if c["status"] == "tested"), key=lambda c: -c["score"])
+        scores = {c["effect"]: c["score"] or 0.0 for c in step.candidates}
+        tested = [c for c in step.candidates if c["status"] == "tested"]
+        tested.sort(key=lambda c: -scores[c["effect"]])
         table = Table(title="effects that would explain it, before any was added", title_justify="left")
         for heading in ("effect", "size σ", "p by chance", "E held-out %"):
             table.add_column(heading, justify="left" if heading == "effect" else "right")
         for c in tested[:SHOWN]:
             error = f"{100 * c['E_heldout']:.3f}" if c["E_heldout"] is not None else "–"
-            table.add_row(c["effect"], f"{max(c['score'], 0.0) ** 0.5:.1f}", f"{c['p_value']:.3f}", error)
+            table.add_row(c["effect"], f"{max(scores[c['effect']], 0.0) ** 0.5:.1f}", f"{c['p_value']:.3f}", error)
         self.console.print(table)
 
     def _parameters(self, step: Step) -> None:
