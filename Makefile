@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test bench lint workbench clean
+.PHONY: setup demo test bench lint installed workbench clean
 
 setup: $(READY)
 
@@ -21,9 +21,14 @@ lint: setup
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --no-cache
 
 test: setup
 	$(RUN) -m pytest -n auto
+
+# The wheel, built and run in an empty folder of a fresh environment.
+installed: setup
+	.ci/installed $(PYTHON)
 
 workbench: setup
 	$(RUN) -m freelearn.workbench
@@ -32,4 +37,4 @@ bench: setup
 	$(RUN) experiments/benchmark
 
 clean:
-	rm -rf $(VENV)
+	rm -rf $(VENV) dist

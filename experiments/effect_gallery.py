@@ -20,8 +20,8 @@ from rich.console import Console
 from freelearn.bed.virtual import DESIGNS
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
+from freelearn.models.effect import Effect
 from freelearn.models.effects.registry import EFFECTS, make_effects
-from freelearn.models.ports import Effect
 from freelearn.models.prediction import Status
 from freelearn.render.png.canvas import heading, new_figure, save
 from freelearn.units import NMM
@@ -57,7 +57,7 @@ def differences(name: str) -> pd.DataFrame:
     """elongation_mm, twist_deg, force_change_n, moment_change_nmm; NaN where there is no equilibrium."""
     table = plane()
     states = states_of(table)
-    values = {f"{name}.{p.name}": p.scale for p in EFFECTS[name].parameters}
+    values = {f"{name}.{p.name}": p.scale for p in EFFECTS[name].declared_parameters()}
     with torch.no_grad():
         before = build_model("continuum", MATERIAL)(states)
         after = build_model("continuum", MATERIAL | values, [name])(states)
@@ -70,8 +70,9 @@ def differences(name: str) -> pd.DataFrame:
 def picture(effect: Effect, table: pd.DataFrame) -> Figure:
     """Two panels over length × twist, red where the effect adds to the load and blue where it takes off."""
     figure = new_figure(10.0, 4.2)
-    sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in effect.parameters)
-    figure.suptitle(heading(f"{effect.name} ({effect.port()}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa", True))
+    parameters = effect.declared_parameters()
+    sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in parameters)
+    figure.suptitle(heading(f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa", True))
     x, y = (table[c].to_numpy().reshape(POINTS, POINTS) for c in ("elongation_mm", "twist_deg"))
     for number, (column, title) in enumerate(
         (("force_change_n", "change of force F [N]"), ("moment_change_nmm", "change of moment M [N·mm]")), 1
@@ -99,8 +100,8 @@ def main(names: list[str]) -> None:
     for effect in make_effects(names or list(EFFECTS), "continuum"):
         table = differences(effect.name)
         save(picture(effect, table), table, FOLDER / f"{effect.name}.png")
-        parameters = ", ".join(f"{p.name} ({p.unit})" for p in effect.parameters)
-        console.print(f"[bold]{effect.name}[/]  {effect.port()}  {parameters}  {effect.suspect}", soft_wrap=True)
+        parameters = ", ".join(f"{p.name} ({p.unit})" for p in effect.declared_parameters())
+        console.print(f"[bold]{effect.name}[/]  {effect.port}  {parameters}  {effect.suspect}", soft_wrap=True)
     console.print(f"Pictures and tables are in {FOLDER}")
 
 

@@ -3,19 +3,16 @@
 Run it after changing the bed's truth: `python experiments/same_sample.py`. It prints the table that the README quotes.
 """
 
-from pathlib import Path
-
 import torch
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from freelearn.commands.configuration import settings
+from freelearn.commands.run import run
+from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
-from freelearn.commands.train import fit_options
 from freelearn.models.build import build_model
-from freelearn.results.run import run
 
 # Mean of the heat maps' diagonals in the paper [%].
 PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}
@@ -23,9 +20,8 @@ PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}
 
 def main() -> None:
     torch.set_num_threads(1)
-    with initialize_config_dir(str(Path(__file__).resolve().parents[1] / "conf"), version_base="1.3"):
-        settings = OmegaConf.to_container(compose("train"), resolve=True)
-    table, _, _ = load_table(settings["data"])
+    chosen = settings(TrainSettings)
+    table = load_table(chosen.data).table
     shown = Table(title="E in %, trained and tested on the same sample")
     for heading in ("model", *(f"sample {n}" for n in range(1, 9)), "mean (simulated)", "mean (paper, real)"):
         shown.add_column(heading, justify="right")
@@ -33,7 +29,7 @@ def main() -> None:
         errors = []
         for number in track(range(1, 9), f"{name:<10}"):
             own = f"sample{number}"
-            outcome = run(build_model(name), table, own, own, fit_options(settings["fit"]), settings["seed"])
+            outcome = run(build_model(name), table, own, own, chosen.fit, chosen.seed)
             errors.append(100 * outcome.errors[own].E)
         shown.add_row(name, *(f"{e:.1f}" for e in errors), f"{sum(errors) / 8:.1f}", f"{published:.1f}")
     Console(width=160).print(shown)

@@ -1,3 +1,25 @@
-"""freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs)."""
+"""freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs).
 
-__version__ = "0.1.0"
+In Python: `freelearn.load(folder)` takes a fitted model up again.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from freelearn.package import VERSION
+
+if TYPE_CHECKING:
+    from freelearn.results.fitted_model import Answer, FittedModel, load
+
+__version__ = VERSION
+__all__ = ["Answer", "FittedModel", "__version__", "load"]
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when asked for: torch takes seconds, and commands report a mistake before they need it.
+    if name in ("Answer", "FittedModel", "load"):
+        from freelearn.results import fitted_model
+
+        return getattr(fitted_model, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,8 +10,6 @@ import sys
 import pytest
 from conftest import ROOT
 
-from freelearn.models.effects.registry import EFFECTS
-
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -45,19 +43,6 @@ def test_an_effect_of_ones_own_as_written(tmp_path):
     )  # fmt: skip
     assert again.returncode != 0
     assert "Unknown effect 'line_loss'" in again.stderr
-
-
-def test_the_list_of_effects_is_that_of_the_library():
-    text = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (\w+) \| `(\w+)` \| (.*?) \| (.*?) \|$", text, re.MULTILINE)
-    listed = {name: (port, parameters, suspect) for port, name, parameters, suspect in rows}
-    library = {
-        name: effect for name, effect in EFFECTS.items() if effect.__module__.startswith("freelearn.models.effects.")
-    }
-    assert set(listed) == set(library)
-    for name, effect in library.items():
-        parameters = ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters)
-        assert listed[name] == (effect.port(), parameters, effect.suspect)
 
 
 def test_every_picture_and_page_it_points_to_is_there():

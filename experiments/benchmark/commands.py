@@ -65,14 +65,12 @@ def memory(report: Report, jobs: int = 300) -> None:
     code = f"""
 import resource, sys, tempfile
 from pathlib import Path
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
+from freelearn.commands.configuration import composed
 from freelearn.commands.job import sweep_job
-with initialize_config_dir({str(ROOT / "conf")!r}, version_base="1.3"), tempfile.TemporaryDirectory() as folder:
+with tempfile.TemporaryDirectory() as folder:
     for seed in range({jobs}):
         chosen = ["model=linear", "test=sample3", "figures=false", "fits=null", f"seed={{seed}}"]
-        settings = OmegaConf.to_container(compose("train", chosen), resolve=True)
-        sweep_job(settings, seed, Path(folder) / str(seed), "")
+        sweep_job(composed("train", chosen), seed, Path(folder) / str(seed), "")
         if seed in ({jobs} // 3, {jobs} - 1):
             now = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
             print("resident", now, file=sys.stderr)
@@ -83,11 +81,12 @@ with initialize_config_dir({str(ROOT / "conf")!r}, version_base="1.3"), tempfile
 
 
 def reports(report: Report) -> None:
-    from freelearn.report import discovery as of_discovery
     from rich.console import Console
 
+    from freelearn.commands.configuration import settings
+    from freelearn.commands.settings import DiscoverSettings, TrainSettings
+    from freelearn.render.html import discovery as of_discovery
     from freelearn.render.html import run as of_run
-    from freelearn.workbench.work import settings
 
     seconds = {}
 
@@ -107,9 +106,9 @@ def reports(report: Report) -> None:
     from freelearn.commands.train import train
 
     with tempfile.TemporaryDirectory() as folder:
-        train(settings("train", ["train=all", "fits=null"]), Path(folder) / "run")
+        train(settings(TrainSettings, ["train=all", "fits=null"]), Path(folder) / "run")
         began = time.perf_counter()
-        discover(settings("discover", []), Path(folder) / "found", Console(quiet=True))
+        discover(settings(DiscoverSettings), Path(folder) / "found", Console(quiet=True))
         whole = time.perf_counter() - began
         for name, where in (("report_run", "run"), ("report_discovery", "found")):
             size = (Path(folder) / where / "report.html").stat().st_size / 2**20

@@ -9,8 +9,10 @@ import torch
 from benchmark.common import FIELDS, Report, bed, rows_of, table, timed
 from scipy.optimize import least_squares
 
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of, set_names, split_rows
 from freelearn.models.build import build_model
@@ -116,7 +118,7 @@ def network(report: Report) -> None:
     began = time.perf_counter()
     problem = Problem(fresh, train)
     held = Problem(fresh, validation, problem.scale)
-    start = fresh.starts(train.states, train.loads, 1, torch.Generator().manual_seed(0))
+    start = starts(fresh, train.states, train.loads, 1, torch.Generator().manual_seed(0))
     lm = LevenbergMarquardtEpochs(problem, start, 1000, 1e-10)
     with torch.no_grad():
         error = float("inf")

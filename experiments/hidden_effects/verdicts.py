@@ -9,7 +9,8 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.render.png.canvas import COLORS, finish, new_figure, save
+from freelearn.render.palette import COLORS
+from freelearn.render.png.canvas import finish, new_figure, save
 
 MOST_IN_CLASS = 3
 # What has no potential, and what depends on the history, of all that is hidden: the truth that the screens are held

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from freelearn.errors import UserError
+from freelearn.models.effect import Effect
 from freelearn.models.effects.registry import EFFECTS, make_effects
 from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
 
 # A drawn effect is between half and twice as large as a noticeable one.
 SMALLEST, LARGEST = 0.5, 2.0
@@ -35,11 +35,13 @@ def hidden_effects(hidden: Any, seed: int) -> Hidden:
         raise UserError(f"data.hidden = {hidden!r}: give a list of effect names, for example [end_clamps], or random.")
     found = {}
     for effect in make_effects(list(chosen), "continuum"):
-        known = [p.name for p in effect.parameters]
+        known = [p.name for p in effect.declared_parameters()]
         for name in chosen[effect.name]:
             if name not in known:
                 raise UserError(f"Effect {effect.name!r} has no parameter {name!r}: it has {', '.join(known)}.")
-        found[effect.name] = {p.name: float(chosen[effect.name].get(p.name, _noticeable(p))) for p in effect.parameters}
+        found[effect.name] = {
+            p.name: float(chosen[effect.name].get(p.name, _noticeable(p))) for p in effect.declared_parameters()
+        }
     return found
 
 
@@ -51,14 +53,14 @@ def _noticeable(p: Parameter) -> float:
 def _drawn(seed: int) -> Hidden:
     generator = np.random.default_rng([seed, 4242])
     count = 1 if generator.random() < ONE else 2
-    able = [name for name, effect in EFFECTS.items() if "continuum" in effect.models]
+    able = [name for name, effect in EFFECTS.items() if "continuum" in effect.families()]
     names = generator.choice(able, count, replace=False)
     return {str(name): _sized(EFFECTS[str(name)], generator) for name in names}
 
 
-def _sized(effect: type[Effect], generator: np.random.Generator) -> dict[str, float]:
+def _sized(effect: type[Effect[Any]], generator: np.random.Generator) -> dict[str, float]:
     values = {}
-    for p in effect.parameters:
+    for p in effect.declared_parameters():
         factor = SMALLEST * (LARGEST / SMALLEST) ** generator.random()
         sign = -1.0 if p.none is not None and p.lower < p.none and generator.random() < 0.5 else 1.0
         values[p.name] = float(np.clip(sign * factor * _noticeable(p), p.lower, p.upper))

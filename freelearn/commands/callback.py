@@ -18,12 +18,12 @@ class GatherSweep(Callback):
     def on_multirun_end(self, config: Any, **_: Any) -> None:
         from rich.console import Console
 
-        from freelearn.commands.command_line import command_line
+        from freelearn.commands.command_line import command_line, program
         from freelearn.commands.gather import gather_folders
         from freelearn.errors import UserError
 
         folder = Path(config.hydra.sweep.dir)
-        command = command_line(["train.py", "-m"], config.hydra.overrides.task)
+        command = command_line([*program("train"), "-m"], config.hydra.overrides.task)
         try:
             failed = gather_folders([folder], folder, Console(), command)
         except UserError as mistake:

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 from collections.abc import Sequence
+from pathlib import Path
+
+# Variables that name files of the user's own code.
+OWN_CODE = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
 
 
 def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
-    """`python program overrides`, with the user's own effects where there are some."""
-    own = os.environ.get("FREELEARN_EFFECTS")
-    start = [f"FREELEARN_EFFECTS={shlex.quote(own)}"] if own else []
-    return " ".join([*start, "python", *program, *map(shlex.quote, overrides)])
+    """`program overrides`, with the user's own effects and models where there are some."""
+    own = [f"{name}={shlex.quote(value)}" for name in OWN_CODE if (value := os.environ.get(name))]
+    return " ".join([*own, *program, *map(shlex.quote, overrides)])
+
+
+def program(name: str, script: Sequence[str] = ()) -> list[str]:
+    """How this process was started: by the installed command `freelearn name`, or else by `script`.
+
+    script: by default a checkout's `python name.py`.
+    """
+    installed = Path(sys.argv[0]).name == f"freelearn {name}"
+    return ["freelearn", name] if installed else list(script) or ["python", f"{name}.py"]

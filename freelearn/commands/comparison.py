@@ -5,38 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
+from freelearn.commands.run import scored_rows
+from freelearn.measurements.error import common, set_error
+from freelearn.measurements.states import measured_loads
+from freelearn.models.prediction import Status
+from freelearn.render.tensorboard.run import log_run
+from freelearn.results.comparison import Compared
+from freelearn.results.run import Run
 
-from freelearn.fit.fit import FitOptions
-from freelearn.fit.store import FitStore
-from freelearn.models.base import Model
-from freelearn.results.run import Run, run
-
-# Where the run without effects keeps its TensorBoard curves, beside those of the run itself.
+# Where each fit keeps its TensorBoard curves, beside those of the run itself.
 WITHOUT, WITH = "without_effects", "with_effects"
 
 
-def compare(
-    build: Callable[[bool], Model],
-    table: pd.DataFrame,
-    train: str,
-    test: str,
-    options: FitOptions,
-    seed: int,
-    folder: Path,
-    store: FitStore | None,
-) -> dict[str, dict[str, float]]:
-    """E of each test set {without, with} effects, whole kinematic states held out. build: with effects? → model.
+def compare(one: Callable[[bool, Path], Run], folder: Path) -> dict[str, Compared]:
+    """E of each test set without and with effects, whole kinematic states held out, over the rows that both answer.
 
-    Both fits leave their TensorBoard curves in `folder`, in folders of their own, so that they show over each other.
+    one: with effects?, folder → the run. Both leave their TensorBoard curves in `folder`, in folders of their own, so
+    that they show over each other.
     """
     runs: dict[str, Run] = {}
     for name, effects in ((WITHOUT, False), (WITH, True)):
-        inside = folder / name
-        runs[name] = run(build(effects), table, train, test, options, seed, True, inside, None, store)
-        from freelearn.render.tensorboard.run import log_run
+        runs[name] = one(effects, folder / name)
+        log_run(runs[name], folder / name)
+    return compared(runs[WITHOUT], runs[WITH])
 
-        log_run(runs[name], inside)
-    return {
-        name: {"without": error.E, "with": runs[WITH].errors[name].E} for name, error in runs[WITHOUT].errors.items()
-    }
+
+def compared(without: Run, with_effects: Run) -> dict[str, Compared]:
+    """Errors of two runs over the same table and split, each test set scored on the rows that both answer."""
+    measured, sample = measured_loads(without.table), without.table["sample"].to_numpy()
+    both = common(*(run.prediction.status == Status.OK for run in (without, with_effects)))
+    pairs = {}
+    for name in without.errors:
+        pick = scored_rows(sample, without.labels, name)
+        errors = [set_error(measured[pick], run.prediction.loads[pick], both[pick]) for run in (without, with_effects)]
+        pairs[name] = Compared(errors[0].E, errors[1].E, errors[0].n)
+    return pairs

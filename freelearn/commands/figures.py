@@ -14,18 +14,25 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
+from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
-from freelearn.render.png.admissible import admissible, admissible_table
+from freelearn.models.own import load_own_code
+from freelearn.render.png.admissible import admissible
 from freelearn.render.png.canvas import save
-from freelearn.render.png.curves import curve_numbers, curves
-from freelearn.render.png.load_vectors import load_vector_table, load_vectors
+from freelearn.render.png.curves import curves
+from freelearn.render.png.load_vectors import load_vectors
+from freelearn.render.terminal.table import rich_table
+from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
+from freelearn.results.curve_panels import curve_numbers
+from freelearn.results.load_vectors import load_vector_table
 from freelearn.results.run_files import check_folder
-from freelearn.results.states import pick_states, places, state_title
+from freelearn.results.states import pick_states, places, rows_of_set, state_title
+from freelearn.results.tables import DisplayTable
 
 DESIGN = ["sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm"]
 
@@ -36,6 +43,7 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
     folder: of a sweep or a run. train: the training set whose models are drawn, "" for the first one. state: sample,
     elongation [mm] and twist [deg], None for the middling one. Raises UserError.
     """
+    load_own_code()
     runs = _runs(folder)
     check_folder(out)
     table = pd.read_csv(runs[0]["folder"] / "predictions.csv")
@@ -99,8 +107,7 @@ def _models(runs: Sequence[dict[str, Any]], train: str) -> dict[str, Model]:
 def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.ndarray:
     """Positions of the rows of the state asked for, or of a middling one."""
     if state is None:
-        named = train.removeprefix("sample")
-        own = table if not named.isdigit() else table[table["sample"] == int(named)]
+        own = rows_of_set(table, train)
         picked = pick_states(own)
         if not picked:
             raise UserError(f"No kinematic state of {train} has usable rows to draw.")
@@ -148,24 +155,12 @@ def _write(table: pd.DataFrame, path: Path) -> None:
 def _shown(table: pd.DataFrame, title: str) -> Table:
     if "unit" in table:
         table = table.assign(parameter=table["parameter"] + " [" + table["unit"] + "]").drop(columns="unit")
-    shown = Table(title=title, title_justify="left")
-    for name in table.columns:
-        words = not pd.api.types.is_numeric_dtype(table[name])
-        shown.add_column(name.replace("_", " "), justify="left" if words else "right")
-    for row in table.itertuples(index=False):
-        shown.add_row(*(_cell(cell) for cell in row))
-    return shown
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.4g}" if np.isfinite(value) else "–"
-    return str(value)
+    return rich_table(DisplayTable.from_frame(table, title))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.figures",
+        prog=" ".join(program("figures", ["python", "-m", "freelearn.figures"])),
         description="Draw a sweep's (or a run's) admissible data, load vectors over the kinematic plane and load "
         "curves of all its models at one kinematic state; tables of the designs and of the fitted parameters.",
     )

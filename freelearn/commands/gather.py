@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
 from rich.console import Console
-from rich.table import Table
 
-from freelearn.commands.command_line import command_line
+from freelearn.commands.command_line import command_line, program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
+from freelearn.render.terminal.table import rich_table
 from freelearn.results.collect import collect
+from freelearn.results.origin import Provenance
 from freelearn.results.run_files import check_folder
-from freelearn.results.summary import cells, summary
+from freelearn.results.summary import cells, summary, summary_table
 
 
 def gather_folders(folders: Sequence[Path], out: Path, console: Console, command: str) -> int:
@@ -39,13 +38,14 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
         # matplotlib costs a second to import: only here.
         from freelearn.render.png.sweep import draw_sweep
 
-        simulated = [data for data in good["data"] if data["simulated"]]
+        sources = [Provenance.from_plain(data) for data in good["data"]]
+        simulated = [source for source in sources if source.simulated]
         pictures = draw_sweep(grouped, numbers, bool(simulated), out)
         from freelearn.render.html.sweep import report_sweep
 
         # Where simulated and measured data meet in one sweep, the page says simulated.
-        report_sweep(table, grouped, numbers, (simulated or [good["data"].iloc[0]])[0], out, command)
-        console.print(_table(numbers))
+        report_sweep(table, grouped, numbers, (simulated or sources)[0], out, command)
+        console.print(rich_table(summary_table(numbers)))
         for path in pictures:
             console.print(f"picture: {path}", markup=False, highlight=False, soft_wrap=True)
     for _, job in failed.iterrows():
@@ -54,37 +54,16 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
     return failed["run"].nunique()
 
 
-def _table(numbers: pd.DataFrame) -> Table:
-    """The discussion's numbers; the rest of them is in summary.csv."""
-    caption = (
-        "own set: tested on the training set's own test rows; unseen: on samples never trained on; "
-        "% best: share of cells in which no other is better"
-    )
-    table = Table(title="error E in %", caption=caption, title_justify="left", caption_justify="left")
-    headings = {"mean": "mean", "range": "range", "diagonal": "own set", "unseen": "unseen", "best_share": "% best"}
-    # Numbers are never cut short: long labels take a second line.
-    table.add_column("", overflow="fold")
-    for heading in [*headings.values(), "parameters"]:
-        table.add_column(heading, justify="right", no_wrap=True, min_width=max(len(heading), 6))
-    for _, row in numbers.iterrows():
-        shown = [f"{100 * row[c]:.1f}" if math.isfinite(row[c]) else "–" for c in headings]
-        count = f"{row['parameters']:.0f}" if math.isfinite(row["parameters"]) else "–"
-        table.add_row(row["label"], *shown, count)
-        if math.isfinite(row["constituent"]):
-            table.add_row(f"{row['label']}, constituents", f"{100 * row['constituent']:.1f}", *["–"] * 4, "0")
-    return table
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.gather",
+        prog=" ".join(program("gather", ["python", "-m", "freelearn.gather"])),
         description="Gather the results of finished sweeps into heatmap.csv, summary.csv and heat maps. Several sweeps "
         "(of several seeds, say) are gathered together: mean and standard deviation over seeds.",
     )
     parser.add_argument("folder", nargs="+", type=Path, help="a sweep's folder, whose subfolders are its jobs")
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
-    command = command_line(["-m", "freelearn.gather"], sys.argv[1:])
+    command = command_line(program("gather", ["python", "-m", "freelearn.gather"]), sys.argv[1:])
     try:
         gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)
     except UserError as mistake:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import traceback
 from collections.abc import Mapping
@@ -11,53 +10,66 @@ from typing import Any
 
 from rich.console import Console
 
-from freelearn.commands.tables import data_version
+from freelearn.commands.key import job_key
+from freelearn.commands.settings import TrainSettings, parse
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.store import code_version
+from freelearn.models.own import load_own_code
 from freelearn.results.collect import ERROR_FILE
 from freelearn.results.run import Run
 
 
-def sweep_job(settings: dict[str, Any], number: int, folder: Path, command: str) -> float | None:
+def sweep_job(config: Mapping[str, Any], number: int, folder: Path, command: str) -> float | None:
     """Runs a job unless `folder` already holds its results; returns E on its training set, where that is tested.
 
-    A combination named in `exclude` is left out. Any failure ends up in error.json beside the other jobs' results.
+    config: composed, as plain values. A combination named in `exclude` is left out. Any failure, a mistake in the
+    configuration included, ends up in error.json beside the other jobs' results.
     """
     console = Console(soft_wrap=True)
-    label = f"job {number:<3} {settings['model']['name']:<10} {settings['train']:<12}"
-    if any(_matches(settings, combination) for combination in settings["exclude"] or []):
+    asked = _asked(config)
+    label = f"job {number:<3} {asked['model']:<10} {asked['train']:<12}"
+    if any(_matches(config, combination) for combination in config["exclude"] or []):
         return None
-    key = job_key(settings)
-    if (kept := _results(folder)) and kept.get("key") == key:
-        console.print(f"{label} done before", highlight=False)
-        return _own_error(kept["tests"], settings["train"])
     try:
+        load_own_code()
+        settings = parse(TrainSettings, config)
+        key = job_key(settings)
+        if (kept := _results(folder)) and kept.get("key") == key:
+            console.print(f"{label} done before", highlight=False)
+            return _own_error(kept["tests"], settings.train)
         (folder / ERROR_FILE).unlink(missing_ok=True)
         run = train(settings, folder, key=key, command=command)
     except UserError as mistake:
-        _fail(folder, console, label, settings, str(mistake))
+        _fail(folder, console, label, asked, str(mistake))
         return None
     except Exception as problem:
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "traceback.txt", traceback.format_exc())
-        _fail(folder, console, label, settings, f"{type(problem).__name__}: {problem}")
+        _fail(folder, console, label, asked, f"{type(problem).__name__}: {problem}")
         return None
-    error = _own_error({name: e._asdict() for name, e in run.errors.items()}, settings["train"])
+    error = _own_error({name: e._asdict() for name, e in run.errors.items()}, settings.train)
     console.print(f"{label} {_summary(run, error)}", highlight=False)
     return error
 
 
-def job_key(settings: Mapping[str, Any]) -> str:
-    """Digest of everything that a job's results depend on."""
-    parts = [json.dumps(settings, sort_keys=True), data_version(settings["data"]), code_version()]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
+def _asked(config: Mapping[str, Any]) -> dict[str, Any]:
+    """What the job was to do, in the words of results.json; also where the configuration is faulty."""
+    train = config["train"]
+    return {
+        "model": config["model"]["name"],
+        "train": "+".join(map(str, train)) if isinstance(train, list) else str(train),
+        "test": config["test"],
+        "fit": config["fit"]["name"],
+        "split": config["split"]["name"],
+        "effects": config["effects"] or [],
+        "seed": config["seed"],
+    }
 
 
-def _matches(settings: Mapping[str, Any], combination: Mapping[str, str]) -> bool:
+def _matches(config: Mapping[str, Any], combination: Mapping[str, Any]) -> bool:
     """Whether every override of the combination is set; a group is named by its option."""
-    chosen = {k: v["name"] if isinstance(v, Mapping) and "name" in v else v for k, v in settings.items()}
+    chosen = {k: v["name"] if isinstance(v, Mapping) and "name" in v else v for k, v in config.items()}
     return all(chosen.get(name) == value for name, value in combination.items())
 
 
@@ -68,20 +80,10 @@ def _results(folder: Path) -> dict[str, Any] | None:
         return None
 
 
-def _fail(folder: Path, console: Console, label: str, settings: Mapping[str, Any], message: str) -> None:
+def _fail(folder: Path, console: Console, label: str, asked: Mapping[str, Any], message: str) -> None:
     (folder / "results.json").unlink(missing_ok=True)
-    what = {
-        "model": settings["model"]["name"],
-        "train": settings["train"],
-        "test": settings["test"],
-        "fit": settings["fit"]["name"],
-        "split": settings["split"]["name"],
-        "effects": settings["effects"],
-        "seed": settings["seed"],
-        "error": message,
-    }
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / ERROR_FILE, json.dumps(what, indent=2) + "\n")
+    write_text(folder / ERROR_FILE, json.dumps({**asked, "error": message}, indent=2) + "\n")
     console.print(f"{label} failed: {message}", markup=False, highlight=False)
 
 

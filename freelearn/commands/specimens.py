@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Sequence
 from datetime import datetime
@@ -11,17 +10,20 @@ from pathlib import Path
 
 import torch
 from rich.console import Console
-from rich.table import Table
 
+from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
-from freelearn.fit.rubber import RubberFit, fit_rubber
-from freelearn.inference.rubber import NEO_HOOKEAN, compare, comparison_table, conclusion
+from freelearn.fit.rubber import fit_rubber
+from freelearn.inference.rubber import NEO_HOOKEAN, compare, conclusion
 from freelearn.measurements.specimen_modes import mode_name
 from freelearn.measurements.specimen_table import Specimens, read_specimens
 from freelearn.models.rubber import Rubber
+from freelearn.render.terminal.table import rich_table
 from freelearn.results.run_files import check_folder
 from freelearn.results.specimen import write_result
+from freelearn.results.specimen_curves import curve_table
+from freelearn.results.specimen_tables import combination_table, mode_table, rubber_notes, rubber_parameters
 
 
 def fit_specimens(
@@ -29,18 +31,20 @@ def fit_specimens(
 ) -> None:
     """Fits, writes specimen.json, curves.png and curves.csv to `out`, and prints a short table. Raises UserError."""
     check_folder(out)
-    found = fit_rubber(Rubber(effects), data.table, held_out)
-    alone = fit_rubber(Rubber(), data.table, held_out) if effects else found
-    write_result(out / "specimen.json", found, data.files)
+    fit = fit_rubber(Rubber(effects), data.table, held_out)
+    alone = fit_rubber(Rubber(), data.table, held_out) if effects else fit
+    write_result(out / "specimen.json", fit, data.files)
     # matplotlib costs a second to import: only here.
     from freelearn.render.png.canvas import save
-    from freelearn.render.png.specimen import curve_table, specimen_curves
+    from freelearn.render.png.specimen import specimen_curves
 
-    fits = {NEO_HOOKEAN: alone} | ({f"with {' + '.join(effects)}": found} if effects else {})
+    fits = {NEO_HOOKEAN: alone} | ({f"with {' + '.join(effects)}": fit} if effects else {})
     curves = curve_table(data.table, fits)
     save(specimen_curves(curves, fits), curves, out / "curves.png")
-    _show(console, alone, found)
-    for note in [*_notes(found, alone), *data.warnings]:
+    shown = {NEO_HOOKEAN: alone} | ({"with effects": fit} if effects else {})
+    console.print(rich_table(mode_table(shown)))
+    console.print(rich_table(rubber_parameters(fit)))
+    for note in [*rubber_notes(fit, alone), *data.warnings]:
         console.print(f"! {note}", markup=False, highlight=False)
     console.print(f"files: {out}", markup=False, highlight=False, soft_wrap=True)
 
@@ -50,37 +54,11 @@ def compare_specimens(data: Specimens, out: Path, console: Console) -> None:
     check_folder(out)
     compared = compare(data.table, data.modes)
     write_whole(out / "comparison.csv", lambda p: compared.to_csv(p, index=False, float_format="%.6g"))
-    console.print(comparison_table(compared))
+    console.print(rich_table(combination_table(compared)))
     console.print(conclusion(compared), markup=False, highlight=False)
     for warning in data.warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(f"table: {out / 'comparison.csv'}", markup=False, highlight=False, soft_wrap=True)
-
-
-def _show(console: Console, alone: RubberFit, found: RubberFit) -> None:
-    errors = Table(title="error E in % of a mode's largest stress", title_justify="left")
-    for heading in ("mode", "rows", NEO_HOOKEAN, *(["with effects"] if found is not alone else [])):
-        errors.add_column(heading, justify="left" if heading == "mode" else "right")
-    for mode, e in found.modes.items():
-        cells = [f"{100 * fit.modes[mode].error:.2f}" for fit in ([alone] if found is alone else [alone, found])]
-        errors.add_row(mode if e.fitted else f"{mode} (held out)", str(e.n), *cells)
-    console.print(errors)
-    parameters = Table()
-    for heading in ("parameter", "value", "± stderr", "unit"):
-        parameters.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
-    for name, value in found.values.items():
-        error = f"{found.stderr[name]:.2g}" if math.isfinite(found.stderr[name]) else "–"
-        parameters.add_row(name, f"{value:.6g}", error, found.rubber.declared[name].unit)
-    console.print(parameters)
-
-
-def _notes(found: RubberFit, alone: RubberFit) -> list[str]:
-    notes = [f"{name} sits on its bound: the data do not ask for it, or for its opposite." for name in found.at_bound]
-    unknown = [n for n, error in found.stderr.items() if not math.isfinite(error) and n not in found.at_bound]
-    notes += [f"{name} is not determined by these tests." for name in unknown]
-    worse = [m for m, e in found.modes.items() if not (e.fitted or e.error <= alone.modes[m].error)]
-    notes += [f"Held-out {m} is predicted worse than without the effects: do not trust them there." for m in worse]
-    return notes if found.message.startswith("Converged") else [*notes, found.message]
 
 
 def _mode(text: str) -> str:
@@ -92,7 +70,7 @@ def _mode(text: str) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.specimens",
+        prog=" ".join(program("specimens", ["python", "-m", "freelearn.specimens"])),
         description="Fit the rubber's strain energy to tests of rubber alone: uniaxial (UT), equibiaxial (ET), pure "
         "shear (PS). Writes specimen.json, whose parameters the continuum model can take over, and curves.png.",
     )

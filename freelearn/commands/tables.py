@@ -1,58 +1,80 @@
-"""The measurement table that a `data` configuration names."""
+"""The measurement table that a command's settings name."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from freelearn.bed.hidden import hidden_effects
+from freelearn.bed.hidden import Hidden, hidden_effects
 from freelearn.bed.virtual import simulate
+from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
+from freelearn.files import write_text
+from freelearn.results.origin import Provenance
 
 # Tables kept in memory, so that the jobs of a sweep in one process read or simulate each of them once.
 KEPT = 4
 
 
-def load_table(data: dict[str, Any]) -> tuple[pd.DataFrame, list[str], dict[str, Any]]:
-    """The table of a `data` configuration, warnings about it, and where it came from. Raises UserError.
+@dataclass(frozen=True)
+class LoadedTable:
+    """A checked measurement table, shared between callers: none may change it in place.
 
-    The table is shared between callers: none may change it in place.
-    """
-    if data["name"] == "virtual":
-        parts = {k: data[k] for k in ("truth", "accuracy", "buckled_share", "seed")}
-        if not isinstance(data["accuracy"], dict):
-            raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
-        parts["effects"] = data["truth_effects"] or {}
-        if data["hidden"] is not None:
-            parts["effects"] = hidden_effects(data["hidden"], data["seed"])
-        provenance = {"name": "virtual", "simulated": True, "seed": data["seed"]}
-        return _simulated(json.dumps(parts)), [], provenance
-    if data["path"] in (None, "???"):
-        raise UserError("data=csv needs the table's file: add data.path=FILE.")
+    warnings: sentences about it."""
+
+    table: pd.DataFrame
+    warnings: tuple[str, ...]
+    provenance: Provenance
+
+
+def load_table(data: DataSettings) -> LoadedTable:
+    """The table, from its file or simulated. Raises UserError."""
+    if isinstance(data, VirtualData):
+        return LoadedTable(_simulated(_bed(data)), (), Provenance("virtual", True, seed=data.seed))
     digest = data_version(data)
-    table, warnings = _read(str(data["path"]), digest)
-    return table, list(warnings), {"name": "csv", "simulated": False, "path": str(data["path"]), "sha256": digest}
+    table, warnings = _read(str(data.path), digest)
+    return LoadedTable(table, warnings, Provenance("csv", False, path=str(data.path), sha256=digest))
 
 
-def data_version(data: dict[str, Any]) -> str:
+def data_version(data: DataSettings) -> str:
     """SHA-256 of the table's file; empty for simulated data, which their settings determine, and unreadable files."""
-    if data["name"] == "virtual":
+    if not isinstance(data, CsvData):
         return ""
     try:
-        return hashlib.sha256(Path(data["path"]).read_bytes()).hexdigest()
+        return hashlib.sha256(Path(data.path).read_bytes()).hexdigest()
     except OSError:
         return ""  # reading the table says what is wrong with the file
 
 
+def seal(data: DataSettings, folder: Path) -> None:
+    """Keeps what data.hidden=random drew in a file of its own, which nothing else reads."""
+    if isinstance(data, VirtualData) and data.hidden == "random":
+        answer = {"hidden": _hidden(data)}
+        write_text(folder / "sealed_answer.json", json.dumps(answer, indent=2) + "\n")
+
+
+def _hidden(data: VirtualData) -> Hidden:
+    return hidden_effects(data.hidden, data.seed)
+
+
+def _bed(data: VirtualData) -> str:
+    """What the simulated bed depends on, as a key."""
+    if data.accuracy is None:
+        raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
+    effects = data.truth_effects if data.hidden is None else _hidden(data)
+    parts = {"truth": data.truth, "effects": effects, "accuracy": vars(data.accuracy)}
+    return json.dumps(parts | {"buckled_share": data.buckled_share, "seed": data.seed})
+
+
 @lru_cache(KEPT)
-def _simulated(settings: str) -> pd.DataFrame:
-    data = json.loads(settings)
-    return simulate(data["truth"], data["effects"], data["accuracy"], data["buckled_share"], data["seed"])
+def _simulated(bed: str) -> pd.DataFrame:
+    known = json.loads(bed)
+    return simulate(known["truth"], known["effects"], known["accuracy"], known["buckled_share"], known["seed"])
 
 
 @lru_cache(KEPT)

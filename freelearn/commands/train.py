@@ -1,173 +1,206 @@
-"""`python train.py`: from a composed configuration to a run's files."""
+"""`train`: from settings to a run's files."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import lightning as L
+import pandas as pd
 from rich.console import Console
 
-from freelearn.bed.hidden import hidden_effects
+from freelearn.commands.accuracy import measuring
 from freelearn.commands.comparison import compare
-from freelearn.commands.tables import load_table
+from freelearn.commands.device import resolve_device
+from freelearn.commands.mistakes import Mistakes
+from freelearn.commands.run import Progress, run
+from freelearn.commands.settings import TrainSettings
+from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
-from freelearn.files import write_text
-from freelearn.fit.fit import FitOptions
 from freelearn.fit.store import FitStore
+from freelearn.inference.misfit import misfit
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.check import check_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
-from freelearn.models.effects.registry import load_own, missing_columns
-from freelearn.render.terminal.run import FitProgress, show_run
-from freelearn.results.curve import state_curves
-from freelearn.results.run import CONSTITUENT_SET, Run, run
+from freelearn.models.effects.registry import missing_columns
+from freelearn.models.own import load_own_code
+from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.origin import Origin
+from freelearn.results.run import CONSTITUENT_SET, Run
 from freelearn.results.run_files import check_folder, predictions, training_samples, write_run
 from freelearn.results.states import pick_states
 from freelearn.threads import one_thread
 
 if TYPE_CHECKING:
-    from freelearn.inference.misfit import Misfit
+    from lightning import Callback
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is fitted on what."""
+
+    settings: TrainSettings
+    loaded: LoadedTable
+    samples: list[int]
+    constituents: Mapping[str, float]
+    device: str
+
+    def build(self, with_effects: bool = True) -> Model:
+        """A fresh model."""
+        chosen = self.settings
+        return build_model(chosen.model.name, chosen.model.values, chosen.effects if with_effects else (), self.samples)
 
 
 def train(
-    settings: dict[str, Any],
+    settings: TrainSettings,
     folder: Path,
     key: str = "",
     console: Console | None = None,
     command: str = "",
-    progress: L.Callback | None = None,
+    progress: Progress | None = None,
 ) -> Run:
-    """Everything that `python train.py` does, from plain settings (see conf/train.yaml); files go to `folder`.
+    """Fits, evaluates and writes a run's files to `folder`. Raises UserError.
 
-    key: digest of all that the results depend on, kept with them. console: where progress and tables are shown.
-    command: the shell command that repeats the run, for the report. progress: told of epochs, instead of the console.
-    Raises UserError.
+    key: digest of all that the results depend on, kept with them. console: where progress and tables are shown; what is
+    computed and written does not depend on it. command: the shell command that repeats the run, for the report.
+    progress: makes what is told of epochs, instead of the console.
     """
     one_thread()
-    seed = _integer(settings["seed"], "seed")
-    names = settings["effects"] or []
-    if not isinstance(names, list):
-        raise UserError("effects must be a list of effect names, for example effects=[end_clamps,twist_offset].")
-    values = {k: _real(v, f"model.{k}") for k, v in settings["model"].items() if k != "name"}
-    load_own_effects()
-    name, training = settings["model"]["name"], str(settings["train"])
-    build_model(name, values, names)  # mistakes in names and values come before the work of making a table
-    options = fit_options(settings["fit"])
-    constituents = _constituents(settings["constituent"])
-    check_folder(folder)
-    table, warnings, provenance = load_table(settings["data"])
-    seal(settings["data"], folder)
-    sample = table["sample"].to_numpy()
-    samples = [] if training == CONSTITUENT_SET else [int(n) for n in samples_of(training, sample)]
-
-    def build(with_effects: bool) -> Model:
-        return build_model(name, values, names if with_effects else [], samples)
-
-    model = build(True)
-    if lacking := missing_columns(model.effects, table.columns):
-        raise UserError(lacking)
-    check_effects(model.effects, model.values(), States.from_table(table[:ROWS]))
-    store = FitStore(Path(settings["fits"])) if settings["fits"] else None
-    outcome = run(
-        model,
-        table,
-        training,
-        str(settings["test"]),
-        options,
-        seed,
-        by_states=settings["split"]["name"] == "states",
-        folder=folder,
-        progress=progress or (FitProgress(console, options.max_epochs) if options and console else None),
-        store=store,
-        constituents=constituents,
-    )
-    comparison = None
-    if console and names and options and training != CONSTITUENT_SET:
-        comparison = compare(build, table, training, str(settings["test"]), options, seed, folder, store)
-    from freelearn.render.tensorboard.run import log_run
-
-    simulated = bool(provenance["simulated"])
-    predicted = predictions(outcome)
-    log_run(outcome, folder)
-    found: Misfit | None = None
-    own, shown = None, []
-    if settings["figures"]:
-        # scikit-learn and matplotlib cost a second each to import: only when there is something to show.
-        from freelearn.inference.misfit import misfit
-        from freelearn.render.tensorboard.figures import log_figures
-
-        own = training_samples(outcome, predicted)
-        found = misfit(outcome.model, own, settings["data"]["accuracy"])
-        shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
-        log_figures(outcome, own, shown, folder, simulated)
-    about = {"seed": seed, "split": settings["split"]["name"], "data": provenance, "key": key}
-    if comparison:
-        about["comparison"] = comparison
-    if found:
-        about["noise_floor"] = found.noise_floor
-        about["failures"] = [failure.numbers() for failure in found.failures]
-    from freelearn.render.html.run import report_run
-
-    report_run(outcome, folder, about, command, own, shown)
-    write_run(outcome, predicted, folder, about)
-    if console:
-        show_run(console, outcome, folder, warnings, simulated, comparison, found)
+    task = _prepared(settings, folder)
+    store = FitStore(settings.fits) if settings.fits else None
+    outcome = _run(task, folder, _bar(console, settings, progress), store)
+    outcome, notes = _judged(task, outcome, folder, store)
+    _write(task, outcome, folder, _origin(task, notes, key), command, console)
     return outcome
 
 
-def load_own_effects() -> None:
-    """Registers the effects in the Python files that FREELEARN_EFFECTS names, separated as in PATH.
+def _prepared(settings: TrainSettings, folder: Path) -> _Task:
+    """Everything that can be wrong before a fit, checked. Raises UserError with all of it."""
+    load_own_code()
+    mistakes = Mistakes()
+    # Names and values before the work of making a table.
+    mistakes.check(lambda: build_model(settings.model.name, settings.model.values, settings.effects))
+    constituents = mistakes.check(lambda: _constituents(settings.constituent))
+    device = mistakes.check(lambda: resolve_device(settings.device))
+    mistakes.check(lambda: check_folder(folder))
+    mistakes.tell()
+    assert constituents is not None
+    assert device is not None
+    loaded = load_table(settings.data)
+    seal(settings.data, folder)
+    sample = loaded.table["sample"].to_numpy()
+    fitted = settings.train != CONSTITUENT_SET
+    samples = mistakes.check(lambda: [int(n) for n in samples_of(settings.train, sample)] if fitted else [])
+    if settings.test != "every":
+        mistakes.check(lambda: samples_of(settings.test, sample))
+    mistakes.tell()
+    task = _Task(settings, loaded, samples or [], constituents, device)
+    model = task.build()
+    if lacking := missing_columns(model.effects, loaded.table.columns):
+        raise UserError(lacking)
+    check_model(model, States.from_table(loaded.table[:ROWS]))
+    check_effects(model.effects, model.values(), States.from_table(loaded.table[:ROWS]))
+    return task
 
-    An environment variable and nothing else: no data, configuration or checkpoint can have a file run.
-    Raises UserError.
-    """
-    load_own([path for path in os.environ.get("FREELEARN_EFFECTS", "").split(os.pathsep) if path])
+
+def _run(
+    task: _Task,
+    folder: Path | None,
+    progress: Progress | None,
+    store: FitStore | None,
+    with_effects: bool = True,
+    by_states: bool | None = None,
+) -> Run:
+    """One model, fitted and evaluated as the settings say; by_states: instead of the settings' split."""
+    settings = task.settings
+    split = settings.split
+    return run(
+        task.build(with_effects),
+        task.loaded.table,
+        settings.train,
+        settings.test,
+        settings.fit,
+        settings.seed,
+        by_states=split.by_states if by_states is None else by_states,
+        shares=(split.train, split.validation),
+        folder=folder,
+        progress=progress,
+        store=store,
+        constituents=task.constituents,
+        device=task.device,
+    )
 
 
-def _constituents(path: Any) -> Mapping[str, float]:
-    """Values of train=constituent: the paper's, or those that a specimen.json found."""
+def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> tuple[Run, list[str]]:
+    """The run with what its residuals say, and notes on how accurate the measuring was, where that is estimated."""
+    settings = task.settings
+    if settings.effects and settings.fit and settings.train != CONSTITUENT_SET:
+
+        def one(with_effects: bool, inside: Path) -> Run:
+            return _run(task, inside, None, store, with_effects, by_states=True)
+
+        outcome = replace(outcome, comparison=compare(one, folder))
+    own = training_samples(outcome, predictions(outcome))
+    measured = measuring(outcome.model, own, settings.data.accuracy)
+    if measured is None:
+        return outcome, []
+    return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), measured.notes
+
+
+def _origin(task: _Task, notes: list[str], key: str) -> Origin:
+    settings, split = task.settings, task.settings.split
+    shares = (split.train, split.validation)
+    return Origin(task.loaded.provenance, settings.seed, split.name, shares, task.device, key, tuple(notes))
+
+
+def _write(task: _Task, outcome: Run, folder: Path, origin: Origin, command: str, console: Console | None) -> None:
+    """The run's files, and what the terminal shows of it."""
+    predicted = predictions(outcome)
+    # TensorBoard's and the report's libraries: not before there are results.
+    from freelearn.render.html.run import report_run
+    from freelearn.render.tensorboard.run import log_run
+
+    log_run(outcome, folder)
+    own: pd.DataFrame | None = None
+    shown: list[StateCurves] = []
+    if task.settings.figures:
+        # matplotlib costs a second to import: only when there is something to draw.
+        from freelearn.render.tensorboard.figures import log_figures
+
+        own = training_samples(outcome, predicted)
+        shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
+        log_figures(outcome, own, shown, folder, origin.provenance.simulated)
+    report_run(outcome, folder, origin, command, own, shown)
+    write_run(outcome, predicted, folder, origin)
+    if console:
+        from freelearn.render.terminal.run import show_run
+
+        show_run(console, outcome, folder, [*task.loaded.warnings, *origin.notes], origin)
+
+
+def _bar(console: Console | None, settings: TrainSettings, progress: Progress | None) -> Progress | None:
+    if progress or not console or not settings.fit:
+        return progress
+    epochs = settings.fit.max_epochs
+
+    def bar() -> Callback:
+        # A callback of Lightning's, which is imported by then.
+        from freelearn.render.terminal.progress import FitProgress
+
+        return FitProgress(console, epochs)
+
+    return bar
+
+
+def _constituents(path: Path | None) -> Mapping[str, float]:
+    """Values of train=constituent: the paper's, or those of a specimen.json. Raises UserError."""
     if path is None:
         return CONSTITUENT
     from freelearn.results.specimen import load_parameters
 
-    return CONSTITUENT | load_parameters(Path(str(path)))
-
-
-def seal(data: dict[str, Any], folder: Path) -> None:
-    """Keeps what data.hidden=random drew in a file of its own, which nothing else reads."""
-    if data.get("hidden") == "random":
-        answer = {"hidden": hidden_effects("random", data["seed"])}
-        write_text(folder / "sealed_answer.json", json.dumps(answer, indent=2) + "\n")
-
-
-def fit_options(settings: dict[str, Any]) -> FitOptions | None:
-    """Checked options of a `fit` configuration; None for fit=none. Raises UserError."""
-    if settings["name"] == "none":
-        return None
-    whole = {k: _integer(settings[k], f"fit.{k}") for k in ("max_epochs", "restarts", "patience")}
-    for key, value in whole.items():
-        if value < 1:
-            raise UserError(f"fit.{key} = {value} is too small: choose at least 1.")
-    for key in {"batch_size", "race"} & set(settings):
-        whole[key] = max(1, _integer(settings[key], f"fit.{key}"))
-    rest = {k: _real(v, f"fit.{k}") for k, v in settings.items() if k not in (*whole, "name")}
-    return FitOptions(settings["name"], **whole, **rest)  # type: ignore[arg-type]
-
-
-def _integer(value: Any, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise UserError(f"{name} = {value!r} is not an integer.")
-    return value
-
-
-def _real(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UserError(f"{name} = {value!r} is not a number.")
-    return float(value)
+    return CONSTITUENT | load_parameters(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import lightning as L
+import torch
 from torch.utils.data import DataLoader
 
 from freelearn.measurements.rows import Rows
@@ -16,11 +17,14 @@ class FitData(L.LightningDataModule):
 
     def __init__(self, train: Rows, validation: Rows) -> None:
         super().__init__()
-        self.train, self.validation = train, validation
+        self.batch = train, validation
 
     def train_dataloader(self) -> DataLoader[Batch]:
+        """The one batch."""
         # batch_size=None hands the tuple through as it is, without collating rows one by one.
-        return DataLoader([(self.train, self.validation)], batch_size=None)  # type: ignore[arg-type]
+        return DataLoader([self.batch], batch_size=None)  # type: ignore[arg-type]
 
-    def transfer_batch_to_device(self, batch: Batch, device: object, dataloader_idx: int) -> Batch:
-        return batch
+    def transfer_batch_to_device(self, batch: Batch, device: torch.device, dataloader_idx: int) -> Batch:
+        """The rows where the model is."""
+        train, validation = batch
+        return train.to(device), validation.to(device)

@@ -2,58 +2,28 @@
 
 from __future__ import annotations
 
-import logging
-import warnings
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import lightning as L
-import numpy as np
 import torch
-from lightning.pytorch.loggers import TensorBoardLogger
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.algorithm import OPTIMIZERS, Algorithm, GradientEpochs, LevenbergMarquardtEpochs
+from freelearn.fit.algorithm import Algorithm, GradientEpochs, LevenbergMarquardtEpochs
 from freelearn.fit.batches import FitData
 from freelearn.fit.fitting import Fitting
+from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions, Option
+from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
+from freelearn.fit.trainer import run
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 
-LEVENBERG_MARQUARDT = "levenberg_marquardt"
 # Most rounds in which the rows of the loss may change.
 ROUNDS = 8
-
-
-@dataclass(frozen=True)
-class FitOptions:
-    """How to fit. restarts: members fitted side by side, the best kept. patience: epochs without a better
-    validation error before a member stops. tolerance and race (epochs after which only the best member goes on) belong
-    to Levenberg-Marquardt, the last three to the gradient algorithms."""
-
-    name: str
-    max_epochs: int
-    restarts: int
-    patience: int
-    tolerance: float = 1e-10
-    race: int | None = None
-    learning_rate: float = 1e-2
-    batch_size: int = 128
-    weight_decay: float = 0.0
-
-
-@dataclass(frozen=True)
-class FitOutcome:
-    """kept: training rows that took part, (N,) bool. initial: raw vector (p,) before the fit. history: epoch,
-    training and validation error."""
-
-    kept: np.ndarray
-    initial: Tensor
-    history: list[tuple[int, float, float]]
-    message: str
 
 
 def fit(
@@ -64,8 +34,11 @@ def fit(
     seed: int,
     folder: Path | None = None,
     progress: L.Callback | None = None,
+    device: str = "cpu",
 ) -> FitOutcome:
-    """Fits `model` in place. Raises UserError when there are too few rows.
+    """Fits `model` in place, on a device (cpu or cuda). Raises UserError when there are too few rows.
+
+    folder: where TensorBoard's curves go. progress: a callback that follows Fitting.history.
 
     The first round takes all rows; one that has no answer (no equilibrium, singular, overstretched) counts with the
     finite loads that the model puts there. Rows without an answer at the solution then leave the loss, and the fit
@@ -74,45 +47,44 @@ def fit(
     """
     generator = torch.Generator().manual_seed(seed)
     initial = model.vector().detach().clone()
-    kept, kept_validation = torch.ones(len(train), dtype=torch.bool), torch.ones(len(validation), dtype=torch.bool)
+    kept, kept_validation = (torch.ones(len(rows), dtype=torch.bool) for rows in (train, validation))
     _check_count(model, len(train), len(train))
     model.prepare(train.states, train.loads)
-    starts = model.starts(train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
+    places = starts(model, train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
     history: list[tuple[int, float, float]] = []
-    settled = None
+    settled, ended = None, (False, "")
     for _ in range(ROUNDS):
-        make = partial(_algorithm, starts=starts, options=options, generator=generator)
+        make = partial(_algorithm, starts=places, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience, options.race)
-        trainer = _trainer(folder, progress)
-        with warnings.catch_warnings():
-            # One batch of everything needs no loader workers; Lightning advises them at every fit.
-            warnings.simplefilter("ignore")
-            try:
-                trainer.fit(module, datamodule=FitData(train[kept], validation[kept_validation]))
-            except SystemExit:
-                # What Lightning makes of Ctrl-C; callers expect the usual.
-                raise KeyboardInterrupt from None
+        run(module, FitData(_some(train, kept), _some(validation, kept_validation)), folder, progress, device)
         offset = history[-1][0] + 1 if history else 0
-        history += [(epoch + offset, error, held_out) for epoch, error, held_out in module.history]
+        history += [(epoch + offset, error, watched) for epoch, error, watched in module.history]
         now, now_validation = _ok(model, train), _ok(model, validation)
         if settled is not None and bool((kept & ~now).any()):
             # Leaving rows out drove others out: it rewards a model that explains less. The fit before stands.
             model.set_vector(settled)
+            module.converged, module.message = ended
             kept, kept_validation = torch.ones_like(kept), torch.ones_like(kept_validation)
             break
         if torch.equal(now, kept) and torch.equal(now_validation, kept_validation):
             break
-        settled = model.vector().detach().clone()
-        starts = settled[None]
+        settled, ended = model.vector().detach().clone(), (module.converged, module.message)
+        places = settled[None]
         kept, kept_validation = now, now_validation
         _check_count(model, int(kept.sum()), len(train))
-    assert module.algorithm is not None
-    return FitOutcome(kept.numpy(), initial, history, module.algorithm.message)
+    return FitOutcome(kept.numpy(), initial, history, module.message, module.converged)
+
+
+def _some(rows: Rows, kept: Tensor) -> Rows:
+    return rows if bool(kept.all()) else rows[kept]
 
 
 def _ok(model: Model, rows: Rows) -> Tensor:
+    if not len(rows):
+        return torch.ones(0, dtype=torch.bool)
     with torch.no_grad():
-        return model(rows.states).status == Status.OK
+        status: Tensor = model(rows.states).status
+        return status == Status.OK
 
 
 def _check_count(model: Model, rows: int, offered: int) -> None:
@@ -126,11 +98,10 @@ def _check_count(model: Model, rows: int, offered: int) -> None:
 
 
 def _algorithm(problem: Problem, starts: Tensor, options: FitOptions, generator: torch.Generator) -> Algorithm:
+    starts = starts.to(problem.scale.device)
     if options.name == LEVENBERG_MARQUARDT:
         return LevenbergMarquardtEpochs(problem, starts, options.max_epochs, options.tolerance)
-    if options.name not in OPTIMIZERS:
-        known = ", ".join([LEVENBERG_MARQUARDT, *OPTIMIZERS, "none"])
-        raise UserError(f"Unknown fit {options.name!r}: choose one of {known}.")
+    decay: dict[str, Option] = {"weight_decay": options.weight_decay} if options.weight_decay else {}
     return GradientEpochs(
         options.name,
         problem,
@@ -138,23 +109,6 @@ def _algorithm(problem: Problem, starts: Tensor, options: FitOptions, generator:
         options.max_epochs,
         options.learning_rate,
         options.batch_size,
-        options.weight_decay,
+        decay | dict(options.optimizer),
         generator,
-    )
-
-
-def _trainer(folder: Path | None, progress: L.Callback | None) -> L.Trainer:
-    # Lightning announces devices and tips at every start; the table at the end says what users need.
-    logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
-    return L.Trainer(
-        max_epochs=-1,
-        accelerator="cpu",
-        devices=1,
-        logger=TensorBoardLogger(folder, name="", version="") if folder else False,
-        callbacks=[progress] if progress else None,
-        enable_checkpointing=False,
-        enable_model_summary=False,
-        enable_progress_bar=False,
-        log_every_n_steps=1,
-        default_root_dir=folder,
     )

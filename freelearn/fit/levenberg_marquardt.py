@@ -86,7 +86,7 @@ class LevenbergMarquardt:
     @torch.no_grad()
     def init(self, x0: Tensor) -> State:
         """State at the starts x0 (p,) or (members, p)."""
-        x = torch.atleast_2d(x0.detach()).clone()
+        x = (x0[None] if x0.ndim == 1 else x0).detach().clone()
         if x.ndim != 2 or x.dtype != torch.float64:
             raise ValueError(f"x0 must be float64 of shape (p,) or (members, p), not {x0.dtype} {tuple(x0.shape)}")
         if self.lower is not None:

@@ -14,9 +14,9 @@ from torch import Tensor
 from freelearn.errors import UserError
 from freelearn.fit.levenberg_marquardt import Function, LevenbergMarquardt
 from freelearn.fit.solver import Result, Termination
+from freelearn.fit.starts import START_DECADES
 from freelearn.fit.uncertainty import RANK_TOLERANCE
 from freelearn.mechanics.mode import MODES, MPA
-from freelearn.models.continuum import START_DECADES
 from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber
 
@@ -177,4 +177,5 @@ def _standard_errors(rubber: Rubber, at: Result, free: Tensor) -> np.ndarray:
     raw = torch.full_like(at.x, math.nan)
     raw[free] = error
     slope = torch.func.jacfwd(lambda x: torch.stack(list(rubber.physical(x).values())))(at.x).diagonal()
-    return (raw * slope).numpy()
+    errors: np.ndarray = (raw * slope).numpy()
+    return errors

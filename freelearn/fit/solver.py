@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 from torch import Tensor
 
@@ -119,12 +119,11 @@ class State(NamedTuple):
         return Result(at.x, at.loss, at.residual, at.jacobian, at.gradient, self.status, *counts)
 
 
-def take(record: Record, rows: Tensor | int) -> Record:
+def take(record: Record, rows: Tensor | int | slice) -> Record:
     """The given members of a (nested) named tuple of tensors."""
     tree: Any = record
-    if isinstance(record, Tensor):
-        return tree[rows]
-    return type(tree)(*(take(part, rows) for part in tree))
+    taken: Any = tree[rows] if isinstance(record, Tensor) else type(tree)(*(take(part, rows) for part in tree))
+    return cast(Record, taken)
 
 
 def put(record: Record, rows: Tensor, members: Record) -> Record:
@@ -132,5 +131,5 @@ def put(record: Record, rows: Tensor, members: Record) -> Record:
     tree: Any = record
     parts: Any = members
     if isinstance(record, Tensor):
-        return tree.index_put((rows,), parts)
-    return type(tree)(*(put(part, rows, other) for part, other in zip(tree, parts, strict=True)))
+        return cast(Record, tree.index_put((rows,), parts))
+    return cast(Record, type(tree)(*(put(part, rows, other) for part, other in zip(tree, parts, strict=True))))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import inspect
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +14,13 @@ import numpy as np
 import torch
 from filelock import FileLock
 
-import freelearn
 from freelearn.files import write_whole
-from freelearn.fit.fit import FitOptions, FitOutcome
+from freelearn.fit.code_version import code_version
+from freelearn.fit.options import FitOptions
+from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
-
-# Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "fit")
 
 
 @dataclass(frozen=True)
@@ -67,28 +64,14 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
         # Only which rows share a state matters, not how states are numbered.
         grouping = np.unique(rows.state, return_inverse=True)[1].astype(np.int64)
         digest.update(rows.loads.numpy().tobytes() + grouping.tobytes())
-    for effect in model.effects:
-        digest.update(Path(inspect.getfile(type(effect))).read_bytes())
+    for part in (model, *model.effects):
+        digest.update(Path(inspect.getfile(type(part))).read_bytes())
     description = model.description()
     state = description.pop("state")
     for name, tensor in state.items():
         digest.update(name.encode() + tensor.numpy().tobytes())
     digest.update(repr((description, asdict(options), seed, torch.__version__)).encode())
     return digest.hexdigest()[:24]
-
-
-@lru_cache
-def code_version() -> str:
-    """Digest of the package's code that a fit's numbers come from."""
-    root = Path(freelearn.__file__).parent
-    return _digest(path for room in ROOMS for path in sorted((root / room).rglob("*.py")))
-
-
-def _digest(paths: Iterable[Path]) -> str:
-    digest = hashlib.sha256()
-    for path in paths:
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
 
 
 def timed(compute: Callable[[], tuple[FitOutcome, Uncertainty]]) -> Fitted:

@@ -17,6 +17,8 @@ from torch import Tensor
 
 RADIUS_TOLERANCE = 1e-3
 SECULAR_ITERATIONS = 100
+# Rows that are factored at a time.
+BLOCK_ROWS = 1024
 
 
 class Basis(NamedTuple):
@@ -63,12 +65,25 @@ def apply(matrix: Tensor, vector: Tensor) -> Tensor:
 def triangular_factor(jacobian: Tensor, residual: Tensor) -> tuple[Tensor, Tensor]:
     """R (members, k, p) and Qᵀ r (members, k), k = min(m, p), of J (members, m, p) and r (members, m).
 
-    The residual rides along as one more column, so that Q itself is never built.
+    The residual rides along as one more column, so that Q itself is never built. A tall J is factored block by block
+    and the factors' stack once more (Demmel, Grigori, Hoemmen, Langou, SIAM J. Sci. Comput. 34, 2012): as stable, and
+    two to three times as fast where the blocks fit into the processor's cache.
     """
-    parameters = jacobian.shape[-1]
-    stacked = torch.cat((jacobian, residual.unsqueeze(-1)), dim=-1)
-    factor = torch.linalg.qr(stacked, mode="r").R[..., :parameters, :]
+    members, rows, parameters = jacobian.shape
+    # Column by column in memory, as LAPACK wants it.
+    stacked = jacobian.new_empty(members, parameters + 1, rows).mT
+    stacked[..., :parameters] = jacobian
+    stacked[..., parameters] = residual
+    size = max(BLOCK_ROWS, 4 * parameters)
+    blocks = [_upper(stacked[:, i : i + size]) for i in range(0, rows, size)]
+    factor = blocks[0] if len(blocks) == 1 else _upper(torch.cat(blocks, dim=-2))
+    factor = factor[..., :parameters, :]
     return factor[..., :parameters], factor[..., parameters]
+
+
+def _upper(matrix: Tensor) -> Tensor:
+    """R (members, min(m, n), n) of a matrix (members, m, n)."""
+    return torch.geqrf(matrix)[0][..., : matrix.shape[-1], :].triu()
 
 
 def decompose(factor: Tensor, projection: Tensor, scale: Tensor, free: Tensor) -> Basis:
@@ -98,7 +113,7 @@ def linear_model(
     """Model of r (members, m) with Jacobian J (members, m, p) at x (members, p), and its gradient.
 
     `columns` are the norms of J's columns, `norms` the scales D asked for (both (members, p)), 1 taken for 0.
-    A parameter is held when its column is zero, or when it lies on a bound and descent points out of the box.
+    A parameter is fixed when its column is zero, or when it lies on a bound and descent points out of the box.
     The gradient (members,) is the largest cosine between r and the columns of free parameters, 0 for r = 0.
     """
     factor, projection = triangular_factor(jacobian, residual)
@@ -143,7 +158,7 @@ def trial_point(model: LinearModel, x: Tensor, radius: Tensor, lower: Tensor | N
     """Point x + p (members, p) that the model proposes within the radius (members,) and the box.
 
     A parameter whose step would leave the box is placed on its bound, and the others are solved again with it
-    held there, until the whole step fits.
+    fixed there, until the whole step fits.
     """
     step = torch.where(model.free, damped_step(model.basis, radius) / model.scale, 0.0)
     if lower is None or upper is None:
@@ -163,5 +178,5 @@ def trial_point(model: LinearModel, x: Tensor, radius: Tensor, lower: Tensor | N
         shifted = model.projection + apply(model.factor, pinned)
         basis = decompose(model.factor, shifted, model.scale, free)
         step = torch.where(free, damped_step(basis, remaining) / model.scale, pinned)
-    # Held parameters take the bound itself: x + (bound - x) may miss it by a rounding error.
+    # Fixed parameters take the bound itself: x + (bound - x) may miss it by a rounding error.
     return torch.where(free, (x + step).clamp(lower, upper), landing)

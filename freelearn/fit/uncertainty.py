@@ -3,38 +3,79 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import ArrayLike
+from scipy.special import stdtrit
 from torch import Tensor
 
 from freelearn.fit.problem import Problem
+from freelearn.models.base import Model
 
 # Directions whose effect on the residuals is this much weaker than the strongest one's count as undetermined.
 RANK_TOLERANCE = 1e-9
+# Probability that an interval covers the true value.
+COVERAGE = 0.95
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """values, stderr, stderr_independent: (p,), physical units; NaN where the rows do not determine a parameter.
+    """values, stderr, stderr_independent, low, high: (p,), physical units; NaN where the rows do not determine a
+    parameter.
 
-    covariance: (p, p), the one behind `stderr`. chi_square: sum of squared residuals of n = 2·rows residuals.
     stderr allows any correlation among the rows of one kinematic state (they share a position error) and any
     size of the misfit: the cluster-robust sandwich estimate (Liang & Zeger 1986). stderr_independent is the textbook
     one, s² (JᵀJ)⁻¹, that lmfit and SciPy users know; it is right only if all residuals are independent.
+    low, high: ends of the 95 % intervals, see `interval`. freedom: kinematic states less parameters, at least 1; what
+    Student's t has in those intervals. covariance: (p, p), the one behind `stderr`. chi_square: sum of squared
+    residuals of n = 2·rows residuals.
     """
 
     names: list[str]
     values: np.ndarray
     stderr: np.ndarray
     stderr_independent: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    freedom: int
     covariance: np.ndarray
     chi_square: float
     residuals: int
 
 
+def quantile(freedom: int) -> float:
+    """Standard errors from an estimate to either end of its 95 % interval: Student's t with `freedom` ≥ 1.
+
+    >>> [round(quantile(freedom), 3) for freedom in (1, 4, 1000)]
+    [12.706, 2.776, 1.962]
+    """
+    return float(stdtrit(freedom, (1 + COVERAGE) / 2))
+
+
+def interval(values: ArrayLike, stderr: ArrayLike, log: ArrayLike, freedom: int) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the 95 % intervals of estimates: two arrays, NaN where a standard error is.
+
+    values, stderr: (p,), in one unit. log: (p,) bool, parameters whose logarithm was fitted: theirs is the interval
+    on that scale, value·exp(±t·stderr/value), which never reaches zero; the others' is value ± t·stderr. t is
+    Student's with `freedom`, because a standard error that few kinematic states tell is itself uncertain.
+
+    >>> low, high = interval([2.0, 2.0], [0.5, 0.5], [False, True], 4)
+    >>> low.round(3).tolist(), high.round(3).tolist()
+    ([0.612, 0.999], [3.388, 4.004])
+    """
+    value, error = np.asarray(values, dtype=np.float64), np.asarray(stderr, dtype=np.float64)
+    reach = quantile(freedom) * error
+    on_log = np.asarray(log, dtype=bool) & (value > 0)
+    # The exponent of a parameter that has gone to zero may overflow: its upper end then is infinite, and truly so.
+    with np.errstate(over="ignore"):
+        factor = np.exp(reach / np.where(on_log, value, 1.0))
+        return np.where(on_log, value / factor, value - reach), np.where(on_log, value * factor, value + reach)
+
+
 def uncertainty(problem: Problem) -> Uncertainty:
-    """Uncertainty of a fitted model's parameters at its present values."""
+    """Uncertainty of a fitted model's parameters at its present values; `problem` holds the rows of the fit."""
     model = problem.model
     vector = model.vector().detach()
     names = model.labels()
@@ -55,37 +96,51 @@ def uncertainty(problem: Problem) -> Uncertainty:
     bread = half @ half.T  # (JᵀJ)⁻¹
     determined = moved & ((right[~strong] ** 2).sum(0) < 1e-6)
 
-    freedom = max(len(residual) - int(strong.sum()), 1)
+    rank = int(strong.sum())
     chi_square = float(residual.square().sum())
-    independent = to_physical @ (bread * (chi_square / freedom)) @ to_physical.T
-    robust = to_physical @ (bread @ _meat(jacobian, residual, problem.rows.state) @ bread) @ to_physical.T
+    independent = to_physical @ (bread * (chi_square / max(len(residual) - rank, 1))) @ to_physical.T
+    meat, states = _meat(jacobian, residual, problem.rows.state)
+    robust = to_physical @ (bread @ meat @ bread) @ to_physical.T * _small_sample(states, rank)
 
     known = ((to_physical.abs() @ (~determined).double()) == 0).numpy()
 
     def errors(covariance: Tensor) -> np.ndarray:
         return np.where(known, covariance.diagonal().clamp_min(0).sqrt().numpy(), np.nan)
 
+    freedom = max(states - rank, 1)
+    stderr = errors(robust)
+    log = [name in model.declared and model.declared[name].log for name in names]
+    low, high = interval(physical.numpy(), stderr, log, freedom)
     return Uncertainty(
-        names,
-        physical.numpy(),
-        errors(robust),
-        errors(independent),
-        np.where(known[:, None] & known, robust.numpy(), np.nan),
-        chi_square,
-        len(residual),
+        names=names,
+        values=physical.numpy(),
+        stderr=stderr,
+        stderr_independent=errors(independent),
+        low=low,
+        high=high,
+        freedom=freedom,
+        covariance=np.where(known[:, None] & known, robust.numpy(), np.nan),
+        chi_square=chi_square,
+        residuals=len(residual),
     )
 
 
-def _flat(model: object, vector: Tensor) -> Tensor:
-    values = model.physical(vector)  # type: ignore[attr-defined]
+def _flat(model: Model[Any], vector: Tensor) -> Tensor:
+    values = model.physical(vector)
     return torch.cat([v.reshape(-1) for v in values.values()])
 
 
-def _meat(jacobian: Tensor, residual: Tensor, state: np.ndarray) -> Tensor:
-    """Σ over kinematic states of the outer product of their score, (p, p), with the usual small-sample factor."""
+def _meat(jacobian: Tensor, residual: Tensor, state: np.ndarray) -> tuple[Tensor, int]:
+    """Σ over kinematic states of the outer product of their score, (p, p), and how many states there are."""
     _, cluster = np.unique(state, return_inverse=True)
     count = int(cluster.max()) + 1
     scores = (jacobian * residual[:, None]).reshape(len(state), 2, -1).sum(1)
     total = torch.zeros(count, jacobian.shape[1], dtype=jacobian.dtype)
     total.index_add_(0, torch.as_tensor(cluster), scores)
-    return total.T @ total * (count / max(count - 1, 1))
+    return total.T @ total, count
+
+
+def _small_sample(states: int, rank: int) -> float:
+    """G/(G−p): a fit's residuals are smaller than its errors. As for independent residuals (HC1; MacKinnon & White
+    1985), but counting every kinematic state once, because all its rows may share one error."""
+    return states / max(states - rank, 1)

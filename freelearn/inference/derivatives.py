@@ -16,11 +16,10 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
+from freelearn.models.row_derivatives import rows_jacobian
 
 # Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start.
 GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
-# Ports behind the structure, which need only its loads.
-LATE = ("dissipation", "measurement")
 
 # A model with the fit's effects and some more: names → Model.
 Build = Callable[[Sequence[str]], Model]
@@ -77,18 +76,20 @@ def none_vector(model: Model, fit: WhiteFit, factor: float = 1.0) -> Tensor:
 def _groups(names: Sequence[str]) -> list[list[str]]:
     """Effects whose derivatives are taken in one model each: series springs solve the whole chain several times over,
     so they are kept away from the energies, which are dear; what acts on the loads needs no structure at all."""
-    energies = [n for n in names if EFFECTS[n].port() == "energy"]
-    springs = [n for n in names if EFFECTS[n].load_dependent]
-    late = [n for n in names if EFFECTS[n].port() in LATE]
+    energies = [n for n in names if EFFECTS[n].port == "energy"]
+    springs = [n for n in names if EFFECTS[n].yields]
+    late = [n for n in names if EFFECTS[n].late]
     rest = [n for n in names if n not in (*energies, *springs, *late)]
     return [group for group in (energies, springs, late, rest) if group]
 
 
 class _Carried(NamedTuple):
-    """What the fit's ideal actuators carry (N, 2), and the states imposed on them, cut from every derivative."""
+    """What the fit's ideal actuators carry (N, 2), its derivative by the pressure (N, 2), and the states imposed on
+    them, cut from every derivative."""
 
     states: States
     loads: Tensor
+    by_pressure: Tensor
 
 
 def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
@@ -98,7 +99,12 @@ def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
     with torch.no_grad():
         values = fit.model.physical(fit.vector)
         states = fit.model.imposed(rows.states, values)
-        return _Carried(states, fit.model.ideal(states, values).loads)
+
+    def ideal(pressure: Tensor) -> Tensor:
+        return fit.model.ideal(states.replace(pressure=pressure[:, 0]), values).loads
+
+    loads, by_pressure = rows_jacobian(ideal, states.pressure[:, None])
+    return _Carried(states, loads, by_pressure[..., 0])
 
 
 def _labels(model: Model, name: str) -> list[str]:
@@ -118,7 +124,7 @@ def _columns(
     places = [i for i, label in enumerate(model.labels()) if label not in fit.model.declared]
     present = {effect.name for effect in fit.model.effects}
     added = [effect for effect in model.effects if effect.name not in present]
-    if carried is not None and all(effect.port() in LATE for effect in added):
+    if carried is not None and all(effect.late for effect in added):
         raw = _late_jacobian(model, vector, carried)
     else:
         raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
@@ -127,10 +133,20 @@ def _columns(
 
 
 def _late_jacobian(model: Model, vector: Tensor, carried: _Carried) -> Tensor:
-    """∂loads/∂vector (N, 2, p) through dissipation and measurement alone: the structure need not be solved again."""
+    """∂loads/∂vector (N, 2, p) through dissipation and measurement alone: the structure need not be solved again.
+
+    Where the wall keeps the share s of its stresses, loads(s, P) = s · loads(1, P/s) (see Chain.ideal), to first order
+    loads + (s − 1) (loads − P ∂loads/∂P).
+    """
     copies = vector.expand(len(carried.loads), -1).clone().requires_grad_()
     values = model.physical(copies)
-    loads = model.sensed(model.dissipated(carried.loads, carried.states, values), carried.states, values)
+    loads = carried.loads
+    left = model.wall_left(carried.states, values)
+    if left is not None:
+        # The loads have what the fit's own effects leave already.
+        change = (left / left.detach() - 1)[:, None]
+        loads = loads + change * (loads - carried.states.pressure[:, None] * carried.by_pressure)
+    loads = model.sensed(model.dissipated(loads, carried.states, values), carried.states, values)
     parts = []
     for load in loads.unbind(-1):
         (by_load,) = torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 import torch
@@ -30,14 +28,14 @@ class Misfit:
     noise_floor: float
 
 
-def misfit(model: Model, predictions: pd.DataFrame, accuracy: Mapping[str, Any] | str) -> Misfit | None:
-    """Where the model fails, and how small its error could be; None without a stated accuracy or with too few rows.
+def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfit | None:
+    """Where the model fails, and how small its error could be; None with too few rows.
 
-    predictions: whole samples, in the columns of predictions.csv. accuracy: as `data.accuracy`.
+    predictions: whole samples, in the columns of predictions.csv.
     """
     predictions = predictions.reset_index(drop=True)
     rows = usable(predictions).index.to_numpy(copy=True)
-    if isinstance(accuracy, str) or len(rows) < FEWEST:
+    if len(rows) < FEWEST:
         return None
     kept = predictions.iloc[rows]
     loads = measured_loads(kept)
@@ -45,7 +43,7 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Mapping[str, Any] 
     residual = measured_loads(kept[list(names)].rename(columns=names)) - loads
     states = States.from_table(predictions)[torch.as_tensor(rows)]
     state = torch.as_tensor(kinematic_state(predictions)[rows])
-    variance = Whitener(sensitivities(model, states), state, Accuracy.from_settings(accuracy)).variance
+    variance = Whitener(sensitivities(model, states), state, accuracy).variance
     held_out = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
     scored = held_out if bool(held_out.any()) else ~held_out
     floor = float((variance[scored] / load_scale(loads[scored]) ** 2).sum(1).mean().sqrt())

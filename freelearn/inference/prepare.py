@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.fit.starts import starts
 from freelearn.inference.crossval import cross_validate, folds_of
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.question import Question
@@ -62,7 +63,7 @@ def prepare(question: Question) -> tuple[Prepared, Step]:
     model, rows = question.build(list(question.given)), question.rows
     scale = load_scale(rows.loads)
     model.prepare(rows.states, rows.loads)
-    start = model.starts(rows.states, rows.loads, 1, torch.Generator().manual_seed(question.seed))[0]
+    start = starts(model, rows.states, rows.loads, 1, torch.Generator().manual_seed(question.seed))[0]
     kept = torch.ones(len(rows), dtype=torch.bool)
     # Noise in proportion to the largest loads: the paper's error, for a first look.
     even = Accuracy(0.0, 0.0, 0.0, float(scale[0]), float(scale[1]))

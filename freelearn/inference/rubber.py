@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import combinations
 
 import pandas as pd
-from rich.table import Table
 
 from freelearn.fit.rubber import fit_rubber
-from freelearn.mechanics.mode import MODES
 from freelearn.models.rubber import Rubber, isotropic_effects
 
 NEO_HOOKEAN = "neo-Hookean"
@@ -62,28 +59,3 @@ def conclusion(compared: pd.DataFrame) -> str:
         )
         said += "."
     return said
-
-
-def comparison_table(compared: pd.DataFrame) -> Table:
-    """Errors in %: every mode with all fitted together, and each mode predicted from the others."""
-    shown = Table(
-        title="error E in %: root mean square over the mode's largest stress",
-        caption="all modes fitted together; *: the mode held out and predicted from the others",
-        title_justify="left",
-        caption_justify="left",
-    )
-    together = compared[compared["held_out"] == ""]
-    apart = compared[compared["held_out"] == compared["mode"]]
-    modes = [MODES[mode].short for mode in together["mode"].unique()]
-    shown.add_column("energy", no_wrap=True)
-    for heading in [*modes, "all", *(f"{mode}*" for mode in modes if len(apart))]:
-        shown.add_column(heading, justify="right")
-    for effects in compared["effects"].unique():
-        fitted, predicted = (part[part["effects"] == effects] for part in (together, apart))
-        overall = ((fitted["error"] ** 2 * fitted["n"]).sum() / fitted["n"].sum()) ** 0.5
-        cells = [
-            f"{100 * error:.1f}" if math.isfinite(error) else "–"
-            for error in [*fitted["error"], overall, *predicted["error"]]
-        ]
-        shown.add_row(effects.replace(" ", "\n+ "), *cells)
-    return shown

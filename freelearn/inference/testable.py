@@ -9,7 +9,6 @@ import numpy as np
 from freelearn.inference.candidate import Candidate, not_testable
 from freelearn.inference.hysteresis import FEWEST, comparisons
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import SECONDS_PER_ROW
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
 
@@ -33,8 +32,8 @@ def candidates(
         missing = [c for c in effect.needs if c not in present]
         if missing:
             out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
-        elif model.family not in effect.models:
-            out.append(not_testable(name, f"works with {', '.join(effect.models)} only"))
+        elif model.family not in effect.families():
+            out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
         elif reason := unseen(name, rows):
             out.append(not_testable(name, reason))
         else:
@@ -49,12 +48,8 @@ def unseen(name: str, rows: Rows) -> str:
 
 def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:
     """What was assumed for want of a column, in words, for the effects tested."""
-    if "sensor_drift" not in names or "time_s" in set(columns):
-        return []
-    return [
-        f"the table has no time_s: sensor_drift was tested as if each row had taken {SECONDS_PER_ROW:g} s, and its "
-        "rates per second rest on that"
-    ]
+    known = set(columns)
+    return [sentence for name in names for sentence in EFFECTS[name].assumptions(known)]
 
 
 def _friction(rows: Rows) -> str:

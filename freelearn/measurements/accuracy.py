@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from freelearn.errors import UserError
 from freelearn.units import DEG, KPA, MM, NMM
 
 
@@ -30,19 +28,6 @@ class Accuracy:
         150.0
         """
         return cls(elongation_mm * MM, twist_deg * DEG, pressure_kpa * KPA, force_n, moment_nmm * NMM)
-
-    @classmethod
-    def from_settings(cls, settings: Mapping[str, float]) -> Accuracy:
-        """From `data.accuracy`, in its engineering units. Raises UserError."""
-        names = ("elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm")
-        for name in names:
-            value = settings.get(name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
-                raise UserError(f"data.accuracy.{name} = {value!r} is not a standard deviation: give a number ≥ 0.")
-        for name in ("force_n", "moment_nmm"):
-            if settings[name] <= 0:
-                raise UserError(f"data.accuracy.{name} must be greater than 0: no load cell is perfect.")
-        return cls.engineering(**{name: settings[name] for name in names})
 
 
 # The paper's bed (its Section "Testing Protocol").

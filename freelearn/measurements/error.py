@@ -31,3 +31,14 @@ def set_error(measured: Tensor, predicted: Tensor, usable: Tensor) -> Error:
     scaled = ((predicted - measured) / load_scale(measured))[usable]
     force, moment = scaled.square().mean(0).tolist() if len(scaled) else (float("nan"),) * 2
     return Error((force + moment) ** 0.5, force**0.5, moment**0.5, len(scaled))
+
+
+def common(*usable: Tensor) -> Tensor:
+    """Rows marked usable by every one of several models, (N,) bool: only on these may their errors be compared.
+
+    Each model's own error leaves out the rows that it cannot answer, often its worst ones.
+
+    >>> common(torch.tensor([True, True, False]), torch.tensor([True, False, True])).tolist()
+    [True, False, False]
+    """
+    return torch.stack(usable).all(0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
@@ -22,4 +23,12 @@ class Rows:
         return len(self.states)
 
     def __getitem__(self, rows: Tensor) -> Rows:
-        return Rows(self.states[rows], self.loads[rows], self.state[rows.numpy()])
+        """The rows of these numbers (n,) int64, or marked by (N,) bool."""
+        there = rows.to(self.loads.device)
+        return Rows(self.states[there], self.loads[there], self.state[rows.cpu().numpy()])
+
+    def to(self, device: torch.device | str) -> Rows:
+        """The same rows with their tensors on a device; themselves where they are there already."""
+        if self.loads.device == torch.device(device):
+            return self
+        return Rows(self.states.to(device), self.loads.to(device), self.state)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 
-import numpy as np
 import pandas as pd
+
+from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
 
 DESIGN = ("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm")
 STATE = ("elongation_mm", "twist_deg", "step", "pressure_kpa")
@@ -21,35 +21,6 @@ OPTIONAL = ("time_s", "temperature_c")
 VACUUM_KPA = -101.4
 # Sample and step numbers beyond this are typing errors; below it float64 holds every integer exactly.
 LARGEST_NUMBER = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One fault of a file. line: in the file, the header's is usually 1. column: "" for a whole line's fault.
-
-    value: the offending text as it stands in the file. problem: what is wrong and what to do.
-    """
-
-    line: int
-    column: str
-    value: str
-    problem: str
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A condition on rows.
-
-    column: where a fault is reported, "" for the whole line. needs: columns without which it cannot be judged.
-    bad: the rows that break it. problem: "" where the cell's text tells it. detail: for each row, what fills the
-    braces of the problem.
-    """
-
-    column: str
-    needs: tuple[str, ...]
-    bad: Callable[[pd.DataFrame], pd.Series]
-    problem: str
-    detail: Callable[[pd.DataFrame], pd.Series] | None = None
 
 
 def _whole(numbers: pd.Series, smallest: int) -> pd.Series:
@@ -157,18 +128,6 @@ RULES = (
 )
 
 
-def not_a_number(text: str) -> str:
-    """What is wrong with a cell's text that is no finite number."""
-    cell = text.strip()
-    if not cell:
-        return "is blank: write a number, or delete the line"
-    if cell.lower().lstrip("+-") in ("nan", "na", "n/a", "null", "none", "inf", "infinity"):
-        return "is not a finite number: write one, or delete the line"
-    if cell.count(",") == 1 and cell.replace(",", "", 1).lstrip("+-").isdigit():
-        return f"has a decimal comma: write {cell.replace(',', '.')}"
-    return "is not a number: write digits with a decimal point, without a unit"
-
-
 def missing_column(name: str, header: Sequence[str]) -> str:
     """What to do about a missing column: names the one that was probably meant."""
     spare = {column.lower(): column for column in header if column not in (*REQUIRED, *OPTIONAL)}
@@ -177,58 +136,13 @@ def missing_column(name: str, header: Sequence[str]) -> str:
 
 
 def find_faults(numbers: pd.DataFrame, text: Mapping[str, Sequence[str]], header_line: int) -> list[Fault]:
-    """Every fault of a table's columns and rows, at most one for each cell, in the order of the file.
+    """Every fault of a measurement table.
 
     numbers: the required and optional columns that exist, float64, NaN where `text` is no finite number; its
     index is the line in the file. text: every column's cells as they stand in the file, in the header's order.
     """
-    # Here, not above: importing pandera costs a second, and simulated data need no check.
-    import pandera.pandas as pa
-
-    # Numbers first, so that a cell without one is reported as that.
     known = (*REQUIRED, *OPTIONAL)
-    rules = [*(Rule(name, (name,), _no_number(name), "") for name in known), *RULES]
-    rules = [rule for rule in rules if set(rule.needs) <= set(numbers)]
-    schema = pa.DataFrameSchema(
-        {c: pa.Column("float64", nullable=True, required=c in REQUIRED) for c in known},
-        # One failure case: the rows are read off check_output, which is complete; a million cases are slow.
-        checks=[pa.Check(_good(rule), name=str(i), ignore_na=False, n_failure_cases=1) for i, rule in enumerate(rules)],
-    )
-    faults: dict[tuple[int, str], Fault] = {}
-    try:
-        schema.validate(numbers, lazy=True)
-    except pa.errors.SchemaErrors as report:
-        for error in report.schema_errors:
-            if error.reason_code is pa.errors.SchemaErrorReason.COLUMN_NOT_IN_DATAFRAME:
-                name = str(error.failure_cases)
-                new = [Fault(header_line, name, "", missing_column(name, list(text)))]
-            elif error.check_output is None:
-                raise  # A rule itself failed: ours to mend, not the user's.
-            else:
-                broken = np.flatnonzero(~error.check_output.to_numpy(dtype=bool))
-                new = _faults_of(rules[int(error.check.name)], broken, numbers, text)
-            for fault in new:
-                faults.setdefault((fault.line, fault.column), fault)
-    order = {name: place for place, name in enumerate(text)}
-    return sorted(faults.values(), key=lambda f: (f.line, order.get(f.column, -1)))
-
-
-def _no_number(column: str) -> Callable[[pd.DataFrame], pd.Series]:
-    return lambda table: table[column].isna()
-
-
-def _good(rule: Rule) -> Callable[[pd.DataFrame], pd.Series]:
-    return lambda table: ~rule.bad(table)
-
-
-def _faults_of(rule: Rule, broken: np.ndarray, numbers: pd.DataFrame, text: Mapping[str, Sequence[str]]) -> list[Fault]:
-    """Faults of the rows numbered `broken`, which break the rule."""
-    lines = numbers.index.to_numpy()[broken].tolist()
-    cells = [text[rule.column][row] if rule.column else "" for row in broken]
-    if not rule.problem:
-        problems = [not_a_number(cell) for cell in cells]
-    elif rule.detail is None:
-        problems = [rule.problem] * len(lines)
-    else:
-        problems = [rule.problem.format(detail) for detail in rule.detail(numbers).iloc[broken]]
-    return [Fault(*of) for of in zip(lines, [rule.column] * len(lines), cells, problems, strict=True)]
+    # Numbers first, so that a cell without one is reported as that.
+    rules = [*(Rule(name, (name,), no_number(name), "") for name in known), *RULES]
+    columns: dict[str, tuple[str | None, bool]] = {name: ("float64", name in REQUIRED) for name in known}
+    return faults_by_rules(numbers, text, header_line, rules, columns, missing_column)

@@ -12,29 +12,43 @@ from freelearn.measurements.states import kinematic_state
 
 TRAIN, VALIDATION, TEST = "train", "validation", "test"
 # The paper's shares: 64 % training, 16 % validation, 20 % test.
-TRAIN_SHARE, VALIDATION_SHARE = 0.64, 0.16
+SHARES = (0.64, 0.16)
 
 
 def samples_of(name: str, available: np.ndarray) -> np.ndarray:
-    """Samples that a set's name stands for, out of those available. Raises UserError when there are none."""
+    """Samples that a set's name stands for, out of those available. Raises UserError when there are none.
+
+    >>> samples_of("sample1+sample3", np.array([1, 2, 3, 4]))
+    array([1, 3])
+    """
     present = np.unique(available)
-    if name == "all":
-        chosen = present
-    elif name == "even":
-        chosen = present[present % 2 == 0]
-    elif match := re.fullmatch(r"sample(\d+)", name):
-        chosen = present[present == int(match.group(1))]
-    elif match := re.fullmatch(r"without(\d+)", name):
-        chosen = present[present != int(match.group(1))]
-    else:
-        raise UserError(
-            f"Unknown set {name!r}: choose sampleN, withoutN (all samples but N), even, all "
-            "(or, for training, constituent)."
-        )
+    chosen = np.unique(np.concatenate([_samples_of(part, present) for part in name.split("+")]))
     if not len(chosen):
-        held = ", ".join(f"sample{n}" for n in present)
-        raise UserError(f"The data hold no rows of set {name!r}: they hold {held}. Choose one of these, or all.")
+        raise _no_rows(name, present)
     return chosen
+
+
+def _samples_of(name: str, present: np.ndarray) -> np.ndarray:
+    if name == "all":
+        return present
+    if name == "even":
+        return present[present % 2 == 0]
+    if match := re.fullmatch(r"sample(\d+)", name):
+        chosen = present[present == int(match.group(1))]
+        if not len(chosen):
+            raise _no_rows(name, present)
+        return chosen
+    if match := re.fullmatch(r"without(\d+)", name):
+        return present[present != int(match.group(1))]
+    raise UserError(
+        f"Unknown set {name!r}: choose sampleN, withoutN (all samples but N), even, all, several joined by + "
+        "(or, for training, constituent)."
+    )
+
+
+def _no_rows(name: str, present: np.ndarray) -> UserError:
+    there = ", ".join(f"sample{n}" for n in present)
+    return UserError(f"The data hold no rows of set {name!r}: they hold {there}. Choose one of these, or all.")
 
 
 def set_names(available: np.ndarray) -> list[str]:
@@ -46,11 +60,12 @@ def set_names(available: np.ndarray) -> list[str]:
     return [*names, "all"]
 
 
-def split_rows(table: pd.DataFrame, seed: int, by_states: bool) -> np.ndarray:
+def split_rows(table: pd.DataFrame, seed: int, by_states: bool, shares: tuple[float, float] = SHARES) -> np.ndarray:
     """Label of every row, "train", "validation", "test", or "" for a buckled one: (N,) str.
 
     Each sample is split on its own, with a generator of its own, so a sample's test rows are the same whatever
-    else is in the table or the training set. by_states keeps the rows of one kinematic state together.
+    else is in the table or the training set. by_states keeps the rows of one kinematic state together. shares: of
+    training and of validation.
     """
     usable = (table["buckled"] == 0).to_numpy()
     sample = table["sample"].to_numpy()
@@ -59,7 +74,7 @@ def split_rows(table: pd.DataFrame, seed: int, by_states: bool) -> np.ndarray:
     for number in np.unique(sample):
         rows = np.flatnonzero(usable & (sample == number))
         units = np.random.default_rng([seed, int(number)]).permutation(np.unique(unit[rows]))
-        bounds = np.round(np.cumsum([TRAIN_SHARE, VALIDATION_SHARE]) * len(units)).astype(int)
+        bounds = np.round(np.cumsum(shares) * len(units)).astype(int)
         for name, part in zip((TRAIN, VALIDATION, TEST), np.split(units, bounds), strict=True):
             label[rows[np.isin(unit[rows], part)]] = name
     return label

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 import numpy as np
 import pandas as pd
 
-from freelearn.measurements.schema import Fault, Rule, _faults_of, _good
+from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
 from freelearn.measurements.specimen_modes import MODE_NAMES
 
 COLUMNS = ("mode", "stretch", "stress_mpa")
@@ -20,8 +20,8 @@ LARGEST_STRETCH = 12.0
 CLEAR = 0.1
 
 RULES = (
-    Rule("stretch", ("stretch",), lambda t: t["stretch"].isna(), ""),
-    Rule("stress_mpa", ("stress_mpa",), lambda t: t["stress_mpa"].isna(), ""),
+    Rule("stretch", ("stretch",), no_number("stretch"), ""),
+    Rule("stress_mpa", ("stress_mpa",), no_number("stress_mpa"), ""),
     Rule("mode", ("mode",), lambda t: t["mode"].isna(), f"is no mode: write {', '.join(MODE_NAMES)}"),
     Rule(
         "stretch",
@@ -38,34 +38,12 @@ def find_faults(table: pd.DataFrame, text: Mapping[str, Sequence[str]], line: in
     table: those of COLUMNS that exist, None or NaN where a cell is no mode or no number; its index is the line in
     the file. text: every column's cells as they stand in the file. line: the header's. mode: what all rows must have.
     """
-    # Here, not above: importing pandera costs a second.
-    import pandera.pandas as pa
-
     rules = list(RULES)
     if mode is not None and "mode" in text:
         problem = f"is not {mode}, the mode that the command gives this file: correct one of the two"
         rules.append(Rule("mode", ("mode",), lambda t: t["mode"] != mode, problem))
-    rules = [rule for rule in rules if set(rule.needs) <= set(table)]
-    schema = pa.DataFrameSchema(
-        {c: pa.Column(None if c == "mode" else "float64", nullable=True) for c in COLUMNS},
-        checks=[pa.Check(_good(rule), name=str(i), ignore_na=False, n_failure_cases=1) for i, rule in enumerate(rules)],
-    )
-    faults: dict[tuple[int, str], Fault] = {}
-    try:
-        schema.validate(table, lazy=True)
-    except pa.errors.SchemaErrors as report:
-        for error in report.schema_errors:
-            if error.reason_code is pa.errors.SchemaErrorReason.COLUMN_NOT_IN_DATAFRAME:
-                new = [Fault(line, str(error.failure_cases), "", _missing(str(error.failure_cases), list(text)))]
-            elif error.check_output is None:
-                raise  # A rule itself failed: ours to mend, not the user's.
-            else:
-                broken = np.flatnonzero(~error.check_output.to_numpy(dtype=bool))
-                new = _faults_of(rules[int(error.check.name)], broken, table, text)
-            for fault in new:
-                faults.setdefault((fault.line, fault.column), fault)
-    order = {name: place for place, name in enumerate(text)}
-    return sorted(faults.values(), key=lambda f: (f.line, order.get(f.column, -1)))
+    columns: dict[str, tuple[str | None, bool]] = {c: (None if c == "mode" else "float64", True) for c in COLUMNS}
+    return faults_by_rules(table, text, line, rules, columns, _missing)
 
 
 def _missing(name: str, header: Sequence[str]) -> str:

@@ -11,9 +11,11 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.measurements.faults import TableError
+from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
 from freelearn.measurements.specimen_modes import MODE_NAMES, mode_name
 from freelearn.measurements.specimen_schema import COLUMNS, find_faults, suspicions
-from freelearn.measurements.table import SEPARATORS, TableError, _header_faults, _numbers, _odd_rows, _records, _text
+from freelearn.measurements.table import SEPARATORS
 
 # Headings of tables in the literature, and ours.
 ALIASES = {"lambda": "stretch", "P_MPa": "stress_mpa"}
@@ -77,13 +79,13 @@ def _split(source: str) -> tuple[str | None, str]:
 
 def _read(path: str, mode: str | None) -> pd.DataFrame:
     """One file's rows. mode: that of all its rows, None to read the column."""
-    records = _records(path, _text(path))
+    records = read_records(path)
     original = [name.strip() for name in records.header]
     header = [ALIASES.get(name, name) for name in original]
     _refuse_other_formats(path, header)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
-    faults = [*_header_faults(header, records.header_line), *_odd_rows(records)]
+    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
     odd = {fault.line for fault in faults}
     kept = [(line, row) for line, row in zip(records.lines, records.rows, strict=True) if line not in odd]
     text: dict[str, Sequence[str]] = {}
@@ -93,7 +95,7 @@ def _read(path: str, mode: str | None) -> pd.DataFrame:
     frame = pd.DataFrame(index=pd.Index([line for line, _ in kept], dtype=np.int64))
     for name in COLUMNS:
         if name in text:
-            frame[name] = [mode_name(cell) for cell in text[name]] if name == "mode" else _numbers(text[name])
+            frame[name] = [mode_name(cell) for cell in text[name]] if name == "mode" else numbers_of(text[name])
         elif name == "mode" and mode is not None:
             frame[name] = mode
     faults += find_faults(frame, text, records.header_line, mode)
@@ -109,5 +111,5 @@ def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
     for separator, name in SEPARATORS.items():
         if len(header) == 1 and separator in header[0]:
             raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
-    if not np.isnan(_numbers(header)).any():
+    if not np.isnan(numbers_of(header)).any():
         raise UserError(f"{path} has no header: its first line must name the columns {', '.join(COLUMNS)}.")

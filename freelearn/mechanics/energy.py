@@ -1,26 +1,25 @@
-"""Strain energies Ψ(I₁, I₂, I₄) of the wall and its fibre, and their derivatives.
+"""Strain energies Ψ(I₁, I₂, I₄) of the wall and its fiber, their derivatives, and the walls they make.
 
-An energy says which invariants it uses and gives Ψ; stresses follow by automatic differentiation. The two
-energies of the paper write their derivatives, and what they carry in the hoop direction, by hand for speed (tests
-check them against the automatic ones).
+An energy says which invariants it uses and gives Ψ; stresses follow by automatic differentiation and are integrated by
+quadrature. The two energies of the paper write their derivatives by hand and have their integrals in closed form, for
+speed (tests check them against the automatic ones).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import torch
 from torch import Tensor
 
-from freelearn.mechanics.tube import Deformation, Tube
+from freelearn.mechanics.closed_form import FiberWall, NeoHookeanWall
+from freelearn.mechanics.quadrature import Layers, QuadratureWall
+from freelearn.mechanics.tube import Tube
+from freelearn.mechanics.wall import Wall, WallSum
 
-# Derivatives of Ψ with respect to the invariants it depends on, by name: {"i1": Ψ₁, "i2": Ψ₂, "i4": Ψ₄} [Pa].
-Gradient = dict[str, Tensor]
-
-# From u = r_i² (N,) m² to the pressure carried, P = ∫ (σθθ − σrr)/r dr [Pa], and dP/du [Pa/m²], both (N,).
-Hoop = Callable[[Tensor], tuple[Tensor, Tensor]]
+Tensors = tuple[Tensor, ...]
 
 
 @dataclass(frozen=True)
@@ -33,41 +32,23 @@ class Energy:
         """Ψ at the invariants named in `depends_on`, each (Q, N) → (Q, N) Pa."""
         raise NotImplementedError
 
-    def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
-        """∂Ψ/∂I for each invariant in `depends_on`."""
+    def gradient(self, *invariants: Tensor) -> Tensors:
+        """∂Ψ/∂I [Pa] for each invariant in `depends_on`."""
 
         def total(*args: Tensor) -> Tensor:
             return self.psi(*args).sum()
 
-        return torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
+        gradient: Tensors = torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
+        return gradient
 
-    def gradient_rate(
-        self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
-    ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
+    def gradient_rate(self, invariants: Tensors, rates: Tensors) -> tuple[Tensors, tuple[Tensor | None, ...]]:
         """The gradient, and its derivative along `rates` (the invariants' own derivatives); None where it is zero."""
         derivative = torch.func.jvp(self.gradient, invariants, rates)
         return derivative[0], derivative[1]
 
-    def hoop(self, tube: Tube) -> Hoop:
-        """This term's part of the pressure that the wall carries, as a function of u (see Hoop).
-
-        Term by term (σθθ − σrr)/(2r²) = Ψᵢ ∂Iᵢ/∂u: the pressure's work is the change of the energy.
-        """
-
-        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
-            at = Deformation(tube, u)
-            rates = tuple(at.rate(name) for name in self.depends_on)
-            values, value_rates = self.gradient_rate(tuple(getattr(at, n) for n in self.depends_on), rates)
-            value, slope = torch.zeros_like(at.r2), torch.zeros_like(at.r2)
-            for name, psi, psi_rate, share in zip(self.depends_on, values, value_rates, rates, strict=True):
-                value = value + psi * share
-                if psi_rate is not None:
-                    slope = slope + psi_rate * share
-                if name != "i4":  # I₄ is linear in u
-                    slope = slope + psi * at.curvature(name)
-            return (tube.weight * value).sum(-2), (tube.weight * slope).sum(-2)
-
-        return carried
+    def closed_form(self, tube: Tube) -> Wall | None:
+        """The wall that this term makes of N tubes, integrated exactly; None leaves it to quadrature."""
+        return None
 
     def detach(self) -> Energy:
         """The same energy with its parameters cut from every derivative."""
@@ -86,56 +67,44 @@ class NeoHookean(Energy):
     depends_on: ClassVar[tuple[str, ...]] = ("i1",)
 
     def psi(self, *invariants: Tensor) -> Tensor:
+        """Ψ [Pa] at I₁."""
         return self.C1 / 2 * (invariants[0] - 3)
 
-    def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
+    def gradient(self, *invariants: Tensor) -> Tensors:
+        """C₁/2."""
         return (self.C1 / 2,)
 
-    def gradient_rate(
-        self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
-    ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
+    def gradient_rate(self, invariants: Tensors, rates: Tensors) -> tuple[Tensors, tuple[Tensor | None, ...]]:
+        """The gradient is constant."""
         return (self.C1 / 2,), (None,)
 
-    def hoop(self, tube: Tube) -> Hoop:
-        half, share = self.C1 / 2, tube.weight * tube.radial
-        constant = (tube.weight * tube.hoop).sum(-2)
-
-        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
-            inverse = torch.reciprocal(u + tube.offset)
-            thinning = share * (inverse * inverse)
-            return half * (constant - thinning.sum(-2)), self.C1 * (thinning * inverse).sum(-2)
-
-        return carried
+    def closed_form(self, tube: Tube) -> Wall | None:
+        """See closed_form.NeoHookeanWall."""
+        return NeoHookeanWall.of(tube).scaled(self.C1)
 
 
 @dataclass(frozen=True)
 class StandardFiber(Energy):
-    """Ψ = C₂/2 (I₄ − 1)², fibre stiffness C₂ [Pa] per unit of wall (Holzapfel 2000; Eq. standardFiber)."""
+    """Ψ = C₂/2 (I₄ − 1)², fiber stiffness C₂ [Pa] per unit of wall (Holzapfel 2000; Eq. standardFiber)."""
 
     C2: Tensor
     depends_on: ClassVar[tuple[str, ...]] = ("i4",)
 
     def psi(self, *invariants: Tensor) -> Tensor:
+        """Ψ [Pa] at I₄."""
         return self.C2 / 2 * (invariants[0] - 1) ** 2
 
-    def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
+    def gradient(self, *invariants: Tensor) -> Tensors:
+        """C₂ (I₄ − 1)."""
         return (self.C2 * (invariants[0] - 1),)
 
-    def gradient_rate(
-        self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
-    ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
+    def gradient_rate(self, invariants: Tensors, rates: Tensors) -> tuple[Tensors, tuple[Tensor | None, ...]]:
+        """C₂ (I₄ − 1) and C₂ times I₄'s rate."""
         return (self.C2 * (invariants[0] - 1),), (self.C2 * rates[0],)
 
-    def hoop(self, tube: Tube) -> Hoop:
-        # Linear in u, so the wall is summed over once.
-        share = tube.weight * tube.fiber_hoop2
-        slope = self.C2 * (share * tube.fiber_hoop2).sum(-2)
-        start = self.C2 * (share * (tube.offset * tube.fiber_hoop2 + tube.fiber_axial2 - 1)).sum(-2)
-
-        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
-            return start + slope * u, slope
-
-        return carried
+    def closed_form(self, tube: Tube) -> Wall | None:
+        """See closed_form.FiberWall."""
+        return FiberWall.of(tube).scaled(self.C2)
 
 
 @dataclass(frozen=True)
@@ -144,27 +113,14 @@ class EnergySum:
 
     terms: Sequence[Energy]
 
-    def detach(self) -> EnergySum:
-        return EnergySum([term.detach() for term in self.terms])
+    def wall(self, tube: Tube) -> Wall:
+        """What the energy carries in N tubes: exactly where a term knows how, unless the tube asks for points.
 
-    def gradient(self, at: Deformation) -> Gradient:
-        total: Gradient = {}
-        for term in self.terms:
-            values = term.gradient(*(getattr(at, name) for name in term.depends_on))
-            _accumulate(total, term.depends_on, values)
-        return total
-
-    def hoop(self, tube: Tube) -> Hoop:
-        """Pressure that the whole wall carries, and its slope, as a function of u (see Hoop)."""
-        parts = [term.hoop(tube) for term in self.terms]
-
-        def carried(u: Tensor) -> tuple[Tensor, Tensor]:
-            pressures, slopes = zip(*(part(u) for part in parts), strict=True)
-            return sum(pressures[1:], start=pressures[0]), sum(slopes[1:], start=slopes[0])
-
-        return carried
-
-
-def _accumulate(total: Gradient, names: tuple[str, ...], values: tuple[Tensor, ...]) -> None:
-    for name, value in zip(names, values, strict=True):
-        total[name] = total[name] + value if name in total else value
+        The other terms share one quadrature.
+        """
+        closed = [None if tube.points else term.closed_form(tube) for term in self.terms]
+        parts: list[Wall] = [wall for wall in closed if wall is not None]
+        others = [term for term, wall in zip(self.terms, closed, strict=True) if wall is None]
+        if others:
+            parts.append(QuadratureWall(others, Layers.of(tube)))
+        return parts[0] if len(parts) == 1 else WallSum(parts)

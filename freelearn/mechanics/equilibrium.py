@@ -5,109 +5,160 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import torch
-from torch import Tensor
+from torch import Tensor, addcmul
 
 from freelearn.measurements.states import States
-from freelearn.mechanics.energy import EnergySum, Hoop
-from freelearn.mechanics.tube import QUADRATURE_POINTS, Tube
+from freelearn.mechanics.energy import EnergySum
+from freelearn.mechanics.tube import Tube
+from freelearn.mechanics.wall import Wall
 
 # Beyond this inner radius (in reference radii) a tube counts as ballooned: no equilibrium.
 BALLOON = 2.5
-# A Newton step this small (relative to u) leaves an error of about its square, which the differentiable step
-# in `inflate` squares once more.
-TOLERANCE = 1e-4
+# A step this small (relative to u) ends the search. It leaves an error of about its square after Newton's step and of
+# its cube after Halley's, so 1e-8 and less, which the differentiable step in `inflate` squares once more.
+NEWTON_TOLERANCE = 1e-4
+HALLEY_TOLERANCE = 1e-3
 # Largest change of u = r_i² in one iteration, as a factor.
-GROWTH = 1.6
+NEWTON_GROWTH = 1.6
+HALLEY_GROWTH = 2.5
 QUICK_ITERATIONS = 15
 MAX_ITERATIONS = 60
 
 
 class Inflated(NamedTuple):
-    """A tube at its equilibrium: u = r_i² [m²], whether it is one, and the pressure the wall leaves unbalanced [Pa].
+    """Tubes at their equilibrium: u = r_i² [m²], whether it is one, and the pressure the wall leaves unbalanced [Pa].
 
     All (N,). Without an equilibrium u is the ballooning bound, and `unbalanced` what the wall does not carry there;
-    with one it is zero.
+    with one it is zero. wall: what the energy carries in these tubes.
     """
 
-    tube: Tube
+    wall: Wall
     u: Tensor
-    found: Tensor
+    balanced: Tensor
     unbalanced: Tensor
 
 
-def inflate(states: States, energy: EnergySum, points: int = QUADRATURE_POINTS) -> Inflated:
+def inflate(states: States, energy: EnergySum, points: int | None = None) -> Inflated:
     """Radial equilibrium of every row, with exact first derivatives, forward, reverse and under vmap.
 
-    points: of the quadrature through the wall.
+    points: of a quadrature through the wall; None takes closed forms where an energy has them.
 
     By the implicit function theorem du = −(∂P_wall/∂θ dθ − dP)/(∂P_wall/∂u). One more Newton step from the
     solution, with its slope cut from the derivative, has just this derivative, and polishes u besides.
     Source: Krantz & Parks, The Implicit Function Theorem, 2003.
     """
     tube = Tube.from_states(states, points)
-    still = tube.detach()
+    return balance(energy.wall(tube), tube, states.inner_radius.square(), states.pressure)
+
+
+def balance(wall: Wall, tube: Tube, reference: Tensor, pressure: Tensor, near: Tensor | None = None) -> Inflated:
+    """The equilibrium of a wall as a function of u: see `inflate`. All tensors (N,).
+
+    reference: R_i² [m²]. near: where to look first, u of a like problem; the unloaded tube's by default.
+    """
     with torch.no_grad():
-        u, found = _solve(energy.detach().hoop(still), still, states.pressure.detach())
-        u = u.detach()
-    carried, slope = energy.hoop(tube)(u)
+        start = tube.unloaded_u.detach() if near is None else near
+        u, balanced = _solve(wall.detach(), reference.detach(), start, pressure.detach(), near is not None)
+    carried, slope = wall.carried(u)
+    excess = carried - pressure
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.
-    gain = found / torch.where(found, slope.detach(), 1.0)
-    excess = carried - states.pressure
-    return Inflated(tube, u - excess * gain, found, torch.where(found, 0.0, -excess))
+    gain = balanced / torch.where(balanced, slope.detach(), 1.0)
+    return Inflated(wall, u - excess * gain, balanced, torch.where(balanced, 0.0, -excess))
 
 
-def _solve(carried: Hoop, tube: Tube, pressure: Tensor) -> tuple[Tensor, Tensor]:
-    """Inner radius of every tube, no derivatives: (u, found), both (N,).
+def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor]:
+    """u = r_i² of every tube, no derivatives, and whether it is an equilibrium, both (N,).
+
+    reference: R_i² [m²]; start: where the search begins, on the stable branch or before it.
 
     The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
     equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
     can carry passes a maximum (a limit point) on the way.
 
-    A wall that stiffens all along needs no bracket, and plain Newton steps of bounded size are several times
-    cheaper; where they meet a falling branch or do not settle, the bracketed search does the work.
+    A wall that stiffens all along needs no bracket, and plain steps of bounded size are several times cheaper; where
+    they meet a falling branch or do not settle, the bracketed search does the work.
     """
-    ceiling = (BALLOON**2 * tube.reference_u).expand_as(pressure)
-    u = (tube.reference_u / tube.axial).expand_as(pressure)
+    ceiling = (BALLOON**2 * reference).expand_as(pressure)
+    start = start.expand_as(pressure)
+    u, settled = _halley(wall, start, ceiling, pressure, near)
+    if settled is None:
+        u, settled = _newton(wall, start, ceiling, pressure)
+    if settled is None:
+        return _search(wall, reference, start, ceiling, pressure)
+    return u, settled & (u < ceiling)
+
+
+def _halley(
+    wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False
+) -> tuple[Tensor, Tensor | None]:
+    """u and which rows settled, by Halley's third-order steps; None where the wall has no expansion or not all did.
+
+    Inside vmap, where nobody can know whether all did, every row takes all steps.
+    """
+    u = start
+    everyone: bool | None = False
+    for i in range(QUICK_ITERATIONS):
+        expansion = wall.expansion(u)
+        if expansion is None:
+            return u, None
+        lack, rise = pressure - expansion.pressure, expansion.rise
+        square = rise * rise
+        # At most twice Newton's step: far below the root the parabola has none.
+        square = torch.maximum(addcmul(square, lack, expansion.bend, value=0.5), 0.5 * square)
+        step = (lack * rise / square).clamp(1 / HALLEY_GROWTH - 1, HALLEY_GROWTH - 1)
+        target = torch.minimum(addcmul(u, u, step), ceiling)
+        if i or near:
+            # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
+            settled = (target - u).abs() <= HALLEY_TOLERANCE * u
+            everyone = _all(settled)
+        u = target
+        if everyone:
+            break
+    return u, None if everyone is False else settled
+
+
+def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor | None]:
+    """u and which rows settled, by Newton's steps; None where not all did or a pressure fell on the way."""
+    u = start
     softest = torch.full_like(u, torch.inf)
     for _ in range(QUICK_ITERATIONS):
-        value, slope = carried(u)
+        value, slope = wall.carried(u)
         softest = torch.minimum(softest, slope)
         target = u - (value - pressure) / slope
-        target = torch.minimum(torch.clamp(target, u / GROWTH, u * GROWTH), ceiling)
-        # A row that stays at the bound is done: it balloons.
-        settled = _all((target - u).abs() <= TOLERANCE * u)
+        target = torch.minimum(torch.clamp(target, u / NEWTON_GROWTH, u * NEWTON_GROWTH), ceiling)
+        settled = (target - u).abs() <= NEWTON_TOLERANCE * u
+        everyone = _all(settled)
         u = target
-        if settled and _all(softest > 0):
-            return u, u < ceiling
-        if settled is None:
+        if everyone and _all(softest > 0):
+            return u, settled
+        if everyone is None:
             break
-    return _search(carried, tube, pressure)
+    return u, None
 
 
-def _search(carried: Hoop, tube: Tube, pressure: Tensor) -> tuple[Tensor, Tensor]:
+def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
     """Newton's method inside a bracket, for walls of any kind: as `_solve`."""
-    ceiling = (BALLOON**2 * tube.reference_u).expand_as(pressure)
     low, high = 1e-4 * ceiling, ceiling
-    u = (tube.reference_u / tube.axial).expand_as(pressure)
+    u = start
     lost = torch.zeros_like(u, dtype=torch.bool)
     for _ in range(MAX_ITERATIONS):
-        value, slope = carried(u)
+        value, slope = wall.carried(u)
         excess = value - pressure
         short = excess < 0
         # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead.
-        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > tube.reference_u))))
+        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > reference))))
         low = torch.where(short, u, low)
         high = torch.where(short, high, u)
         # Bounded steps, so that a limit point is met and not jumped over; bisection along a falling branch.
-        newton = torch.minimum(torch.maximum(u - excess / slope, u / GROWTH), u * GROWTH)
+        newton = torch.minimum(torch.maximum(u - excess / slope, u / NEWTON_GROWTH), u * NEWTON_GROWTH)
         target = torch.where(slope > 0, newton, (low + high) / 2)
         target = torch.maximum(torch.minimum(target, high), low)
-        done = lost | ((target - u).abs() <= TOLERANCE * u)
+        done = lost | ((target - u).abs() <= NEWTON_TOLERANCE * u)
         u = target
         if _all(done):
             break
-    found = done & ~lost
-    return torch.where(found, u, ceiling), found
+    balanced = done & ~lost
+    return torch.where(balanced, u, ceiling), balanced
 
 
 def _all(mask: Tensor) -> bool | None:

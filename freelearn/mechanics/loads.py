@@ -7,35 +7,26 @@ import math
 import torch
 from torch import Tensor
 
-from freelearn.mechanics.energy import EnergySum
-from freelearn.mechanics.tube import Deformation, Tube
+from freelearn.mechanics.equilibrium import Inflated
+from freelearn.mechanics.wall import Wall
 
 
-def tube_loads(tube: Tube, energy: EnergySum, u: Tensor) -> Tensor:
+def tube_loads(wall: Wall, u: Tensor) -> Tensor:
     """Force and moment of tubes with inner radius √u in radial equilibrium: (N, 2) N, N·m.
 
-    F = −π ∫ (2σzz − σrr − σθθ) r dr and M = −2π ∫ σθz r² dr with σ = 2Ψ₁B + 2Ψ₂(I₁B − B²) + 2Ψ₄ a⊗a. Neither the
-    Lagrange multiplier nor the pressure appears: integrating the radial equilibrium by parts removes both
-    (start from the paper's Eqs. force and moment).
+    F = −π ∫ (2σzz − σrr − σθθ) r dr and M = −2π ∫ σθz r² dr. Neither the Lagrange multiplier nor the pressure appears:
+    integrating the radial equilibrium by parts removes both (start from the paper's Eqs. force and moment).
     """
-    at = Deformation(tube, u)
-    gradient = energy.gradient(at)
-    tension: Tensor | float = 0.0  # (2σzz − σrr − σθθ)/2
-    shear: Tensor | float = 0.0  # σθz r/2
-    swirl = at.r2 * (tube.twist_rate * tube.axial)  # B_θz r
-    if "i1" in gradient:
-        tension = gradient["i1"] * (2 * tube.axial2 - at.b_rr - at.r2 * tube.hoop)
-        shear = gradient["i1"] * swirl
-    if "i2" in gradient:
-        # The diagonal of I₁B − B², simplified with det B = 1 in the (θ, z) block.
-        rr = at.b_rr * (at.r2 * tube.hoop + tube.axial2)
-        thetatheta = at.b_rr * (at.r2 * tube.hoop) + 1 / at.b_rr
-        zz = at.b_rr * tube.axial2 + 1 / at.b_rr
-        tension = tension + gradient["i2"] * (2 * zz - rr - thetatheta)
-        shear = shear + gradient["i2"] * (at.b_rr * swirl)
-    if "i4" in gradient:
-        tension = tension + gradient["i4"] * (2 * tube.fiber_axial2 - at.r2 * tube.fiber_hoop2)
-        shear = shear + gradient["i4"] * (at.r2 * tube.fiber_hoop * tube.fiber_axial)
-    force = -math.pi * (tube.weight * tension).sum(-2)
-    moment = -2 * math.pi * (tube.weight * shear).sum(-2)
-    return torch.stack([force, moment], dim=-1)
+    tension, shear = wall.resultants(u)
+    return torch.stack([-math.pi * tension, -2 * math.pi * shear], dim=-1)
+
+
+def loads_at(inflated: Inflated) -> Tensor:
+    """Force and moment (N, 2) N, N·m at the equilibrium, and beyond its end.
+
+    There the thrust of the pressure that a ballooned wall does not carry is added: a loss that goes on past the
+    equilibrium's end grows, instead of rewarding a wall too soft for the pressure.
+    """
+    tension, shear = inflated.wall.resultants(inflated.u)
+    force = -math.pi * (tension - inflated.u * inflated.unbalanced)
+    return torch.stack([force, -2 * math.pi * shear], dim=-1)

@@ -1,138 +1,89 @@
-"""Kinematics of a thick-walled tube that is stretched, twisted and inflated, at radii through its wall."""
+"""Kinematics of a thick-walled tube that is stretched, twisted and inflated."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
 
-# Gauss-Legendre points through the wall. The integrands are smooth: six reach 1e-9 of the load range over the
-# paper's samples and protocol (tests/mechanics measures it).
-QUADRATURE_POINTS = 6
-
-
-@lru_cache
-def _gauss_legendre(points: int) -> tuple[Tensor, Tensor]:
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    return torch.as_tensor(nodes), torch.as_tensor(weights)
+# ∫ aⁿ da over the wall is this times Tube.powers[n].
+FACTORS = {n: 1.0 if n == -1 else 1 / (n + 1) for n in range(-3, 6)}
 
 
 @dataclass(frozen=True)
 class Tube:
-    """Everything about N deformed tubes that does not depend on their inner radius.
+    """N deformed tubes: everything that does not depend on their inner radius, all (N,).
 
-    The wall is followed by Q points of the reference wall, R in [R_i, R_o], so the integration limits are
-    fixed. Incompressibility gives the current radius, r² = u + (R² − R_i²)/λz, from the one unknown
-    u = r_i² [m²]. With k = φ/L and g = sin Γ/R + k cos Γ the fibre's circumferential stretch is r g.
+    axial: stretch λz = l/L; inner, outer: R_i/√λz, R_o/√λz [m], the radii that the stretch alone would leave;
+    twist_rate: k = φ/L [1/m]; sine: sin Γ/√λz; cosine: cos Γ of the fiber angle Γ.
 
-    (Q, N) tensors: weight (twice the quadrature weight times R/λz: 2 ∫ f r dr = Σ weight f) [m²],
-    offset (R² − R_i²)/λz [m²], radial (R/λz)² [m²], hoop 1/R² + k² [1/m²], fiber_hoop g [1/m].
-    fiber_hoop2 is g². (N,) tensors: axial λz, axial2 λz², twist_rate k [1/m], fiber_axial λz cos Γ and its square
-    fiber_axial2, reference_u R_i² [m²].
+    The wall is followed by the radius a = R/√λz of its points, which does not depend on the pressure, so that the
+    integration limits are fixed. Incompressibility gives the current radius, r² = x + a² with x = u − R_i²/λz, from
+    the one unknown u = r_i² [m²], and r dr = a da. The fiber's circumferential stretch is r g with
+    g = sin Γ/R + k cos Γ, its axial one λz cos Γ.
+
+    points: of the quadrature through the wall; None takes the exact integrals wherever an energy has them.
     """
 
-    weight: Tensor
-    offset: Tensor
-    radial: Tensor
-    hoop: Tensor
-    fiber_hoop: Tensor
-    fiber_hoop2: Tensor
     axial: Tensor
-    axial2: Tensor
+    inner: Tensor
+    outer: Tensor
     twist_rate: Tensor
-    fiber_axial: Tensor
-    fiber_axial2: Tensor
-    reference_u: Tensor
+    sine: Tensor
+    cosine: Tensor
+    points: int | None = None
 
     @classmethod
-    def from_states(cls, states: States, points: int = QUADRATURE_POINTS) -> Tube:
-        nodes, weights = _gauss_legendre(points)
-        nodes, weights = nodes.to(states.length)[:, None], weights.to(states.length)[:, None]
-        half = (states.outer_radius - states.inner_radius) / 2
-        radius = states.inner_radius + half * (1 + nodes)
+    def from_states(cls, states: States, points: int | None = None) -> Tube:
+        """The tubes of N states."""
         axial = states.length / states.reference_length
-        twist_rate = states.twist / states.reference_length
-        cosine = torch.cos(states.fiber_angle)
-        inverse = torch.reciprocal(radius)
-        squared = radius * radius
-        axial2 = axial * axial
-        fiber_axial = axial * cosine
-        fiber_hoop = torch.sin(states.fiber_angle) * inverse + twist_rate * cosine
-        reference_u = states.inner_radius**2
+        thinner = torch.rsqrt(axial)
         return cls(
-            weight=(2 * weights) * (half / axial) * radius,
-            offset=(squared - reference_u) / axial,
-            radial=squared / axial2,
-            hoop=inverse * inverse + twist_rate**2,
-            fiber_hoop=fiber_hoop,
-            fiber_hoop2=fiber_hoop * fiber_hoop,
             axial=axial,
-            axial2=axial2,
-            twist_rate=twist_rate,
-            fiber_axial=fiber_axial,
-            fiber_axial2=fiber_axial * fiber_axial,
-            reference_u=reference_u,
+            inner=states.inner_radius * thinner,
+            outer=states.outer_radius * thinner,
+            twist_rate=states.twist / states.reference_length,
+            sine=torch.sin(states.fiber_angle) * thinner,
+            cosine=torch.cos(states.fiber_angle),
+            points=points,
         )
 
-    def detach(self) -> Tube:
-        return Tube(**{f.name: getattr(self, f.name).detach() for f in fields(self)})
-
-
-class Deformation:
-    """A tube inflated to inner radius √u: components of B = F Fᵀ and the invariants, (Q, N), each made once.
-
-    B_rr = (R/λz)²/r², B_θθ = r² (1/R² + k²), B_θz = r k λz, B_zz = λz²;
-    I₁ = tr B, I₂ = tr B⁻¹ (det B = 1), I₄ = r² g² + λz² cos² Γ, the fibre's squared stretch.
-    A `*_rate` is the derivative with respect to u, which is the derivative with respect to r² at fixed R.
-    """
-
-    def __init__(self, tube: Tube, u: Tensor) -> None:
-        self.tube = tube
-        self.r2 = u + tube.offset
-        self.inverse_r2 = torch.reciprocal(self.r2)
-        self.b_rr = tube.radial * self.inverse_r2
+    @cached_property
+    def fiber_turn(self) -> Tensor:
+        """k cos Γ, (N,) 1/m."""
+        return self.twist_rate * self.cosine
 
     @cached_property
-    def thinning(self) -> Tensor:
-        """B_rr/r² = −∂B_rr/∂u."""
-        return self.b_rr * self.inverse_r2
+    def unloaded_u(self) -> Tensor:
+        """R_i²/λz, the u of a tube without pressure or twist, (N,) m²."""
+        return self.inner * self.inner
 
-    @property
-    def i1(self) -> Tensor:
-        return self.b_rr + self.r2 * self.tube.hoop + self.tube.axial2
+    @cached_property
+    def solid(self) -> Tensor:
+        """(R_o² − R_i²)/λz = r_o² − r_i², (N,) m²."""
+        return self.powers[1]
 
-    @property
-    def i1_rate(self) -> Tensor:
-        return self.tube.hoop - self.thinning
+    @cached_property
+    def powers(self) -> dict[int, Tensor]:
+        """What the integrals ∫ aⁿ da are made of, by n: outer^(n+1) − inner^(n+1), or ln(outer/inner) for n = −1.
 
-    @property
-    def i2(self) -> Tensor:
-        # B is block diagonal (rr | θθ, θz, zz) with det B = 1, so its principal minors sum to this.
-        return torch.reciprocal(self.b_rr) + self.b_rr * (self.r2 * self.tube.hoop + self.tube.axial2)
-
-    @property
-    def i2_rate(self) -> Tensor:
-        # B_rr r² does not depend on u, so that product leaves only the axial part.
-        return torch.reciprocal(self.tube.radial) - self.thinning * self.tube.axial2
-
-    @property
-    def i4(self) -> Tensor:
-        return self.r2 * self.tube.fiber_hoop2 + self.tube.fiber_axial2
-
-    @property
-    def i4_rate(self) -> Tensor:
-        return self.tube.fiber_hoop2
-
-    def rate(self, name: str) -> Tensor:
-        """∂I/∂u of the invariant called name: (Q, N) 1/m²."""
-        return getattr(self, f"{name}_rate")
-
-    def curvature(self, name: str) -> Tensor:
-        """∂²I/∂u² for I₁ and I₂ (I₄ is linear in u): (Q, N) 1/m⁴."""
-        curvature = 2 * self.thinning * self.inverse_r2
-        return curvature if name == "i1" else curvature * self.tube.axial2
+        ∫ aⁿ da is FACTORS[n] times as much; the sums that need them take the factor along.
+        """
+        a, b = self.inner, self.outer
+        a2, b2, a_, b_ = a * a, b * b, torch.reciprocal(a), torch.reciprocal(b)
+        a3, b3, a4, b4 = a2 * a, b2 * b, a2 * a2, b2 * b2
+        return {
+            -3: b_ * b_ - a_ * a_,
+            -2: b_ - a_,
+            -1: torch.log(b * a_),
+            0: b - a,
+            1: b2 - a2,
+            2: b3 - a3,
+            3: b4 - a4,
+            4: b4 * b - a4 * a,
+            5: b3 * b3 - a3 * a3,
+        }

@@ -4,20 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import torch
 
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.models.base import Model
+from freelearn.models.chain import Chain
 from freelearn.models.continuum import Continuum
+from freelearn.models.effect import FAMILIES
 from freelearn.models.effects.registry import make_effects
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
+from freelearn.models.parameters import misnamed
 from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall
 
 VARIANTS = (ContinuumLinearMaterial, ContinuumThinWall, ContinuumInextensible)
-MODELS: dict[str, type[Model]] = {model.name: model for model in (Continuum, Linear, MLP, *VARIANTS)}
+MODELS: dict[str, type[Model[Any]]] = {model.name: model for model in (Continuum, Linear, MLP, *VARIANTS)}
+
+
+def register_model(model: type[Model[Any]]) -> None:
+    """Makes a model known by its name. Raises TypeError where its class is not a proper model."""
+    name = getattr(model, "name", None)
+    if not isinstance(name, str) or not name.isidentifier():
+        raise TypeError(f"its name {name!r} is not a word of letters, digits and underscores")
+    if name in MODELS:
+        raise TypeError(f"its name {name!r} is taken")
+    if model.family not in FAMILIES:
+        raise TypeError(f"its family {model.family!r} is none of {', '.join(FAMILIES)}")
+    if model.structure is Model.structure and model.bare in (Model.bare, Chain.bare):
+        raise TypeError("it must write the method structure")
+    if wrong := misnamed(model, model.parameter_class):
+        raise TypeError(wrong)
+    for p in model.parameter_class.records():
+        if not p.allows(p.start):
+            raise TypeError(f"the start of its parameter {p.name!r} must lie within its bounds")
+    MODELS[name] = model
 
 
 def build_model(
@@ -25,26 +48,29 @@ def build_model(
     values: Mapping[str, float] | None = None,
     effects: Sequence[str] = (),
     samples: Sequence[int] | None = None,
-) -> Model:
+) -> Model[Any]:
     """A model with its parameters' start values (SI) and effects. Raises UserError for unknown names or values.
 
     samples: those of the training set. With several, what is set by building or mounting a sample has one parameter
     for each of them.
     """
     if name not in MODELS:
-        raise UserError(f"Unknown model {name!r}: choose one of {', '.join(MODELS)}.")
+        raise UserError(
+            f"Unknown model {name!r}: choose one of {', '.join(MODELS)}. "
+            "If it is your own, name its file in FREELEARN_MODELS."
+        )
     kind = MODELS[name]
-    model = kind(effects=make_effects(effects, kind.family, samples or ()))  # type: ignore[call-arg]
+    model = kind(effects=make_effects(effects, kind.family, samples or (), name))
     model.set_values(values or {})
     return model
 
 
-def save_checkpoint(model: Model, path: Path) -> None:
+def save_checkpoint(model: Model[Any], path: Path) -> None:
     """Writes a fitted model so that `load_model` and `torch.load(weights_only=True)` read it; whole or not at all."""
     write_whole(path, lambda beside: torch.save({"freelearn": model.description()}, beside))
 
 
-def load_model(path: str | Path) -> Model:
+def load_model(path: str | Path) -> Model[Any]:
     """A fitted model from a run's checkpoint.ckpt. Executes nothing from the file. Raises UserError."""
     try:
         content = torch.load(path, weights_only=True)["freelearn"]

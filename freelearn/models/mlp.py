@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.base import Model, Values
-from freelearn.models.ports import Effect
+from freelearn.models.effect import Effect
+from freelearn.models.parameters import Parameters
 from freelearn.models.prediction import Prediction, Status
 
 INPUTS, HIDDEN, OUTPUTS = 7, 6, 2
@@ -31,7 +33,7 @@ SHAPES: dict[str, tuple[int, ...]] = {
 }
 
 
-class MLP(Model):
+class MLP(Model[Parameters]):
     """loads = U tanh(W x + o) + b on inputs and loads scaled to [−1, 1]: 42 + 6 + 12 + 2 = 62 parameters.
 
     The scaling is that of the training rows. An input that is constant in them is removed (scaled to zero), as
@@ -39,11 +41,12 @@ class MLP(Model):
     """
 
     name = "mlp"
+    family = "mlp"
     needs_validation = True
     needs_restarts = True
 
-    def __init__(self, effects: Sequence[Effect] = ()) -> None:
-        super().__init__([], effects, SHAPES)
+    def __init__(self, effects: Sequence[Effect[Any]] = ()) -> None:
+        super().__init__(effects)
         self.input_center: Tensor
         self.input_gain: Tensor
         self.load_center: Tensor
@@ -53,9 +56,14 @@ class MLP(Model):
         self.register_buffer("input_gain", torch.ones(INPUTS, dtype=torch.float64))
         self.register_buffer("load_center", torch.zeros(OUTPUTS, dtype=torch.float64))
         self.register_buffer("load_half_range", torch.ones(OUTPUTS, dtype=torch.float64))
-        self.set_values({})
 
-    def structure(self, states: States, values: Values) -> Prediction:
+    @classmethod
+    def shapes(cls) -> dict[str, tuple[int, ...]]:
+        """Shapes of the weights."""
+        return SHAPES
+
+    def bare(self, states: States, values: Values) -> Prediction:
+        """Loads of the network."""
         x = (inputs(states) - self.input_center) * self.input_gain
         hidden = torch.tanh(_apply(values["hidden_weight"], x) + values["hidden_bias"])
         loads = _apply(values["load_weight"], hidden) + values["load_bias"]
@@ -94,22 +102,6 @@ class MLP(Model):
         low, high = loads.amin(0), loads.amax(0)
         self.load_center.copy_((low + high) / 2)
         self.load_half_range.copy_(torch.where(high > low, (high - low) / 2, 1.0))
-
-    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
-        """Nguyen-Widrow starts: the neurons' active ranges spread over the inputs' range (Nguyen & Widrow 1990)."""
-        active = int((self.input_gain != 0).sum())
-        magnitude = 0.7 * HIDDEN ** (1 / max(active, 1))
-
-        def uniform(*shape: int) -> Tensor:
-            return 2 * torch.rand(members, *shape, dtype=torch.float64, generator=generator) - 1
-
-        weight = uniform(HIDDEN, INPUTS) * (self.input_gain != 0)
-        weight = magnitude * weight / weight.norm(dim=-1, keepdim=True).clamp_min(1e-12)
-        spread = torch.linspace(-1, 1, HIDDEN, dtype=torch.float64)
-        bias = magnitude * spread * torch.sign(weight[..., 0] + 1e-300)
-        blocks = [weight, bias, uniform(OUTPUTS, HIDDEN), uniform(OUTPUTS)]
-        network = torch.cat([b.reshape(members, -1) for b in blocks], dim=1)
-        return torch.cat([network, super().starts(states, loads, members, generator)[:, network.shape[1] :]], dim=1)
 
 
 def _apply(weight: Tensor, x: Tensor) -> Tensor:

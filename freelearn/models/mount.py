@@ -10,6 +10,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
+from freelearn.models.row_derivatives import rows_jacobian
 
 MAX_ITERATIONS = 15
 # Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
@@ -66,8 +67,8 @@ def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[
     largest = size * torch.tensor(LARGEST, dtype=size.dtype, device=size.device)
     identity = torch.eye(2, dtype=size.dtype, device=size.device)
     for _ in range(MAX_ITERATIONS):
-        carried, stiffness = _rows_jacobian(lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1])), q)
-        imposed, yielding = _rows_jacobian(lambda given: _place(impose(states, given)), carried)
+        carried, stiffness = rows_jacobian(lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1])), q)
+        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given)), carried)
         jacobian = identity - yielding @ stiffness
         step = -_divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
@@ -83,26 +84,6 @@ def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[
 def _place(states: States) -> Tensor:
     """(l, φ) as (N, 2)."""
     return torch.stack([states.length, states.twist], dim=-1)
-
-
-def _rows_jacobian(f: Callable[[Tensor], Tensor], x: Tensor) -> tuple[Tensor, Tensor]:
-    """f(x) and its derivative row by row: (N, 2) → (N, 2), (N, 2, 2).
-
-    No row depends on another, so two reverse passes give all of it, at a fifth of the time of forward mode.
-    """
-    try:
-        inputs = x.detach().requires_grad_()
-    except RuntimeError:  # inside vmap or forward mode, where torch.func must do it
-        value, pull = torch.func.vjp(f, x)  # type: ignore[misc]
-        unit = torch.eye(2, dtype=x.dtype, device=x.device)
-        return value, torch.stack([pull(unit[i].expand_as(value))[0] for i in (0, 1)], dim=-2)
-    # torch.func's reverse mode imports torch's compiler when first used, which takes two seconds.
-    with torch.enable_grad():
-        value = f(inputs)
-        parts = [
-            torch.autograd.grad(value[:, i].sum(), inputs, retain_graph=True, materialize_grads=True) for i in (0, 1)
-        ]
-    return value.detach(), torch.stack([part[0] for part in parts], dim=-2)
 
 
 def _determinant(m: Tensor) -> Tensor:

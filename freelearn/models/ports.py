@@ -1,10 +1,19 @@
-"""An effect: physics that a model leaves out, as a part that plugs into one stop of the chain."""
+"""The stops of the chain where an effect can plug in: one base class, and one method to write, for each.
+
+boundary     BoundaryEffect.impose   the state that was really imposed
+             MountEffect.impose      the same, where it depends on the loads (a mount that gives way)
+             PlayEffect.play         the same, where the actuator finds its own place (play between actuator and rig)
+geometry     GeometryEffect.reshape  the actuator as it really is
+energy       EnergyEffect.psi        a further strain energy of the wall or its fibers
+dissipation  WallEffect.soften       the share of the wall's stresses that is left
+             DissipationEffect.dissipate  what of the actuator's loads reaches the mount
+measurement  MeasurementEffect.sense      what the sensors show
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import torch
@@ -12,148 +21,173 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy
-from freelearn.models.parameter import Parameter
-
-# The stops of the chain, and the method that plugs into each.
-PORTS = {
-    "boundary": "impose",
-    "geometry": "reshape",
-    "energy": "psi",
-    "dissipation": "dissipate",
-    "measurement": "sense",
-}
+from freelearn.models.effect import Effect
+from freelearn.models.material import Material
+from freelearn.models.parameters import P, Parameters
 
 
-class Effect:
-    """Base of all effects. A subclass declares its name, parameters and models, and overrides one of five methods.
+class BoundaryEffect(Effect[P]):
+    """Changes the state that was imposed on the actuator, whatever the loads."""
 
-    boundary: `impose` changes the state that was really imposed; geometry: `reshape` changes the actuator's
-    design; energy: `psi` adds a strain energy; dissipation: `dissipate` and measurement: `sense` change the loads.
-    Each gets `p`, its own parameters by name in SI, as scalars or one per row, (N,). With every parameter at its
-    no-effect value the model is unchanged.
+    port = "boundary"
+    method = "impose"
+
+    def impose(self, states: States, p: P) -> States:
+        """The states that were really imposed, from those that the table shows."""
+        raise NotImplementedError
+
+
+class MountEffect(Effect[P]):
+    """A mount that gives way: the state that it imposes depends on the loads that it carries (see models.mount)."""
+
+    port = "boundary"
+    method = "impose"
+    yields = True
+
+    def impose(self, states: States, loads: Tensor, p: P) -> States:
+        """The states imposed while the mount carries loads (N, 2) N, N·m, from those that the table shows."""
+        raise NotImplementedError
+
+
+class PlayEffect(Effect[P]):
+    """Play in twist between actuator and rig: within it the actuator finds its own place (see models.play)."""
+
+    port = "boundary"
+    method = "play"
+    yields = True
+
+    def play(self, states: States, p: P) -> Tensor:
+        """Half the width w ≥ 0 of the band in which the actuator can turn freely, () or (N,) rad."""
+        raise NotImplementedError
+
+
+class GeometryEffect(Effect[P]):
+    """Changes the design: the actuator as it was really built and clamped."""
+
+    port = "geometry"
+    method = "reshape"
+
+    def reshape(self, states: States, p: P) -> States:
+        """The actuators as they really are, from those of the drawing."""
+        raise NotImplementedError
+
+
+class EnergyEffect(Effect[P]):
+    """Adds a strain energy to the wall; the stresses follow by automatic differentiation.
+
+    Its parameters are shared by all samples.
     """
 
-    name: ClassVar[str]
-    parameters: ClassVar[Sequence[Parameter]] = ()
-    # Families of models that it can join.
-    models: ClassVar[tuple[str, ...]] = ("continuum", "linear", "mlp")
-    # When to suspect it, in a researcher's words, and where it is described.
-    suspect: ClassVar[str] = ""
-    source: ClassVar[str] = ""
-    # Columns of the table that it needs besides the required ones.
-    needs: ClassVar[tuple[str, ...]] = ()
-    # Invariants that `psi` takes.
+    port = "energy"
+    method = "psi"
+    # Invariants that `psi` takes: i1, i2, i4.
     depends_on: ClassVar[tuple[str, ...]] = ()
-    # Whether the state that it imposes depends on the loads: `impose` then takes them as a third argument.
-    load_dependent: ClassVar[bool] = False
 
-    def __init__(self, samples: Sequence[int] = ()) -> None:
-        """samples: those of a fit; with several, a `per_sample` parameter has one value for each."""
-        distinct = tuple(sorted(set(samples)))
-        self.samples = distinct if len(distinct) > 1 else ()
-
-    @classmethod
-    def port(cls) -> str:
-        """boundary, geometry, energy, dissipation or measurement. Raises TypeError unless it is exactly one."""
-        found = [port for port, method in PORTS.items() if getattr(cls, method) is not getattr(Effect, method)]
-        if len(found) != 1:
-            overridden = ", ".join(PORTS[port] for port in found) or "none"
-            raise TypeError(f"must override exactly one of {', '.join(PORTS.values())}; it overrides {overridden}")
-        return found[0]
-
-    def declared(self) -> dict[str, Parameter]:
-        """Its parameters by the name that they have in a model: effect.name, or effect.name[3] for sample 3."""
-        return {label: p for p in self.parameters for label in self._labels(p)}
-
-    def _labels(self, p: Parameter) -> list[str]:
-        whole = f"{self.name}.{p.name}"
-        return [f"{whole}[{sample}]" for sample in self.samples] if p.per_sample and self.samples else [whole]
-
-    def own(self, values: Mapping[str, Tensor], states: States | None = None) -> SimpleNamespace:
-        """This effect's parameters out of the model's values, each () or (N,).
-
-        A row takes its own sample's value; a sample that was not fitted takes the mean of those that were.
-        """
-        found = {}
-        for p in self.parameters:
-            each = [values[label] for label in self._labels(p)]
-            found[p.name] = each[0] if len(each) == 1 else self._of_rows(torch.stack(each, dim=-1), states)
-        return SimpleNamespace(**found)
-
-    def _of_rows(self, each: Tensor, states: States | None) -> Tensor:
-        """Values of the samples, (S,) or (N, S), to one value per row, (N,)."""
-        assert states is not None
-        match = states.sample[:, None] == torch.tensor(self.samples, device=states.sample.device)
-        share = torch.where(match.any(1, keepdim=True), match.to(each.dtype), 1 / len(self.samples))
-        return (share * each).sum(-1)
-
-    # --- the five ports --------------------------------------------------------------------------------------
-
-    def impose(self, states: States, p: Any) -> States:
-        """The states that were really imposed, from those that the table shows."""
-        return states
-
-    def reshape(self, states: States, p: Any) -> States:
-        """The actuators as they really are."""
-        return states
-
-    def psi(self, *invariants: Tensor, p: Any, material: Mapping[str, Tensor]) -> Tensor:
+    def psi(self, *invariants: Tensor, p: P, material: Material) -> Tensor:
         """Added strain energy [Pa] at the invariants of `depends_on`; material: the model's own C1, C2."""
         raise NotImplementedError
 
-    def dissipate(self, loads: Tensor, states: States, p: Any) -> Tensor:
-        """Loads (N, 2) N, N·m that reach the mount, from those of the ideal actuator."""
-        return loads
-
-    def sense(self, loads: Tensor, states: States, p: Any) -> Tensor:
-        """Loads (N, 2) N, N·m that the sensors show, from those on the mount."""
-        return loads
-
-    # --- energy ----------------------------------------------------------------------------------------------
-
-    def psi_gradient(self, *invariants: Tensor, p: Any, material: Mapping[str, Tensor]) -> tuple[Tensor, ...]:
+    def psi_gradient(self, *invariants: Tensor, p: P, material: Material) -> tuple[Tensor, ...]:
         """∂psi/∂I for each invariant [Pa]. Automatic; an effect may write it by hand for speed."""
 
         def total(*args: Tensor) -> Tensor:
             return self.psi(*args, p=p, material=material).sum()
 
-        return torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
+        gradient: tuple[Tensor, ...] = torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
+        return gradient
 
-    def psi_hessian(
-        self, *invariants: Tensor, p: Any, material: Mapping[str, Tensor]
-    ) -> tuple[tuple[Tensor, ...], ...] | None:
+    def psi_hessian(self, *invariants: Tensor, p: P, material: Material) -> tuple[tuple[Tensor, ...], ...] | None:
         """∂²psi/∂I∂I [Pa], row by row. None leaves it to autograd; an effect may write it by hand for speed."""
         return None
 
-    def energy_terms(self, values: Mapping[str, Tensor]) -> list[Energy]:
-        """The strain energies that the effect adds, as mechanics sees them."""
-        if not self.depends_on:
-            return []
-        material = {name: values[name] for name in ("C1", "C2")}
-        return [EffectEnergy(self, self.own(values), material)]
+    def term(self, values: Mapping[str, Tensor]) -> EffectEnergy:
+        """The strain energy that the effect adds, as mechanics sees it. values: the model's, with C1 and C2."""
+        material = Material(C1=values["C1"], C2=values["C2"])
+        return EffectEnergy(self, self.own(values), material)
+
+    @classmethod
+    def problem(cls) -> str | None:
+        """As Effect.problem; an energy must name invariants, and its parameters are shared by all samples."""
+        if not cls.depends_on or not set(cls.depends_on) <= {"i1", "i2", "i4"}:
+            return f"its depends_on {cls.depends_on} must name invariants: i1, i2, i4"
+        if any(p.per_sample for p in cls.declared_parameters()):
+            return "the parameters of an energy are shared by all samples, and one of them is per_sample"
+        return super().problem()
+
+
+class WallEffect(Effect[P]):
+    """Takes a share off the stresses of the wall and its fibers, never off the fluid's thrust."""
+
+    port = "dissipation"
+    method = "soften"
+    late = True
+
+    def soften(self, states: States, p: P) -> Tensor:
+        """The factor s > 0, (N,), by which the wall's stresses are multiplied: 1 for a virgin wall."""
+        raise NotImplementedError
+
+
+class DissipationEffect(Effect[P]):
+    """Takes work off on the way from the actuator to the mount (friction)."""
+
+    port = "dissipation"
+    method = "dissipate"
+    late = True
+
+    def dissipate(self, loads: Tensor, states: States, p: P) -> Tensor:
+        """Loads (N, 2) N, N·m that reach the mount, from those of the actuator."""
+        raise NotImplementedError
+
+
+class MeasurementEffect(Effect[P]):
+    """Changes what the load cells show."""
+
+    port = "measurement"
+    method = "sense"
+    late = True
+
+    def sense(self, loads: Tensor, states: States, p: P) -> Tensor:
+        """Loads (N, 2) N, N·m that the sensors show, from those on the mount."""
+        raise NotImplementedError
+
+
+# Every base class that an effect may derive from.
+BASES: tuple[type[Effect[Any]], ...] = (
+    BoundaryEffect,
+    MountEffect,
+    PlayEffect,
+    GeometryEffect,
+    EnergyEffect,
+    WallEffect,
+    DissipationEffect,
+    MeasurementEffect,
+)
 
 
 @dataclass(frozen=True)
 class EffectEnergy(Energy):
     """An effect's `psi` with its parameters filled in."""
 
-    effect: Effect
-    p: SimpleNamespace
-    material: Mapping[str, Tensor]
+    effect: EnergyEffect[Any]
+    p: Parameters
+    material: Material
 
-    @property
-    def depends_on(self) -> tuple[str, ...]:  # type: ignore[override]
-        return self.effect.depends_on
+    def __post_init__(self) -> None:
+        # A class variable of every other energy: here each instance has its effect's.
+        object.__setattr__(self, "depends_on", self.effect.depends_on)
 
     def psi(self, *invariants: Tensor) -> Tensor:
+        """The effect's strain energy [Pa]."""
         return self.effect.psi(*invariants, p=self.p, material=self.material)
 
     def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
+        """∂Ψ/∂I for each invariant [Pa]."""
         return self.effect.psi_gradient(*invariants, p=self.p, material=self.material)
 
     def gradient_rate(
         self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]
     ) -> tuple[tuple[Tensor, ...], tuple[Tensor | None, ...]]:
+        """As Energy.gradient_rate, from the effect's Hessian where it has one."""
         hessian = self.effect.psi_hessian(*invariants, p=self.p, material=self.material)
         if hessian is not None:
             along = tuple(
@@ -166,15 +200,10 @@ class EffectEnergy(Energy):
         return value, pull(tuple(rate.expand_as(v) for rate, v in zip(rates, value, strict=True)))
 
     def detach(self) -> EffectEnergy:
-        still = SimpleNamespace(**{name: value.detach() for name, value in vars(self.p).items()})
-        return EffectEnergy(self.effect, still, {n: v.detach() for n, v in self.material.items()})
+        """The same energy with its parameters cut from every derivative."""
+        return EffectEnergy(self.effect, self.p.detach(), self.material.detach())
 
 
 def columns(force: Tensor, moment: Tensor) -> Tensor:
     """Loads (N, 2) from force [N] and moment [N·m], each scalar or (N,)."""
     return torch.stack(torch.broadcast_tensors(force, moment), dim=-1)
-
-
-def per_row(value: Tensor) -> Tensor:
-    """A parameter, () or (N,), that multiplies loads (N, 2)."""
-    return value[..., None]

@@ -13,8 +13,8 @@ class Status(IntEnum):
 
     OK = 0
     NO_EQUILIBRIUM = 1  # no inner radius carries the pressure; the loads are those of a ballooned tube
-    SINGULAR = 2  # fibres (nearly) parallel to the axis: the linear model divides by Φ + φ
-    OVERSTRETCHED = 3  # longer than an inextensible fibre allows; the formula still returns a number
+    SINGULAR = 2  # fibers (nearly) parallel to the axis: the linear model divides by Φ + φ
+    OVERSTRETCHED = 3  # longer than an inextensible fiber allows; the formula still returns a number
 
 
 class Prediction(NamedTuple):

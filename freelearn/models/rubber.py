@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -13,13 +14,13 @@ from freelearn.mechanics.mode import MODES
 from freelearn.models.base import Values
 from freelearn.models.continuum import Continuum
 from freelearn.models.effects.registry import EFFECTS, make_effects
-from freelearn.models.ports import Effect
+from freelearn.models.ports import EnergyEffect
 
 ISOTROPIC = ("i1", "i2")
 
 
 class Rubber:
-    """Ψ = C1/2 (I₁ − 3) + the strain energies of effects: the continuum model's wall without its fibre.
+    """Ψ = C1/2 (I₁ − 3) + the strain energies of effects: the continuum model's wall without its fiber.
 
     effects: names. declared: the parameters by name, as in the continuum model (C1, wall_stiffening.C20, …). A fit
     moves a vector of raw parameters (p,) in their order. Raises UserError for an effect that rubber alone cannot show.
@@ -45,9 +46,9 @@ class Rubber:
 
     def energy(self, values: Values) -> list[Energy]:
         """The terms of the strain energy."""
-        # The fibre's C2 is a number that effects may ask for; isotropic ones do not use it.
+        # The fiber's C2 is a number that effects may ask for; isotropic ones do not use it.
         material = values | {"C2": torch.zeros_like(values["C1"])}
-        return [NeoHookean(values["C1"]), *(term for e in self.effects for term in e.energy_terms(material))]
+        return [NeoHookean(values["C1"]), *(effect.term(material) for effect in self.effects)]
 
     def stress(self, values: Values, mode: str, stretch: Tensor) -> Tensor:
         """Nominal stress in a mode: stretch (N,) → (N,) Pa."""
@@ -56,21 +57,22 @@ class Rubber:
 
 def isotropic_effects() -> list[str]:
     """Names of the effects that add a strain energy of I₁ and I₂ alone."""
-    return [name for name, e in EFFECTS.items() if e.depends_on and set(e.depends_on) <= set(ISOTROPIC)]
+    return [name for name, e in EFFECTS.items() if issubclass(e, EnergyEffect) and set(e.depends_on) <= set(ISOTROPIC)]
 
 
-def _isotropic(names: Sequence[str]) -> list[Effect]:
-    effects = make_effects(names, "continuum")
+def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
+    effects: list[EnergyEffect[Any]] = []
     possible = ", ".join(isotropic_effects())
-    for effect in effects:
-        if not effect.depends_on:
+    for effect in make_effects(names, "continuum"):
+        if not isinstance(effect, EnergyEffect):
             raise UserError(
                 f"Effect {effect.name!r} adds no strain energy, so a rubber specimen cannot show it: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
         if not set(effect.depends_on) <= set(ISOTROPIC):
             raise UserError(
-                f"Effect {effect.name!r} depends on the fibre, and a rubber specimen has none: "
+                f"Effect {effect.name!r} depends on the fiber, and a rubber specimen has none: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
+        effects.append(effect)
     return effects

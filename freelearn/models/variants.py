@@ -7,25 +7,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
 
-from freelearn.measurements.error import load_scale
 from freelearn.measurements.states import States
-from freelearn.mechanics.energy import EnergySum, NeoHookean, StandardFiber
+from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.linear_material import LinearMaterial
 from freelearn.mechanics.loads import tube_loads
 from freelearn.mechanics.tube import Tube
-from freelearn.models.base import Model, Values
+from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, columns
+from freelearn.models.effect import Effect
+from freelearn.models.material import Material
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import columns
 from freelearn.models.prediction import Prediction, Status
 
-# Smallest and largest shear modulus of a start [Pa].
-START_RANGE = (1e3, 1e9)
-# A fibre helix turned to within this share of its own angle counts as parallel to the axis.
+# A fiber helix turned to within this share of its own angle counts as parallel to the axis.
 SINGULAR_SHARE = 0.02
 
 
@@ -33,73 +33,60 @@ class ContinuumLinearMaterial(Continuum):
     """Linear material, nonlinear deformation: Hooke's law in the finite strain instead of the neo-Hookean wall."""
 
     name = "continuum_linear_material"
-    family = "continuum"
 
-    def energy(self, values: Values) -> EnergySum:
-        """The wall's strain energy, with Hooke's law in place of the neo-Hookean term."""
-        base = [LinearMaterial(values["C1"]), StandardFiber(values["C2"])]
-        return EnergySum([*base, *self.effect_terms(values)])
+    def base_energy(self, p: Material) -> list[Energy]:
+        """The terms of the strain energy, with Hooke's law in place of the neo-Hookean one."""
+        return [LinearMaterial(p.C1), StandardFiber(p.C2)]
 
 
 class ContinuumThinWall(Continuum):
     """Thin wall: the stresses of the middle surface stand for the whole wall (one quadrature point)."""
 
     name = "continuum_thin_wall"
-    family = "continuum"
     points = 1
 
 
-class ContinuumInextensible(Model):
-    """Inextensible fibre: a neo-Hookean thick wall, held by a helix on its outer surface that cannot stretch.
+class Wall(Parameters):
+    """C1: shear modulus of the wall [Pa]."""
+
+    C1: Tensor = parameter("C₁", "Pa", start=1e5, lower=0.0, log=True)
+
+
+class ContinuumInextensible(Model[Wall]):
+    """Inextensible fiber: a neo-Hookean thick wall, held by a helix on its outer surface that cannot stretch.
 
     I₄(R_o) = 1 fixes the outer radius, r_o² = (1 − λz² cos²Γ)/(sin Γ/R_o + k cos Γ)², and incompressibility the inner
-    one. The pressure that the wall does not carry is carried by the fibre's tension, which also pulls and turns.
+    one. The pressure that the wall does not carry is carried by the fiber's tension, which also pulls and turns.
     The fluid's part of the loads is that of the linear model.
     """
 
     name = "continuum_inextensible"
+    family = "continuum_inextensible"
+    parameter_class = Wall
+    conservative = True
+    relaxed_at_rest = True
 
-    def __init__(self, C1: float = 1e5, effects: Sequence[Effect] = ()) -> None:
-        super().__init__([Parameter("C1", "C₁", "Pa", start=1e5, lower=0.0, log=True)], effects)
-        self.set_values({"C1": C1})
+    def __init__(self, C1: float = 1e5, effects: Sequence[Effect[Any]] = ()) -> None:
+        super().__init__(effects, C1=C1)
 
-    def structure(self, states: States, values: Values) -> Prediction:
+    def structure(self, states: States, p: Wall) -> Prediction:
+        """Loads of wall, fiber tension and fluid; a row that the fiber forbids is marked."""
         tube = Tube.from_states(states)
-        wall = EnergySum([NeoHookean(values["C1"])])
-        cosine, outer2 = torch.cos(states.fiber_angle), states.outer_radius**2
-        axial = tube.axial * cosine
+        wall = EnergySum([NeoHookean(p.C1)]).wall(tube)
+        axial, smallest = tube.axial * tube.cosine, 1e-2 * states.inner_radius**2
         own = torch.sin(states.fiber_angle) / states.outer_radius
-        hoop = own + tube.twist_rate * cosine
+        hoop = own + tube.fiber_turn
         singular = hoop.abs() < SINGULAR_SHARE * own
         hoop = torch.where(singular, SINGULAR_SHARE * own, hoop)
         radius2 = (1 - axial * axial) / hoop**2
-        solid = (outer2 - tube.reference_u) / tube.axial
-        # A fibre that is too short for the length would have to close the bore: the row is marked, and a finite number
+        # A fiber that is too short for the length would have to close the bore: the row is marked, and a finite number
         # keeps it from breaking a loss that it is not part of.
-        overstretched = radius2 - solid < 1e-2 * tube.reference_u
-        u = torch.where(overstretched, 1e-2 * tube.reference_u, radius2 - solid)
-        tension = (states.pressure - wall.hoop(tube)(u)[0]) / hoop**2
-        radius2 = u + solid
+        overstretched = radius2 - tube.solid < smallest
+        u = torch.where(overstretched, smallest, radius2 - tube.solid)
+        tension = (states.pressure - wall.carried(u).pressure) / hoop**2
+        radius2 = u + tube.solid
         force = -math.pi * tension * (2 * axial * axial - radius2 * hoop**2)
         moment = -2 * math.pi * tension * (radius2 * hoop * axial)
         status = torch.where(overstretched, Status.OVERSTRETCHED, Status.OK)
         status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
-        return Prediction(tube_loads(tube, wall, u) + columns(force, moment), status)
-
-    def starts(self, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
-        """The best C1 for the present effects: the loads are linear in it."""
-        scale = load_scale(loads)
-        values = {name: value.detach() for name, value in self.values().items()}
-
-        def scaled(C1: float) -> Tensor:
-            predicted = self(states, values | {"C1": torch.tensor(C1, dtype=torch.float64)})
-            return (predicted.loads / scale)[predicted.status == Status.OK].reshape(-1)
-
-        with torch.no_grad():
-            usable = self(states).status == Status.OK
-            offset = scaled(0.0)
-            column = (scaled(1e6) - offset) / 1e6
-            target = (loads / scale)[usable].reshape(-1) - offset
-            best = float((column @ target) / column.square().sum().clamp_min(1e-300))
-        raw = self.to_raw(self.scalars() | {"C1": min(max(best, START_RANGE[0]), START_RANGE[1])})
-        return torch.stack([raw[name] for name in self.declared]).expand(members, -1).clone()
+        return Prediction(tube_loads(wall, u) + columns(force, moment), status)

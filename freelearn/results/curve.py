@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +22,7 @@ StateCurves = tuple[pd.DataFrame, dict[str, pd.DataFrame]]
 
 
 def state_curves(
-    models: Mapping[str, Model], table: pd.DataFrame, picked: Sequence[np.ndarray], states: States | None = None
+    models: Mapping[str, Model[Any]], table: pd.DataFrame, picked: Sequence[np.ndarray], states: States | None = None
 ) -> list[StateCurves]:
     """Rows and curves of each picked state. picked: positions in `table` of a state's rows, in time order.
 
@@ -36,7 +37,7 @@ def state_curves(
     ]
 
 
-def model_curve(model: Model, states: States, buckled: np.ndarray) -> pd.DataFrame:
+def model_curve(model: Model[Any], states: States, buckled: np.ndarray) -> pd.DataFrame:
     """Predicted loads along the path that the pressure took: from zero to the first step, then from step to step.
 
     states: one kinematic state's rows in time order; buckled: (N,) of them. Points between two steps remember what

@@ -2,131 +2,73 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-import lightning as L
 import numpy as np
 import pandas as pd
-import torch
 from torch import Tensor
 
-from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, FitOutcome, fit
-from freelearn.fit.problem import Problem
-from freelearn.fit.store import FitStore, Fitted, fit_key, timed
-from freelearn.fit.uncertainty import Uncertainty, uncertainty
-from freelearn.measurements.error import Error, set_error
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.fit.uncertainty import Uncertainty
+from freelearn.measurements.error import Error
 from freelearn.models.base import Model
-from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.prediction import Prediction, Status
+from freelearn.results.comparison import Compared
+from freelearn.results.estimate import Estimate, fitted_estimates, plain_estimates
 
+if TYPE_CHECKING:
+    # For its type alone: what computes it imports scikit-learn, which a run that is only shown does not need.
+    from freelearn.inference.misfit import Misfit
+
+# The training set of a run that fits nothing and takes the constituents' parameters.
 CONSTITUENT_SET = "constituent"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Run:
-    """What came out. labels: each row's split ("" for buckled), (N,). errors: by test set. uncertainty: the fitted
-    parameters' uncertainty, None when nothing was fitted. history: epoch, training and validation error.
-    seconds: of this run; fit_seconds: of the fit, which an earlier run made when it is `reused`."""
+    """What came out. What is computed later is added by dataclasses.replace.
 
-    model: Model
+    table: measurement table of N rows. labels: each row's split ("" for buckled), (N,). prediction: of all rows.
+    errors: by test set. uncertainty: of the fitted parameters, None when nothing was fitted. start: raw vector (p,)
+    before the fit. history: epoch, training and validation error. seconds: of this run; fit_seconds: of the fit, which
+    an earlier run made when it is `reused`. comparison: by test set, without and with the effects; empty where there
+    are none. misfit: where the model fails and how small its error could be; None without a stated accuracy.
+    """
+
+    model: Model[Any]
     train: str
     method: str
     table: pd.DataFrame
     labels: np.ndarray
     prediction: Prediction
-    errors: dict[str, Error]
+    errors: Mapping[str, Error]
     uncertainty: Uncertainty | None
     start: Tensor
-    history: list[tuple[int, float, float]] = field(default_factory=list)
+    history: tuple[tuple[int, float, float], ...] = ()
     message: str = "nothing was fitted"
     seconds: float = 0.0
     fit_seconds: float = 0.0
     reused: bool = False
+    comparison: Mapping[str, Compared] | None = None
+    misfit: Misfit | None = None
 
+    @property
+    def title(self) -> str:
+        """Model and effects."""
+        return " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
 
-def run(
-    model: Model,
-    table: pd.DataFrame,
-    train: str,
-    tests: Sequence[str] | str,
-    options: FitOptions | None,
-    seed: int,
-    by_states: bool = False,
-    folder: Path | None = None,
-    progress: L.Callback | None = None,
-    store: FitStore | None = None,
-    constituents: Mapping[str, float] = CONSTITUENT,
-) -> Run:
-    """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
+    def estimates(self) -> list[Estimate]:
+        """The physical parameters; of a network its weights and biases, as far as they were fitted."""
+        if self.uncertainty is None:
+            return plain_estimates(self.model.scalars(), self.model.declared)
+        return fitted_estimates(self.uncertainty, self.model.declared)
 
-    With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
-    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI.
-    """
-    began = time.perf_counter()
-    if tests != "every":
-        table = _concerned(table, train, str(tests))
-    sample = table["sample"].to_numpy()
-    names = set_names(sample) if tests == "every" else [str(tests)]
-    chosen = {name: np.isin(sample, samples_of(name, sample)) for name in names}
-    labels = split_rows(table, seed, by_states)
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
-
-    if train == CONSTITUENT_SET:
-        if model.name != "continuum":
-            raise UserError(f"train=constituent gives C1 and C2 of the continuum model; {model.name} has none.")
-        model.set_values(constituents)
-        options = None
-    else:
-        in_training = np.isin(sample, samples_of(train, sample))
-        if not model.needs_validation:
-            labels = np.where(labels == VALIDATION, TRAIN, labels)
-    start = model.vector().detach().clone()
-    fitted: Fitted | None = None
-    if options is not None:
-        training = torch.as_tensor(np.flatnonzero(in_training & (labels == TRAIN)))
-        validation = torch.as_tensor(np.flatnonzero(in_training & (labels == VALIDATION)))
-        if not len(training):
-            raise UserError(f"Training set {train!r} has no un-buckled rows to fit: choose another one.")
-        parts = rows[training], rows[validation]
-        key = fit_key(model, *parts, options, seed) if store else ""
-
-        def compute() -> tuple[FitOutcome, Uncertainty]:
-            outcome = fit(model, *parts, options, seed, folder, progress)
-            return outcome, uncertainty(Problem(model, parts[0][torch.as_tensor(outcome.kept)]))
-
-        fitted = store.fitted(model, key, lambda: timed(compute)) if store else timed(compute)
-        start = fitted.outcome.initial
-    elif model.needs_validation:
-        raise UserError("A network has no parameters before a fit: choose a fit other than none.")
-
-    with torch.no_grad():
-        prediction = model(rows.states)
-    usable = prediction.status == Status.OK
-    errors = {}
-    for name, inside in chosen.items():
-        pick = torch.as_tensor(np.flatnonzero(inside & (labels == TEST)))
-        if not len(pick):
-            raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")
-        errors[name] = set_error(rows.loads[pick], prediction.loads[pick], usable[pick])
-    method = options.name if options else "none"
-    outcome = Run(model, train, method, table, labels, prediction, errors, None, start)
-    if fitted:
-        outcome.uncertainty, outcome.reused, outcome.fit_seconds = fitted.uncertainty, fitted.reused, fitted.seconds
-        outcome.history, outcome.message = fitted.outcome.history, fitted.outcome.message
-    outcome.seconds = time.perf_counter() - began
-    return outcome
-
-
-def _concerned(table: pd.DataFrame, train: str, test: str) -> pd.DataFrame:
-    """Rows of the samples that are trained or tested on."""
-    sample = table["sample"].to_numpy()
-    sets = [name for name in (train, test) if name != CONSTITUENT_SET]
-    chosen = np.concatenate([samples_of(name, sample) for name in sets])
-    return table[np.isin(sample, chosen)].reset_index(drop=True)
+    def counts(self) -> dict[str, int]:
+        """Rows of the table: all, used by the fit, buckled, and un-buckled ones without a valid prediction, by
+        reason."""
+        buckled = (self.table["buckled"] == 1).to_numpy()
+        status = self.prediction.status.numpy()[~buckled]
+        used = self.uncertainty.residuals // 2 if self.uncertainty else 0
+        reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
+        return {"rows": len(self.table), "used": used, "buckled": int(buckled.sum()), **reasons}

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
-from freelearn.files import write_text, write_whole
-from freelearn.measurements.sets import samples_of
+from freelearn.files import write_text
+from freelearn.fit.uncertainty import Uncertainty
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
-from freelearn.models.prediction import Status
+from freelearn.results.estimate import parameter_table
 from freelearn.results.fit_report import fit_report
+from freelearn.results.formats import ascii_minus, finite
+from freelearn.results.origin import Origin
 from freelearn.results.run import Run
+from freelearn.results.states import rows_of_set
 
 
 def check_folder(folder: Path) -> None:
@@ -33,83 +35,65 @@ def check_folder(folder: Path) -> None:
         ) from None
 
 
-def write_run(run: Run, table: pd.DataFrame, folder: Path, about: dict[str, Any]) -> None:
-    """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json.
-
-    about: what results.json says besides the run's own outcome (seed, split, data, key).
-    """
-    write_whole(folder / "predictions.csv", lambda p: table.to_csv(p, index=False, float_format="%.10g"))
+def write_run(run: Run, table: pd.DataFrame, folder: Path, origin: Origin) -> None:
+    """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json."""
+    write_text(folder / "predictions.csv", csv_text(table, "%.10g"))
     write_text(folder / "fit_report.txt", report(run))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
-    write_text(folder / "results.json", json.dumps(results(run, about), indent=2, allow_nan=False) + "\n")
+    write_text(folder / "results.json", json.dumps(results(run, origin), indent=2, allow_nan=False) + "\n")
 
 
 def predictions(run: Run) -> pd.DataFrame:
-    """The run's table with splits and predicted loads."""
+    """The run's table with splits and predicted loads: predictions.csv."""
     return predicted_table(run.table, run.labels, run.prediction)
 
 
 def training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the samples that were fitted; all rows where nothing was."""
-    if run.uncertainty is None:
-        return predictions
-    sample = predictions["sample"].to_numpy()
-    return predictions[np.isin(sample, samples_of(run.train, sample))]
+    """Rows of the samples that were fitted; all rows where nothing was. predictions: of `predictions`."""
+    return rows_of_set(predictions, run.train) if run.uncertainty else predictions
 
 
-def counts(run: Run) -> dict[str, int]:
-    """Rows of the table: all, used by the fit, buckled, and un-buckled ones without a valid prediction, by reason."""
-    buckled = (run.table["buckled"] == 1).to_numpy()
-    status = run.prediction.status.numpy()[~buckled]
-    used = run.uncertainty.residuals // 2 if run.uncertainty else 0
-    reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
-    return {"rows": len(run.table), "used": used, "buckled": int(buckled.sum()), **reasons}
+def results(run: Run, origin: Origin) -> dict[str, Any]:
+    """Everything in results.json. Numbers that do not exist are null.
 
-
-def results(run: Run, about: dict[str, Any]) -> dict[str, Any]:
-    """Everything in results.json. Numbers that do not exist are null."""
-    return {
+    `comparison`, `noise_floor` and `failures` stand there where they were computed, whoever looks on.
+    """
+    content: dict[str, Any] = {
         "model": run.model.name,
         "train": run.train,
         "fit": run.method,
         "effects": [e.name for e in run.model.effects],
-        "parameters": _parameters(run),
-        "tests": {name: {k: _number(v) for k, v in e._asdict().items()} for name, e in run.errors.items()},
-        "counts": counts(run),
+        "parameters": {estimate.name: estimate.numbers() for estimate in run.estimates()},
+        "tests": {name: {k: finite(v) if k != "n" else v for k, v in e._asdict().items()}
+                  for name, e in run.errors.items()},
+        "counts": run.counts(),
         "seconds": run.seconds,
         "fit_seconds": run.fit_seconds,
         "fit_reused": run.reused,
         "outcome": run.message,
-        **about,
-    }
+        **origin.plain(),
+    }  # fmt: skip
+    if run.uncertainty:
+        content["freedom"] = run.uncertainty.freedom
+        content["covariance"] = _covariance(run.uncertainty, list(run.model.declared))
+    if run.comparison:
+        content["comparison"] = {name: pair.plain() for name, pair in run.comparison.items()}
+    if run.misfit:
+        content["noise_floor"] = run.misfit.noise_floor
+        content["failures"] = [failure.numbers() for failure in run.misfit.failures]
+    return content
 
 
-def _parameters(run: Run) -> dict[str, dict[str, Any]]:
-    units = {name: p.unit for name, p in run.model.declared.items()}
-    if run.uncertainty is None:
-        return {n: {"value": v, "stderr": None, "unit": units[n]} for n, v in run.model.scalars().items()}
-    found = run.uncertainty
-    return {
-        name: {
-            "value": float(found.values[i]),
-            "stderr": _number(found.stderr[i]),
-            "unit": units.get(name, ""),
-            "stderr_independent": _number(found.stderr_independent[i]),
-        }
-        for i, name in enumerate(found.names)
-    }
-
-
-def _number(value: float) -> float | None:
-    return value if isinstance(value, int) else float(value) if math.isfinite(value) else None
+def _covariance(uncertainty: Uncertainty, declared: list[str]) -> list[list[float | None]]:
+    """Covariance of the physical parameters (SI), in the order of `parameters`; a network's weights are left out."""
+    place = [uncertainty.names.index(name) for name in declared]
+    return [[finite(uncertainty.covariance[i, j]) for j in place] for i in place]
 
 
 def report(run: Run) -> str:
     """Text of fit_report.txt."""
     if run.uncertainty is None:
-        values = "\n".join(
-            f"    {n:<22} {v:>14.8g}  {run.model.declared[n].unit}" for n, v in run.model.scalars().items()
-        )
+        values = ascii_minus(parameter_table(run.estimates()).text("    "))
         return f"[[Model]]\n    {run.model.name}\n[[Variables]] (nothing was fitted)\n{values}\n"
     epochs = run.history[-1][0] if run.history else 0
-    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, counts(run))
+    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, run.counts())

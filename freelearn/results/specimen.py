@@ -15,22 +15,22 @@ from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber
 
 
-def write_result(path: Path, found: RubberFit, files: list[dict[str, str]]) -> None:
+def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> None:
     """Writes a fit: effects, parameters {name: {value, stderr, unit}}, modes {mode: {error, n, fitted}}, data.
 
     Errors are shares of a mode's largest stress (0.05 is 5 %); numbers that do not exist are null.
     """
     parameters = {
-        name: {"value": value, "stderr": _number(found.stderr[name]), "unit": found.rubber.declared[name].unit}
-        for name, value in found.values.items()
+        name: {"value": value, "stderr": _number(fit.stderr[name]), "unit": fit.rubber.declared[name].unit}
+        for name, value in fit.values.items()
     }
     content = {
-        "effects": [effect.name for effect in found.rubber.effects],
+        "effects": [effect.name for effect in fit.rubber.effects],
         "parameters": parameters,
-        "at_bound": found.at_bound,
-        "error": found.error,
-        "modes": {mode: {"error": _number(e.error), "n": e.n, "fitted": e.fitted} for mode, e in found.modes.items()},
-        "outcome": found.message,
+        "at_bound": fit.at_bound,
+        "error": fit.error,
+        "modes": {mode: {"error": _number(e.error), "n": e.n, "fitted": e.fitted} for mode, e in fit.modes.items()},
+        "outcome": fit.message,
         "data": files,
     }
     write_text(path, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")

@@ -5,11 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.predicted import usable
+from freelearn.results.run import CONSTITUENT_SET
 
 # A curve through fewer rows shows nothing.
 ROWS_FOR_A_CURVE = 4
+
+
+def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Rows of the samples in a named set; all rows for the set that names no samples. Raises UserError."""
+    if name == CONSTITUENT_SET:
+        return table
+    sample = table["sample"].to_numpy()
+    return table[np.isin(sample, samples_of(name, sample))]
 
 
 def places(table: pd.DataFrame) -> pd.DataFrame:
@@ -18,14 +28,12 @@ def places(table: pd.DataFrame) -> pd.DataFrame:
     States are numbered as `kinematic_state` numbers those of `table`.
     """
     columns = table[["sample", "elongation_mm", "twist_deg"]]
-    found = columns.groupby(kinematic_state(table)).agg(
-        {"sample": "first", "elongation_mm": "mean", "twist_deg": "first"}
-    )
-    return found.rename_axis("state")
+    each = columns.groupby(kinematic_state(table))
+    return each.agg({"sample": "first", "elongation_mm": "mean", "twist_deg": "first"}).rename_axis("state")
 
 
 def state_title(measured: pd.DataFrame) -> str:
-    """What one state's rows are called."""
+    """What one state's rows are called. Plain hyphens: it also names files and TensorBoard's images."""
     first = measured.iloc[0]
     elongation = measured["elongation_mm"].mean()
     return f"sample {first['sample']:.0f}, {elongation:+.3g} mm, {first['twist_deg']:+.4g}°"

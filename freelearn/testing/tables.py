@@ -29,3 +29,20 @@ def random_table(count: int, seed: int) -> pd.DataFrame:
             "buckled": 0,
         }
     )
+
+
+def visits(count: int = 4, seed: int = 0, samples: tuple[int, ...] = (3, 5)) -> pd.DataFrame:
+    """Kinematic states at random places of the samples, with three pressures up and one down, without loads.
+
+    The rows of a state are half a minute apart, the states an hour.
+    """
+    generator = np.random.default_rng(seed)
+    rows: list[tuple[float, ...]] = []
+    for sample in samples:
+        for _ in range(count):
+            place = generator.uniform(-4, 3), generator.choice([-1, 1]) * generator.uniform(15, 110)
+            for step, pressure in enumerate((0.0, 35.0, 70.0, 30.0)):
+                time = 30.0 * step + 900.0 * (len(rows) - step)
+                rows.append((sample, *DESIGNS[sample - 1], step, *place, pressure, time))
+    head = ["sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "step", "elongation_mm"]
+    return pd.DataFrame(rows, columns=[*head, "twist_deg", "pressure_kpa", "time_s"])

@@ -6,10 +6,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from freelearn.commands.command_line import program
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m freelearn.workbench",
+        prog=" ".join(program("workbench", ["python", "-m", "freelearn.workbench"])),
         description="A page on this machine: load measurements, fit, see where the model fails and which effect is "
         "missing, add it, watch the error fall. Only this machine can open it.",
     )

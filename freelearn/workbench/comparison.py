@@ -18,8 +18,8 @@ from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.html.charts.residuals import ResidualCharts, scales
-from freelearn.render.png.residual_map import residual_table
 from freelearn.results.curve import model_curve
+from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, places, state_title
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
@@ -98,7 +98,7 @@ class Comparison:
         effects = " + ".join(["", *question.effects])
         error = about.get("tests", {}).get(question.train, {}).get("E")
         text = f"{question.model}{effects}, fitted on {question.train} ({source})"
-        say(self.title, [text + (f": E {100 * error:.3g} % on held-out states" if error is not None else "")], "good")
+        say(self.title, [text + (f": test error E {100 * error:.3g} %" if error is not None else "")], "good")
 
     def _sample_chosen(self) -> None:
         assert self.now is not None

@@ -8,7 +8,7 @@ import pandas as pd
 import panel as pn
 
 from freelearn.models.effects.registry import EFFECTS
-from freelearn.render.html.charts.ranking import ranking_numbers
+from freelearn.results.ranking import ranking_numbers
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 

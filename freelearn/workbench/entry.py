@@ -5,9 +5,12 @@ from __future__ import annotations
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from freelearn.workbench.question import Question
 
-def start(kind: str, overrides: list[str], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
+
+def start(kind: str, question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     """Runs `freelearn.workbench.work.work`."""
+    # Here, not above: see the first line.
     from freelearn.workbench.work import work
 
-    work(kind, overrides, command, folder, fits, pipe)
+    work(kind, question, folder, fits, pipe)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from freelearn.workbench.entry import start
+from freelearn.workbench.question import Question
 
 # Forked from a process that has imported everything, a job starts at once; where there is no fork it imports first.
 CONTEXT: Any = multiprocessing.get_context("spawn" if sys.platform == "win32" else "forkserver")
@@ -25,13 +27,11 @@ class Job:
     """status: running, done, failed or cancelled. text: the latest progress or what went wrong. share: 0…1, or None
     while the length is unknown."""
 
-    def __init__(self, kind: str, overrides: Sequence[str], command: str, folder: Path, fits: Path) -> None:
-        from freelearn.workbench.entry import start
-
+    def __init__(self, kind: str, question: Question, folder: Path, fits: Path) -> None:
         self.kind, self.folder, self.status = kind, folder, "running"
         self.text, self.share = "starting", None
         self.pipe, theirs = CONTEXT.Pipe(duplex=False)
-        arguments = (kind, list(overrides), command, folder, fits, theirs)
+        arguments = (kind, question, folder, fits, theirs)
         self.process = CONTEXT.Process(target=start, args=arguments, daemon=True)
         self.process.start()
         theirs.close()

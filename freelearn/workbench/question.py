@@ -27,15 +27,12 @@ class Question:
     effects: tuple[str, ...] = field(default_factory=tuple)
 
     def overrides(self, kind: str) -> list[str]:
-        """Hydra's overrides of `check`, `train` or `discover`."""
-        chosen = []
+        """The overrides of `train` or `discover` that amount to the question, for the reader to type."""
+        chosen = [f"model={self.model}", f"train={self.train}"]
         if self.data == "csv":
             chosen += ["data=csv", f"data.path={_quoted(self.path)}"]
         elif self.data == "hidden":
             chosen += ["data.hidden=random", f"data.seed={self.seed}"]
-        if kind == "check":
-            return chosen
-        chosen = [f"model={self.model}", f"train={self.train}", *chosen]
         if kind == "train":
             chosen.append("split=states")
         if self.effects:
@@ -44,7 +41,11 @@ class Question:
 
     def command(self, kind: str) -> str:
         """The shell command with the same result."""
-        return command_line([f"{kind}.py"], self.overrides(kind))
+        return command_line(["python", f"{kind}.py"], self.overrides(kind))
+
+    def about(self, kind: str) -> Question:
+        """The part of the question that a job of this kind depends on; a `check` reads the data only."""
+        return Question(self.data, self.seed, self.path) if kind == "check" else replace(self, name="")
 
     def same_but_effects(self, other: Question) -> bool:
         """Whether both ask about the same model on the same rows, so that their errors can be compared."""

@@ -19,7 +19,7 @@ class Results:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.comparison, self.effects = Comparison(session), Effects(session)
-        self.staircase = StaircaseChart(width=316, height=290)
+        self.staircase = StaircaseChart(width=316, height=290, what="test error")
         self.drawn: list[tuple[str, float]] = []
         self.view = pn.Column(
             self.comparison.view,

@@ -14,6 +14,7 @@ import panel as pn
 
 from freelearn.errors import UserError
 from freelearn.workbench.job import warm_up
+from freelearn.workbench.own import load_named_code
 from freelearn.workbench.page import Page
 from freelearn.workbench.session import MEGABYTE, Sessions
 
@@ -36,6 +37,7 @@ def serve(port: int, folder: Path, sweeps: Path, open_browser: bool) -> None:
     """Serves until interrupted, to this machine only. Raises UserError when the port is taken."""
     started = time.perf_counter()
     pn.extension("filedropper")
+    load_named_code()
     sessions = Sessions(folder)
 
     def page() -> pn.viewable.Viewable:

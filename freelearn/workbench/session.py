@@ -128,11 +128,10 @@ class Session:
         self._start(kind)
 
     def _start(self, kind: str) -> None:
-        overrides = self.question.overrides(kind)
-        name = f"{kind}_{hashlib.sha256(json.dumps(overrides).encode()).hexdigest()[:10]}"
+        asked = self.question.about(kind)
+        name = f"{kind}_{hashlib.sha256(json.dumps(asked.to_json()).encode()).hexdigest()[:10]}"
         self.asked = self.question
-        command = self.question.command(kind) if kind != "check" else ""
-        self.job = Job(kind, overrides, command, self.folder / name, self.folder.parent / "fits")
+        self.job = Job(kind, self.question, self.folder / name, self.folder.parent / "fits")
         self.save()
 
     def cancel(self) -> None:

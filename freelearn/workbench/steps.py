@@ -6,7 +6,8 @@ from typing import Any
 
 import panel as pn
 
-from freelearn.workbench.question import DATA, MODELS
+from freelearn.workbench.own import models
+from freelearn.workbench.question import DATA
 from freelearn.workbench.session import LARGEST_CSV, MEGABYTE, Session
 from freelearn.workbench.words import heading, say, words
 
@@ -33,7 +34,7 @@ class Steps:
         self.about_data = words()
         self.faults = words()
         self.faults_view = pn.Column(self.faults, scroll=True, max_height=260, visible=False)
-        self.model = pn.widgets.Select(name="model", options=list(MODELS), **wide)
+        self.model = pn.widgets.Select(name="model", options=models(), **wide)
         self.train = pn.widgets.Select(name="training set", options=[], **wide)
         self.effects = words()
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)

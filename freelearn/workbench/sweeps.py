@@ -37,7 +37,7 @@ class Sweeps:
         self.choice.options = options
 
     def _draw(self) -> None:
-        # matplotlib, whose colour scales the maps share, takes a second to import: not before the page is there.
+        # Bokeh's plotting takes a second to import: not before the page is there.
         from freelearn.render.html.charts.heatmap import heatmap_chart
         from freelearn.results.collect import read_gathered
         from freelearn.results.summary import cells
@@ -53,4 +53,4 @@ class Sweeps:
         labels = list(dict.fromkeys(shown["label"]))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
         say(self.note, [f"Error E of every training set on every test set; one colour scale.{more}"], "quiet")
-        self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label, shown)) for label in labels[:MOST_MAPS]]
+        self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label)) for label in labels[:MOST_MAPS]]

@@ -1,4 +1,4 @@
-"""What a job does, in a process of its own: the same as `train.py` and `discover.py` with the same overrides."""
+"""What a job does, in a process of its own: the same as `train.py` and `discover.py` with the same settings."""
 
 from __future__ import annotations
 
@@ -10,13 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import lightning as L
-from hydra import compose, initialize_config_dir
-from hydra.core.global_hydra import GlobalHydra
-from hydra.errors import HydraException
-from omegaconf import OmegaConf
 from rich.console import Console
 
-import freelearn
 from freelearn.commands.discover import discover
 from freelearn.commands.tables import load_table
 from freelearn.commands.train import train
@@ -25,6 +20,8 @@ from freelearn.files import write_text
 from freelearn.inference.step import Step
 from freelearn.measurements.sets import set_names
 from freelearn.measurements.states import kinematic_state
+from freelearn.workbench.asked import discover_settings, train_settings
+from freelearn.workbench.question import Question
 
 # Imported here so that the process from which jobs are forked has them: a fit then starts at once.
 from freelearn.inference import misfit  # noqa: F401  isort:skip
@@ -32,10 +29,8 @@ from freelearn.render.png import discovery  # noqa: F401  isort:skip
 from freelearn.render.html import run  # noqa: F401  isort:skip
 from freelearn.render.html.discovery import report_discovery  # noqa: F401  isort:skip
 
-CONF = Path(freelearn.__file__).parents[1] / "conf"
 
-
-def work(kind: str, overrides: list[str], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
+def work(kind: str, question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     """Does one job and tells `pipe` of it: ("progress", fields), then ("done", "") or ("failed", message)."""
     # Whatever is printed belongs to the job, not to the terminal of the page.
     folder.mkdir(parents=True, exist_ok=True)
@@ -43,7 +38,7 @@ def work(kind: str, overrides: list[str], command: str, folder: Path, fits: Path
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
         try:
-            JOBS[kind](settings(kind, overrides), command, folder, fits, pipe)
+            JOBS[kind](question, folder, fits, pipe)
             pipe.send(("done", ""))
         except UserError as mistake:
             pipe.send(("failed", str(mistake)))
@@ -53,23 +48,10 @@ def work(kind: str, overrides: list[str], command: str, folder: Path, fits: Path
             pipe.send(("failed", text))
 
 
-def settings(kind: str, overrides: list[str]) -> dict[str, Any]:
-    """What the command's configuration files and these overrides amount to. Raises UserError."""
-    if not CONF.is_dir():
-        raise UserError(f"No configuration files at {CONF}: run the workbench from a copy of the project.")
-    GlobalHydra.instance().clear()
-    with initialize_config_dir(config_dir=str(CONF), version_base="1.3"):
-        try:
-            config = compose("discover" if kind == "discover" else "train", overrides)
-        except HydraException as problem:
-            raise UserError(str(problem)) from None
-    chosen: Any = OmegaConf.to_container(config, resolve=True)
-    return chosen
-
-
-def _check(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
+def _check(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     """Reads the table; table.json says what is in it."""
-    table, warnings, _ = load_table(chosen["data"])
+    loaded = load_table(train_settings(question, fits).data)
+    table = loaded.table
     usable = table["buckled"] == 0
     content = {
         "sets": list(set_names(table["sample"].to_numpy())),
@@ -77,22 +59,24 @@ def _check(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe:
         "usable": int(usable.sum()),
         "samples": int(table["sample"].nunique()),
         "states": int(kinematic_state(table).max()) + 1,
-        "warnings": warnings,
+        "warnings": list(loaded.warnings),
     }
     write_text(folder / "table.json", json.dumps(content) + "\n")
 
 
-def _train(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
-    chosen["fits"] = str(fits)
-    train(chosen, folder, command=command, progress=_Epochs(pipe, int(chosen["fit"].get("max_epochs", 1))))
+def _train(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    settings = train_settings(question, fits)
+    progress = _Epochs(pipe, settings.fit.max_epochs if settings.fit else 1)
+    train(settings, folder, command=question.command("train"), progress=lambda: progress)
 
 
-def _discover(chosen: dict[str, Any], command: str, folder: Path, fits: Path, pipe: Connection) -> None:
+def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     def watch(step: Step, text: str) -> None:
         pipe.send(("progress", {"text": f"{text}: E held-out {100 * step.E_heldout:.3g} %"}))
 
     with open(folder / "discovery.txt", "w", encoding="utf-8") as file:
-        discover(chosen, folder, Console(file=file, width=110), command, watch)
+        console = Console(file=file, width=110)
+        discover(discover_settings(question), folder, console, question.command("discover"), watch)
 
 
 class _Epochs(L.Callback):
@@ -102,10 +86,10 @@ class _Epochs(L.Callback):
         self.pipe, self.most = pipe, most
 
     def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
-        epoch, fitted, held_out = pl_module.history[-1]
+        epoch, fitted, validation = pl_module.history[-1]
         text = f"epoch {epoch}: E {100 * fitted:.3g} %"
-        if pl_module.held_out:
-            text += f", validation {100 * held_out:.3g} %"
+        if validation != fitted:
+            text += f", validation {100 * validation:.3g} %"
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 from conftest import ROOT
 from hidden_tables import MATERIAL, NOISE, table
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
 from rich.console import Console
 
+from freelearn.commands.configuration import settings
 from freelearn.commands.discover import discover
+from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
 from freelearn.models.build import load_model
 from freelearn.testing.reference.truths import outside
@@ -26,10 +26,9 @@ def run(table, folder, *overrides, watch=None):
     folder.mkdir(exist_ok=True)
     path = folder / "table.csv"
     table.to_csv(path, index=False)
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("discover", overrides=["data=csv", f"data.path={path}", "figures=false", *overrides])
+    asked = settings(DiscoverSettings, ["data=csv", f"data.path={path}", "figures=false", *overrides])
     with open(folder / "terminal.txt", "w") as file:
-        discover(OmegaConf.to_container(config, resolve=True), folder, Console(file=file, width=100), watch=watch)
+        discover(asked, folder, Console(file=file, width=100), watch=watch)
     return json.loads((folder / "discovery.json").read_text())
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from rich.console import Console
-from test_train import make_csv, run
+from small_runs import make_csv, run
 
-from freelearn.commands.figures import draw_folder, parameters, spread
+from freelearn.commands.figures import _rows, draw_folder, parameters, spread
 from freelearn.errors import UserError
-from freelearn.render.png.admissible import admissible_table
-from freelearn.render.png.load_vectors import load_vector_table
+from freelearn.results.admissible import admissible_table
+from freelearn.results.load_vectors import load_vector_table
 
 
 @pytest.fixture(scope="module")
@@ -83,3 +83,18 @@ def test_nothing_fitted_has_no_parameters():
              "parameters": {"C1": {"value": 5e5, "stderr": None, "unit": "Pa"}}}]  # fmt: skip
     assert not len(parameters(runs))
     assert not len(spread(parameters(runs)))
+
+
+@pytest.mark.parametrize(("train", "sample"), [("even", 4), ("without4", 1), ("without1", 4), ("constituent", 1)])
+def test_the_state_drawn_is_one_of_the_training_sets_own(train, sample):
+    """The middling one of the set's states by error: least in three of sample 1, most in one of sample 4."""
+    rows = [
+        {"sample": number, "elongation_mm": float(state), "twist_deg": 0.0, "step": step, "pressure_kpa": 10.0 * step,
+         "force_n": step - 2.0, "moment_nmm": 1.0, "force_pred_n": step - 2.0 + error, "moment_pred_nmm": 1.0}
+        for number, error in ((1, 0.1), (2, 1.0), (4, 3.0)) for state in range(3 if number == 1 else 1)
+        for step in range(5)
+    ]  # fmt: skip
+    table = pd.DataFrame(rows).assign(buckled=0, status="ok", split="train")
+    drawn = table.iloc[_rows(table, None, train)]
+    assert (drawn["sample"] == sample).all()
+    assert len(drawn) == 5

@@ -15,12 +15,15 @@ from rich.console import Console
 from freelearn.commands import specimens as command
 from freelearn.errors import UserError
 from freelearn.fit.rubber import fit_rubber
-from freelearn.inference.rubber import NEO_HOOKEAN, compare, comparison_table
+from freelearn.inference.rubber import NEO_HOOKEAN, compare
 from freelearn.models.continuum import Continuum
 from freelearn.models.effects.registry import make_effects
 from freelearn.models.rubber import Rubber
-from freelearn.render.png.specimen import curve_table, specimen_curves
+from freelearn.render.png.specimen import specimen_curves
+from freelearn.render.terminal.table import rich_table
 from freelearn.results.specimen import load_parameters, write_result
+from freelearn.results.specimen_curves import curve_table
+from freelearn.results.specimen_tables import combination_table
 
 TRUTH = {"C1": 3e5, "wall_stiffening.C20": 8e3}
 
@@ -146,7 +149,7 @@ def test_comparison_tries_every_combination_and_finds_the_right_one(run, monkeyp
     assert compared.loc[compared["effects"] == NEO_HOOKEAN, "error"].min() > 0.01
     assert (compared.groupby("held_out")["fitted"].mean()[["uniaxial", "equibiaxial", "pure_shear"]] == 2 / 3).all()
     text = io.StringIO()
-    Console(file=text, width=80).print(comparison_table(compared))
+    Console(file=text, width=80).print(rich_table(combination_table(compared)))
     assert "…" not in text.getvalue()
 
 

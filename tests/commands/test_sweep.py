@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import ROOT
-from test_train import make_csv
+from small_runs import make_csv
 
 from freelearn.measurements.sets import overlap
 from freelearn.results.collect import collect
@@ -173,7 +173,7 @@ def test_a_folder_without_results_is_one_clear_error(tmp_path):
 
 def table_of(errors: dict[tuple[str, str, str], float], **more) -> pd.DataFrame:
     rows = [{"label": m, "train": a, "test": b, "E": e} for (m, a, b), e in errors.items()]
-    return pd.DataFrame(rows).assign(error="", seed=0, parameters=3, **more)
+    return pd.DataFrame(rows).assign(**{"error": "", "seed": 0, "parameters": 3, "n": 100, **more})
 
 
 def test_summary_by_hand():

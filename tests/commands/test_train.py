@@ -13,10 +13,12 @@ import pandas as pd
 import pytest
 import torch
 from conftest import ROOT
-from hydra import compose, initialize_config_dir
-from omegaconf import OmegaConf
+from rich.console import Console
+from small_runs import make_csv, run
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.measurements.sets import samples_of, set_names, split_rows
@@ -27,32 +29,9 @@ from freelearn.testing.tables import random_table
 from freelearn.units import NMM
 
 
-def make_csv(path: Path, rows: int = 240, noise: float = 0.02, **columns) -> Path:
-    """A small valid table: two samples, ten pressures at each state, loads of a continuum model plus noise."""
-    table = random_table(rows // 10, 4).sort_values("sample")
-    table = table[table["sample"].isin([3, 6])].reset_index(drop=True)
-    table = table.loc[np.repeat(table.index, 10)].reset_index(drop=True)
-    table["step"] = np.arange(len(table)) % 10
-    table["pressure_kpa"] = np.array([0, 10, 20, 30, 40, 50, 60, 70, 35, 1.0])[table["step"]]
-    with torch.no_grad():
-        loads = Continuum(1e6, 2e7)(States.from_table(table)).loads.numpy()
-    generator = np.random.default_rng(0)
-    loads = loads * (1 + noise * generator.normal(size=loads.shape))
-    table["force_n"], table["moment_nmm"] = loads[:, 0], loads[:, 1] / NMM
-    table.assign(**columns).to_csv(path, index=False)
-    return path
-
-
 @pytest.fixture
 def csv(tmp_path: Path) -> Path:
     return make_csv(tmp_path / "table.csv", rows=1200)
-
-
-def run(folder: Path, *overrides: str):
-    """What `python train.py overrides` does, without a process of its own."""
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        config = compose("train", overrides=["fits=null", *overrides])
-    return train(OmegaConf.to_container(config, resolve=True), folder)
 
 
 def command(folder: Path, *overrides: str, **options) -> subprocess.CompletedProcess:
@@ -254,3 +233,63 @@ def test_sets_by_name():
     assert samples_of("all", available).tolist() == [1, 2, 3, 4]
     assert set_names(available) == ["sample1", "sample2", "sample3", "sample4", "even", "all"]
     assert set_names(np.array([70, 70])) == ["sample70", "all"]
+
+
+def written(folder: Path) -> dict:
+    """results.json without what differs between any two runs."""
+    content = json.loads((folder / "results.json").read_text())
+    return {name: value for name, value in content.items() if name not in ("seconds", "fit_seconds")}
+
+
+def test_what_is_written_does_not_depend_on_who_looks_on(csv, tmp_path):
+    options = ("train=all", "data=csv", f"data.path={csv}", "effects=[end_clamps]")
+    run(tmp_path / "alone", *options, "figures=false")
+    shown = Console(file=(tmp_path / "terminal.txt").open("w"), width=100)
+    train(settings(TrainSettings, ["fits=null", *options]), tmp_path / "shown", console=shown)
+    alone = written(tmp_path / "alone")
+    assert alone == written(tmp_path / "shown")
+    assert {"comparison", "failures", "noise_floor"} <= set(alone)
+
+
+def test_an_accuracy_to_be_estimated_still_gives_a_noise_floor_and_failures(csv, tmp_path):
+    run(tmp_path / "run", "train=all", "data=csv", f"data.path={csv}", "data.accuracy=estimate")
+    content = json.loads((tmp_path / "run" / "results.json").read_text())
+    # The table's noise is 2 % of each load, which E counts by the largest: between nothing and that.
+    assert 0.001 < content["noise_floor"] < 0.03
+    assert content["failures"]
+    assert "accuracy estimated from the scatter" in content["notes"][0]
+
+
+def test_several_samples_are_a_set_with_an_error_of_its_own(csv, tmp_path):
+    listed = run(tmp_path / "a", "train=[sample3,sample6]", "data=csv", f"data.path={csv}")
+    everything = run(tmp_path / "b", "train=all", "data=csv", f"data.path={csv}")
+    assert listed.train == "sample3+sample6"
+    assert listed.errors["sample3+sample6"] == listed.errors["all"]
+    assert listed.model.scalars() == everything.model.scalars()
+    with pytest.raises(UserError, match="sample5"):
+        run(tmp_path / "c", "train=[sample3,sample5]", "data=csv", f"data.path={csv}")
+
+
+def test_other_shares_of_the_rows(csv, tmp_path):
+    outcome = run(
+        tmp_path / "run", "model=mlp", "train=all", "data=csv", f"data.path={csv}", "split.train=0.4",
+        "split.validation=0.1", "fit.max_epochs=2",
+    )  # fmt: skip
+    shares = pd.Series(outcome.labels).value_counts(normalize=True).to_dict()
+    assert shares == pytest.approx({"train": 0.4, "validation": 0.1, "test": 0.5}, abs=0.01)
+
+
+def test_mistakes_in_names_are_told_together(csv, tmp_path):
+    with pytest.raises(UserError) as told:
+        run(tmp_path / "run", "data=csv", f"data.path={csv}", "train=sample5", "test=sample7")
+    assert all(name in str(told.value) for name in ("sample5", "sample7"))
+    with pytest.raises(UserError) as told:
+        run(tmp_path / "run", "effects=[end_clamp]", f"constituent={tmp_path / 'nothing.json'}")
+    assert all(name in str(told.value) for name in ("end_clamps", "nothing.json"))
+
+
+def test_a_device_that_is_not_there_is_told():
+    if torch.cuda.is_available():
+        pytest.skip("this machine has a CUDA device")
+    with pytest.raises(UserError, match="device=cuda"):
+        run(Path("unused"), "device=cuda")

@@ -8,9 +8,11 @@ import torch
 from scipy.optimize import least_squares
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
@@ -112,7 +114,7 @@ def test_the_network_matches_scipy_from_the_same_start():
     model = MLP()
     model.prepare(rows.states, rows.loads)
     problem = Problem(model, rows)
-    starts = model.starts(rows.states, rows.loads, 5, torch.Generator().manual_seed(0))
+    starting = starts(model, rows.states, rows.loads, 5, torch.Generator().manual_seed(0))
 
     def residual(x: np.ndarray) -> np.ndarray:
         with torch.no_grad():
@@ -121,9 +123,9 @@ def test_the_network_matches_scipy_from_the_same_start():
     def jacobian(x: np.ndarray) -> np.ndarray:
         return torch.func.jacfwd(problem.residual)(torch.as_tensor(x)).numpy()
 
-    ours = LevenbergMarquardt(problem.residuals, problem.jacobians, batched=True, max_iterations=400).solve(starts)
+    ours = LevenbergMarquardt(problem.residuals, problem.jacobians, batched=True, max_iterations=400).solve(starting)
     ratios = []
-    for start, loss in zip(starts, ours.loss.tolist(), strict=True):
+    for start, loss in zip(starting, ours.loss.tolist(), strict=True):
         peer = least_squares(residual, start.numpy(), jac=jacobian, method="lm", x_scale="jac", max_nfev=400)
         ratios.append(loss / (2 * peer.cost))
     # Neither is at the end of its valley after 400 evaluations, and two descents among many minima part: over the
@@ -178,11 +180,11 @@ def test_restarts_share_nothing_but_the_run():
     model = MLP()
     model.prepare(rows.states, rows.loads)
     problem = Problem(model, rows)
-    starts = model.starts(rows.states, rows.loads, 3, torch.Generator().manual_seed(2))
-    together = problem.residuals(starts)
+    starting = starts(model, rows.states, rows.loads, 3, torch.Generator().manual_seed(2))
+    together = problem.residuals(starting)
     for i in range(3):
-        torch.testing.assert_close(together[i], problem.residual(starts[i]))
-        torch.testing.assert_close(problem.jacobians(starts)[i], torch.func.jacfwd(problem.residual)(starts[i]))
+        torch.testing.assert_close(together[i], problem.residual(starting[i]))
+        torch.testing.assert_close(problem.jacobians(starting)[i], torch.func.jacfwd(problem.residual)(starting[i]))
 
 
 def test_the_same_seed_gives_the_same_numbers():
@@ -271,7 +273,7 @@ def test_standard_errors_cover_when_rows_of_a_state_err_together():
         rows = Rows(states, noisy, kinematic_state(table))[usable]
         model = Linear()
         # The start of a fit of K is its answer.
-        model.set_vector(model.starts(rows.states, rows.loads, 1, torch.Generator())[0])
+        model.set_vector(starts(model, rows.states, rows.loads, 1, torch.Generator())[0])
         found = uncertainty(Problem(model, rows))
         results.append((found.values, found.stderr, found.stderr_independent))
     values, clustered, naive = (np.array(column) for column in zip(*results, strict=True))

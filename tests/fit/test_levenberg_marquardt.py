@@ -51,7 +51,6 @@ def correct_digits(x: Tensor, certified: Tensor) -> float:
     return float(-error.clamp(min=1e-16).log10().max())
 
 
-@pytest.mark.skipif(not nist.folder().is_dir(), reason=f"NIST StRD files are not at {nist.folder()}")
 @pytest.mark.parametrize("start", [0, 1])
 @pytest.mark.parametrize("name", list(nist.MODELS))
 def test_nist_digits_at_least_those_of_scipy(name: str, start: int) -> None:

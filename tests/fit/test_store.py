@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.store import FitStore, fit_key, timed
 from freelearn.fit.uncertainty import uncertainty

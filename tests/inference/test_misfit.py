@@ -6,9 +6,12 @@ import torch
 from hidden_tables import MATERIAL, NOISE, table
 
 from freelearn.inference.misfit import misfit
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.units import NMM
+
+ACCURACY = Accuracy.engineering(**NOISE)
 
 
 def predicted(data, model):
@@ -34,7 +37,7 @@ def test_the_true_model_stands_on_the_noise_floor():
     ratios = []
     for seed in range(12):
         rows = predicted(table({}, seed=seed, share=0.5), model)
-        found = misfit(model, rows, NOISE)
+        found = misfit(model, rows, ACCURACY)
         ratios.append(error(rows[rows["split"] == "test"]) / found.noise_floor)
     # Each has some 25 held-out states and so 50 position errors: its E scatters by a tenth, their mean by a thirtieth.
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
@@ -46,15 +49,14 @@ def test_a_planted_error_is_found_where_it_is():
     data = table({}, share=0.5)
     wrong = (data["twist_deg"] > 60) & (data["sample"] == 3)
     data.loc[wrong, "force_n"] -= 8.0
-    worst = misfit(model, predicted(data, model), NOISE).failures[0]
+    worst = misfit(model, predicted(data, model), ACCURACY).failures[0]
     assert worst.mean_force_n == pytest.approx(8.0, rel=0.1)
     assert "sample 3" in worst.where
     assert "twist >" in worst.where
     assert worst.sentence().startswith("force is over-predicted by")
 
 
-def test_without_a_stated_accuracy_or_with_few_rows_nothing_is_said():
+def test_of_few_rows_nothing_is_said():
     model = build_model("continuum", dict(zip(("C1", "C2"), MATERIAL, strict=True)))
     rows = predicted(table({}, share=0.1), model)
-    assert misfit(model, rows, "estimate") is None
-    assert misfit(model, rows[:30], NOISE) is None
+    assert misfit(model, rows[:30], ACCURACY) is None

@@ -6,7 +6,6 @@ import pytest
 import torch
 from hidden_tables import table
 
-from freelearn.errors import UserError
 from freelearn.inference.crossval import cross_validate, folds_of, paired
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
@@ -282,11 +281,3 @@ def test_errors_by_group_add_up_to_the_whole(bed):
     for _, part in splits.groupby("by"):
         assert part["rows"].sum() == 2000
         assert (part["E"] ** 2 * part["rows"]).sum() == pytest.approx(whole)
-
-
-def test_an_impossible_accuracy_is_refused():
-    good = {"elongation_mm": 0.1, "twist_deg": 0.2, "pressure_kpa": 0.1, "force_n": 0.03, "moment_nmm": 0.6}
-    assert Accuracy.from_settings(good).length == pytest.approx(1e-4)
-    for name, value in (("force_n", 0), ("twist_deg", -1.0), ("pressure_kpa", float("nan")), ("moment_nmm", "big")):
-        with pytest.raises(UserError, match=name):
-            Accuracy.from_settings(good | {name: value})

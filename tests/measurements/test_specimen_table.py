@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from freelearn.errors import UserError
+from freelearn.measurements.faults import TableError
 from freelearn.measurements.specimen_table import read_specimens
-from freelearn.measurements.table import TableError
 
 GOOD = "mode,stretch,stress_mpa,specimen\nuniaxial,1.1,0.1,a\nUT,1.5,0.3,b\nPure shear,1.2,0.25,a\nET,1.2,0.4,a\n"
 

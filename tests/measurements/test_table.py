@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from freelearn.bed.virtual import protocol
 from freelearn.errors import UserError
-from freelearn.measurements.table import Fault, TableError, read_table
+from freelearn.measurements.faults import Fault, TableError
+from freelearn.measurements.table import read_table
 
 HEADER = [
     *("sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "step"),

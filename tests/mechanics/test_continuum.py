@@ -1,6 +1,7 @@
 """The tube against the textbook, against physics that must hold, and its derivatives against differences."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,15 +12,21 @@ from hypothesis import strategies as st
 from freelearn.bed.virtual import DESIGNS
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
-from freelearn.mechanics.equilibrium import BALLOON, inflate
+from freelearn.mechanics.equilibrium import BALLOON, _halley, _search, inflate
 from freelearn.mechanics.loads import tube_loads
+from freelearn.mechanics.quadrature import QUADRATURE_POINTS
 from freelearn.mechanics.tube import Tube
+from freelearn.models.build import build_model
 from freelearn.models.continuum import Continuum
 from freelearn.models.prediction import Status
 from freelearn.testing.reference import textbook
 from freelearn.units import DEG, KPA, MM
 
 C1, C2 = 2e5, 1e6
+
+
+def tensor(value: float) -> torch.Tensor:
+    return torch.tensor(value, dtype=torch.float64)
 
 
 def one_state(sample: int, elongation: float, twist: float, pressure: float) -> States:
@@ -193,30 +200,94 @@ class MooneyTerm(Energy):
 def test_second_invariant_energy_agrees_with_the_textbook(random_states):
     states = random_states(15, seed=8)
     energy = EnergySum([NeoHookean(torch.tensor(3e5)), StandardFiber(torch.tensor(5e6)), MooneyTerm()])
-    tube, u, found, _ = inflate(states, energy)
-    assert found.all()
+    wall, u, balanced, _ = inflate(states, energy)
+    assert balanced.all()
     expected = textbook_rows(
         states, psi1=lambda i1, i2, i4: 1.5e5, psi2=lambda i1, i2, i4: 4e4, psi4=lambda i1, i2, i4: 5e6 * (i4 - 1)
     )
     truth = np.array([row[:2] for row in expected])
-    error = np.abs(tube_loads(tube, energy, u).numpy() - truth).max(0) / np.abs(truth).max(0)
+    error = np.abs(tube_loads(wall, u).numpy() - truth).max(0) / np.abs(truth).max(0)
     assert error.max() < 1e-7
     np.testing.assert_allclose(u.sqrt().numpy(), [row[2] for row in expected], rtol=1e-8)
 
 
 def test_radius_stays_below_the_ballooning_bound(random_states):
     states = random_states(300)
-    _, u, found, _ = inflate(states, EnergySum([NeoHookean(torch.tensor(1e5)), StandardFiber(torch.tensor(5e5))]))
-    assert 0 < (~found).sum() < len(states)
+    _, u, balanced, _ = inflate(states, EnergySum([NeoHookean(torch.tensor(1e5)), StandardFiber(torch.tensor(5e5))]))
+    assert 0 < (~balanced).sum() < len(states)
     assert (u.sqrt() <= BALLOON * states.inner_radius * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("energy", [NeoHookean, StandardFiber])
-def test_hand_written_hoop_pressure(energy, random_states):
-    states = random_states(50)
+def test_closed_forms_agree_with_quadrature(energy, random_states):
+    """What the wall carries, its slope and its resultants; six points do it to 1e-6 even at half the radius."""
+    states = random_states(200)
+    term = EnergySum([energy(torch.tensor(3e5, dtype=torch.float64))])
     tube = Tube.from_states(states)
-    term = energy(torch.tensor(3e5, dtype=torch.float64))
-    u = tube.reference_u * torch.linspace(0.5, 4.0, 50, dtype=torch.float64)
-    by_hand, automatic = term.hoop(tube)(u), Energy.hoop(term, tube)(u)
-    torch.testing.assert_close(by_hand[0], automatic[0], rtol=1e-10, atol=1e-6)
-    torch.testing.assert_close(by_hand[1], automatic[1], rtol=1e-10, atol=1e-6)
+    u = states.inner_radius**2 * torch.linspace(0.5, 4.0, len(states), dtype=torch.float64)
+    exact = term.wall(tube)
+    for points, tolerance in ((QUADRATURE_POINTS, 1e-6), (20, 1e-12)):
+        summed = term.wall(replace(tube, points=points))
+        assert type(summed) is not type(exact)
+        for by_hand, automatic in ((exact.carried(u), summed.carried(u)), (exact.resultants(u), summed.resultants(u))):
+            for one, other in zip(by_hand, automatic, strict=True):
+                assert (one - other).abs().max() <= tolerance * other.abs().max()
+
+
+@pytest.mark.parametrize("energy", [NeoHookean, StandardFiber])
+def test_closed_forms_know_their_derivatives(energy, random_states):
+    states = random_states(50)
+    wall = EnergySum([energy(torch.tensor(3e5, dtype=torch.float64))]).wall(Tube.from_states(states))
+    u = states.inner_radius**2 * torch.linspace(0.5, 4.0, 50, dtype=torch.float64)
+
+    def derivative(f, at):
+        return torch.func.jvp(f, (at,), (torch.ones_like(at),))[1]
+
+    expansion, slope = wall.expansion(u), derivative(lambda v: wall.carried(v).pressure, u)
+    torch.testing.assert_close(expansion.pressure, wall.carried(u).pressure, rtol=1e-14, atol=1e-6)
+    torch.testing.assert_close(expansion.rise, u * slope, rtol=1e-11, atol=1e-6)
+    bend = u * u * derivative(lambda v: wall.carried(v).slope, u)
+    torch.testing.assert_close(expansion.bend.expand_as(u), bend, rtol=1e-10, atol=1e-6)
+    for i, rate in enumerate(wall.rates(u)):
+        torch.testing.assert_close(rate, derivative(lambda v, i=i: wall.resultants(v)[i], u), rtol=1e-10, atol=1e-6)
+
+
+@pytest.mark.parametrize("material", [(2e5, 1e6), (1e4, 1e8), (1e8, 1e4), (1e5, 1e8), (3e4, 2e5)])
+def test_halley_finds_what_the_bracketed_search_finds(material, random_states):
+    """Third-order steps on walls that stiffen: the same equilibria, also where no one can look (inside vmap)."""
+    states = random_states(2000)
+    energy = EnergySum([NeoHookean(tensor(material[0])), StandardFiber(tensor(material[1]))])
+    tube = Tube.from_states(states)
+    wall, reference = energy.wall(tube), states.inner_radius**2
+    quick, settled = _halley(wall, tube.unloaded_u, BALLOON**2 * reference, states.pressure)
+    assert settled.all()
+    slow, balanced = _search(wall, reference, tube.unloaded_u, BALLOON**2 * reference, states.pressure)
+    assert torch.equal(quick < BALLOON**2 * reference, balanced)
+    torch.testing.assert_close(quick, slow, rtol=1e-6, atol=0)
+    pressures = torch.stack([states.pressure, 0.5 * states.pressure])
+    u, inside = torch.func.vmap(lambda p: inflate(states.replace(pressure=p), energy)[1:3])(pressures)
+    assert torch.equal(inside[0], balanced)
+    torch.testing.assert_close(u[0], inflate(states, energy).u, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("material", [(2e5, 1e6), (3e4, 2e5), (1e6, 4e7)])
+def test_the_jacobian_in_closed_form_is_the_automatic_one(material, random_states):
+    """Also for rows that balloon."""
+    states, model = random_states(300), Continuum(*material)
+    vector = model.vector().detach()
+    expected = torch.func.jacrev(lambda v: model(states, model.physical(v)).loads)(vector)
+    bound = model.bind(states)
+    bound.loads(vector - 1.0)
+    by_hand = bound.jacobian(vector)
+    torch.testing.assert_close(bound.loads(vector), model(states).loads.detach(), rtol=1e-12, atol=1e-12)
+    assert ((by_hand - expected).abs() <= 1e-7 * expected.abs().amax((0, 2), keepdim=True)).all()
+    if material == (3e4, 2e5):
+        assert (model(states).status == Status.NO_EQUILIBRIUM).any()
+
+
+def test_models_without_closed_form_bind_nothing(random_states):
+    states = random_states(5)
+    for name in ("continuum_linear_material", "continuum_thin_wall"):
+        model = build_model(name)
+        assert model.bind(states) is None
+    assert build_model("continuum", {}, ["force_gain"]).bind(states) is None

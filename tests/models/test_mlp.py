@@ -2,6 +2,7 @@
 
 import torch
 
+from freelearn.fit.starts import starts
 from freelearn.models.mlp import INPUT_NAMES, MLP, inputs
 
 
@@ -18,7 +19,7 @@ def test_constant_inputs_are_removed_and_another_sample_still_predicted(random_s
     model = MLP()
     model.prepare(one, loads)
     assert [n for n, g in zip(INPUT_NAMES, model.input_gain, strict=True) if g] == ["length", "twist", "pressure"]
-    model.set_vector(model.starts(one, loads, 1, torch.Generator().manual_seed(1))[0])
+    model.set_vector(starts(model, one, loads, 1, torch.Generator().manual_seed(1))[0])
     redesigned = one.replace(fiber_angle=one.fiber_angle + 0.3, outer_radius=one.outer_radius * 1.1)
     torch.testing.assert_close(model(redesigned).loads, model(one).loads)
     assert model(states).loads.isfinite().all()
@@ -51,6 +52,6 @@ def test_the_hand_written_jacobian_is_the_derivative_of_the_loads(random_states)
     loads = torch.randn(40, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
     model = MLP()
     model.prepare(states, loads)
-    vector = model.starts(states, loads, 1, torch.Generator().manual_seed(5))[0]
+    vector = starts(model, states, loads, 1, torch.Generator().manual_seed(5))[0]
     by_autograd = torch.func.jacfwd(lambda v: model(states, model.physical(v)).loads)(vector)
     torch.testing.assert_close(model.row_jacobian(states, vector), by_autograd, rtol=1e-11, atol=1e-13)

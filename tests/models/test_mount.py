@@ -9,7 +9,8 @@ from freelearn.inference.noise import sensitivities
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.models.prediction import Status
-from freelearn.testing.effects import TRUTH, visits
+from freelearn.testing.effects import TRUTH
+from freelearn.testing.tables import visits
 
 SPRINGS = ["length_compliance", "twist_compliance"]
 SOFT = {"length_compliance.compliance": 5e-5, "twist_compliance.compliance": 1.0}

@@ -7,10 +7,11 @@ import re
 
 import pandas as pd
 import pytest
-from test_train import make_csv, run
+from small_runs import make_csv, run
 
 from freelearn.commands.command_line import command_line
 from freelearn.render.html.page import Section, write_page
+from freelearn.results.tables import DisplayTable
 
 MEGABYTE = 2**20
 # What would make a browser fetch something: sources, style sheets, imports. Links that wait for a click do not.
@@ -47,9 +48,15 @@ def test_its_numbers_are_those_of_the_run(fitted):
     folder, _ = fitted
     text = without_scripts((folder / "report.html").read_text())
     results = json.loads((folder / "results.json").read_text())
-    assert f"<td>{100 * results['tests']['all']['E']:.2f}</td>" in text
+    cells = re.findall(r"<td[^>]*>([^<]*)</td>", text)
+    assert f"{100 * results['tests']['all']['E']:.2f}" in cells
     for name, p in results["parameters"].items():
-        assert f"<td>{name}</td><td>{p['value']:.5g}</td><td>{p['stderr']:.2g}</td>" in text
+        shown = [
+            name,
+            *(f"{p[key]:.{digits}g}" for key, digits in (("value", 5), ("stderr", 2), ("low", 5), ("high", 5))),
+        ]
+        place = cells.index(name)
+        assert cells[place : place + 5] == shown
     assert results["data"]["sha256"] in text
     assert "measured data" in text
     assert "SIMULATED" not in text
@@ -71,12 +78,13 @@ def test_nothing_from_a_file_is_html(fitted, tmp_path):
     assert "<i>" not in text
     assert "&lt;i&gt;mine" in text
     evil = "<script>alert(1)</script>"
-    table = pd.DataFrame({evil: [evil]})
-    write_page(tmp_path / "r.html", evil, False, [Section(evil, [evil], table, code=evil, numbers={evil: table})])
+    frame = pd.DataFrame({evil: [evil]})
+    table = DisplayTable.from_frame(frame, caption=evil)
+    write_page(tmp_path / "r.html", evil, False, [Section(evil, [evil], [table], code=evil, numbers={evil: frame})])
     page = (tmp_path / "r.html").read_text()
     assert evil not in page
-    # Title twice, section's heading, line, code, table's heading and cell, file name twice.
-    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 9
+    # Title twice, section's heading, line, code, table's heading, cell and caption, file name twice.
+    assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 10
 
 
 def test_simulated_data_are_said_to_be_so(tmp_path):
@@ -94,6 +102,6 @@ def test_the_command_is_one_that_a_shell_reads_back(monkeypatch):
 
     monkeypatch.delenv("FREELEARN_EFFECTS", raising=False)
     words = ["data.path=/my files/it's.csv", "effects=[a,b]", "model.C1=1e6"]
-    assert shlex.split(command_line(["train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
+    assert shlex.split(command_line(["python", "train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
     monkeypatch.setenv("FREELEARN_EFFECTS", "/my effects.py")
-    assert command_line(["train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"
+    assert command_line(["python", "train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"

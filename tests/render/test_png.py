@@ -9,8 +9,10 @@ from matplotlib.figure import Figure
 
 from freelearn.render.png.canvas import save, to_rgb
 from freelearn.render.png.curves import curves
-from freelearn.render.png.parity import SHOWN, parity
-from freelearn.render.png.residual_map import residual_map, residual_table
+from freelearn.render.png.parity import parity
+from freelearn.render.png.residual_map import residual_map
+from freelearn.results.parity import SHOWN
+from freelearn.results.residuals import residual_table
 from freelearn.results.states import pick_states
 
 UNIT = re.compile(r"\[(N|N·mm|kPa|mm|deg|%|–|share of .*)\]$")
@@ -44,7 +46,7 @@ def drawn(figure: Figure, label: str, panel: int = 0) -> int:
 
 
 def colored(figure: Figure) -> list:
-    """The coloured markers of each row of a residual map."""
+    """The colored markers of each row of a residual map."""
     return [
         c for axes in figure.axes for c in axes.collections if c.get_array() is not None and len(c.get_offsets()) > 1
     ]

@@ -1,14 +1,12 @@
 """The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, from their .dat files.
 
 Source: National Institute of Standards and Technology, StRD, https://www.itl.nist.gov/div898/strd/.
-The files are read where they lie, in `nist_strd` of $FREELEARN_SHARED_DATA or of the `shared/data` beside the
-repository.
+The files stand unchanged in `nist_strd` beside this one.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -20,10 +18,7 @@ from torch import Tensor, exp
 Model = Callable[[Tensor, Tensor], Tensor]
 
 
-def folder() -> Path:
-    """Folder of the .dat files; it need not exist."""
-    beside = Path(__file__).resolve().parents[2].parent / "shared" / "data"
-    return Path(os.environ.get("FREELEARN_SHARED_DATA", beside)) / "nist_strd"
+FOLDER = Path(__file__).parent / "nist_strd"
 
 
 class Problem(NamedTuple):
@@ -43,7 +38,7 @@ class Problem(NamedTuple):
 
 def read(name: str) -> Problem:
     """Problem of this name, from `<name>.dat`."""
-    text = (folder() / f"{name}.dat").read_text()
+    text = (FOLDER / f"{name}.dat").read_text()
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
     row = rf"^\s*b\d+\s*=\s*({number})\s+({number})\s+({number})\s+{number}\s*$"
     values = torch.tensor([[float(v) for v in match] for match in re.findall(row, text, re.M)], dtype=torch.float64)

@@ -10,27 +10,45 @@ from torch import Tensor
 
 from freelearn.errors import UserError
 from freelearn.measurements.states import States
-from freelearn.models.ports import PORTS, Effect
+from freelearn.models.effect import Effect
+from freelearn.models.material import Material
+from freelearn.models.ports import (
+    BoundaryEffect,
+    DissipationEffect,
+    EnergyEffect,
+    GeometryEffect,
+    MeasurementEffect,
+    MountEffect,
+    PlayEffect,
+    WallEffect,
+)
 
 ROWS = 8
+# Near the reference state, where I₁ = I₂ = 3 and I₄ = 1.
+ORDINARY = {"i1": 3.1, "i2": 3.1, "i4": 1.02}
+# What of the states an effect may change.
+CHANGED = ("length", "twist", "pressure", "fiber_angle", "reference_length", "inner_radius", "outer_radius")
+
+# What a method returned: what to call it, the value, and the shape that it must have.
+Returned = tuple[str, object, tuple[int, ...]]
 
 
-def check_effects(effects: Sequence[Effect], values: Mapping[str, Tensor], states: States) -> None:
+def check_effects(effects: Sequence[Effect[Any]], values: Mapping[str, Tensor], states: States) -> None:
     """Calls each effect's own method on a few rows. values: of the model's parameters, SI.
 
     Raises UserError where one fails, returns what its port does not take, or numbers that are not finite.
     """
     few = states[: min(ROWS, len(states))]
     for effect in effects:
-        method = PORTS[effect.port()]
+        method = effect.method
         try:
             with torch.no_grad():
-                found = _call(effect, method, values, few)
+                returned = _call(effect, values, few)
         except Exception as problem:
             raise UserError(
                 f"Effect {effect.name!r}: its {method} failed with {type(problem).__name__}: {problem}"
             ) from None
-        for name, value, shape in found:
+        for name, value, shape in returned:
             if not isinstance(value, Tensor) or tuple(value.shape) != shape:
                 got = f"shape {tuple(value.shape)}" if isinstance(value, Tensor) else type(value).__name__
                 raise UserError(f"Effect {effect.name!r}: its {method} must return {name} of shape {shape}, not {got}.")
@@ -38,23 +56,39 @@ def check_effects(effects: Sequence[Effect], values: Mapping[str, Tensor], state
                 raise UserError(
                     f"Effect {effect.name!r}: its {method} returns {name} that are not finite at ordinary states."
                 )
+            if name == "factors" and not bool((value > 0).all()):
+                raise UserError(f"Effect {effect.name!r}: its {method} must return factors greater than zero.")
+            if name == "widths" and not bool((value >= 0).all()):
+                raise UserError(f"Effect {effect.name!r}: its {method} must return widths of zero or more.")
 
 
-def _call(effect: Effect, method: str, values: Mapping[str, Tensor], states: States) -> list[tuple[str, Any, tuple]]:
-    """What the effect's method returns, by name, with the shape that it must have."""
+def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> list[Returned]:
+    """What the effect's method returns at these states."""
     p, count = effect.own(values, states), len(states)
-    loads = torch.ones(count, 2, dtype=torch.float64)
-    if method == "psi":
-        # Near the reference state, where I₁ = I₂ = 3 and I₄ = 1.
-        at = {"i1": 3.1, "i2": 3.1, "i4": 1.02}
-        invariants = [torch.full((count,), at[name], dtype=torch.float64) for name in effect.depends_on]
-        found = effect.psi(*invariants, p=p, material={name: values[name] for name in ("C1", "C2")})
-        return [("energies", found, (count,))]
-    if method in ("dissipate", "sense"):
-        return [("loads", getattr(effect, method)(loads, states, p), (count, 2))]
-    more = [loads] if effect.load_dependent else []
-    states = getattr(effect, method)(states, p, *more)
-    if not isinstance(states, States):
-        raise TypeError(f"it returns {type(states).__name__} and not States: use states.replace(…)")
-    names = ("length", "twist", "pressure", "fiber_angle", "reference_length", "inner_radius", "outer_radius")
-    return [(f"states with a {name}", getattr(states, name), (count,)) for name in names]
+    loads = torch.ones(count, 2, dtype=states.length.dtype, device=states.length.device)
+    if isinstance(effect, EnergyEffect):
+        invariants = [torch.full_like(states.length, ORDINARY[name]) for name in effect.depends_on]
+        material = Material(C1=values["C1"], C2=values["C2"])
+        return [("energies", effect.psi(*invariants, p=p, material=material), (count,))]
+    if isinstance(effect, DissipationEffect):
+        return [("loads", effect.dissipate(loads, states, p), (count, 2))]
+    if isinstance(effect, MeasurementEffect):
+        return [("loads", effect.sense(loads, states, p), (count, 2))]
+    if isinstance(effect, WallEffect):
+        return [("factors", effect.soften(states, p), (count,))]
+    if isinstance(effect, PlayEffect):
+        width = effect.play(states, p)
+        return [("widths", width, () if isinstance(width, Tensor) and not width.ndim else (count,))]
+    changed = _states(effect, states, loads, p)
+    if not isinstance(changed, States):
+        raise TypeError(f"it returns {type(changed).__name__} and not States: use states.replace(…)")
+    return [(f"states with a {name}", getattr(changed, name), (count,)) for name in CHANGED]
+
+
+def _states(effect: Effect[Any], states: States, loads: Tensor, p: Any) -> object:
+    if isinstance(effect, MountEffect):
+        return effect.impose(states, loads, p)
+    if isinstance(effect, BoundaryEffect):
+        return effect.impose(states, p)
+    assert isinstance(effect, GeometryEffect)
+    return effect.reshape(states, p)

@@ -1,21 +1,28 @@
 """Ends tied to their fittings: a shorter part of the tube does all the deforming."""
 
-from types import SimpleNamespace
+from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import GeometryEffect
 
 
-class EndClamps(Effect):
+class Clamps(Parameters):
+    """clamp_length: at each end."""
+
+    clamp_length: Tensor = parameter("c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3)
+
+
+class EndClamps(GeometryEffect[Clamps]):
     """A length c at each end is clamped: L and l both shrink by 2c, so stretch and twist rate grow."""
 
     name = "end_clamps"
+    place = 3
     suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
     source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
-    models = ("continuum", "linear")
-    parameters = (Parameter("clamp_length", "c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3),)
+    parameter_class = Clamps
 
-    def reshape(self, states: States, p: SimpleNamespace) -> States:
+    def reshape(self, states: States, p: Clamps) -> States:
+        """As GeometryEffect.reshape."""
         clamped = 2 * p.clamp_length
         return states.replace(reference_length=states.reference_length - clamped, length=states.length - clamped)

@@ -1,22 +1,27 @@
-"""Fibres wound at another angle than the drawing says."""
+"""Fibers wound at another angle than the drawing says."""
 
-from types import SimpleNamespace
+from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import GeometryEffect
 
 
-class FiberMisalignment(Effect):
+class Misalignment(Parameters):
+    """angle: built minus drawn."""
+
+    angle: Tensor = parameter("ΔΓ", "rad", start=0.0, lower=-0.2, upper=0.2, none=0.0, per_sample=True, scale=0.02)
+
+
+class FiberMisalignment(GeometryEffect[Misalignment]):
     """Γ built = Γ + ΔΓ (Bruder et al. 2018 blame fabrication tolerance; the paper's Section on samples)."""
 
     name = "fiber_misalignment"
-    suspect = "One sample is off as if it had a neighbour's fibre angle."
+    place = 1
+    suspect = "One sample is off as if it had a neighbor's fiber angle."
     source = "Bruder et al. (2018), fabrication tolerance"
-    models = ("continuum", "linear")
-    parameters = (
-        Parameter("angle", "ΔΓ", "rad", start=0.0, lower=-0.2, upper=0.2, none=0.0, per_sample=True, scale=0.02),
-    )
+    parameter_class = Misalignment
 
-    def reshape(self, states: States, p: SimpleNamespace) -> States:
+    def reshape(self, states: States, p: Misalignment) -> States:
+        """As GeometryEffect.reshape."""
         return states.replace(fiber_angle=states.fiber_angle + p.angle)

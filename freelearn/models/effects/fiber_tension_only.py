@@ -1,35 +1,38 @@
-"""Fibre that buckles: threads carry tension, and only part of the compression."""
-
-from collections.abc import Mapping
-from types import SimpleNamespace
+"""Fiber that buckles: threads carry tension, and only part of the compression."""
 
 import torch
 from torch import Tensor
 
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.material import Material
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import EnergyEffect
 
 
-class FiberTensionOnly(Effect):
-    """ΔΨ = −s C2/2 (I₄ − 1)² where I₄ < 1: a share s of the fibre's compressive stress is lost."""
+class Slack(Parameters):
+    """share: of the compressive stress that is lost."""
+
+    share: Tensor = parameter("s", "1", start=0.5, lower=0.0, upper=1.0, none=0.0, scale=0.5)
+
+
+class FiberTensionOnly(EnergyEffect[Slack]):
+    """ΔΨ = −s C2/2 (I₄ − 1)² where I₄ < 1: a share s of the fiber's compressive stress is lost."""
 
     name = "fiber_tension_only"
-    suspect = "The model is too stiff where the fibres are shortened: threads buckle and carry no compression."
-    source = "Holzapfel, Gasser & Ogden (2000) switch fibres off in compression (s = 1)"
-    models = ("continuum",)
-    parameters = (Parameter("share", "s", "1", start=0.5, lower=0.0, upper=1.0, none=0.0, scale=0.5),)
+    place = 5
+    suspect = "The model is too stiff where the fibers are shortened: threads buckle and carry no compression."
+    source = "Holzapfel, Gasser & Ogden (2000) switch fibers off in compression (s = 1)"
+    parameter_class = Slack
     depends_on = ("i4",)
 
-    def psi(self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]) -> Tensor:
+    def psi(self, *invariants: Tensor, p: Slack, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         slack = torch.clamp(1 - invariants[0], min=0)
-        return -p.share * material["C2"] / 2 * slack**2
+        return -p.share * material.C2 / 2 * slack**2
 
-    def psi_gradient(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[Tensor, ...]:
-        return (p.share * material["C2"] * torch.clamp(1 - invariants[0], min=0),)
+    def psi_gradient(self, *invariants: Tensor, p: Slack, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
+        return (p.share * material.C2 * torch.clamp(1 - invariants[0], min=0),)
 
-    def psi_hessian(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[tuple[Tensor, ...], ...]:
-        return ((-p.share * material["C2"] * (invariants[0] < 1),),)
+    def psi_hessian(self, *invariants: Tensor, p: Slack, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
+        return ((-p.share * material.C2 * (invariants[0] < 1),),)

@@ -1,22 +1,28 @@
 """A force sensor that is not zero at rest."""
 
-from types import SimpleNamespace
-
 import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, columns
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import MeasurementEffect, columns
 
 
-class ForceOffset(Effect):
+class Offset(Parameters):
+    """force: shown minus real."""
+
+    force: Tensor = parameter("F₀", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=0.5)
+
+
+class ForceOffset(MeasurementEffect[Offset]):
     """F shown = F + F₀."""
 
     name = "force_offset"
+    place = 1
     suspect = "All forces are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = (Parameter("force", "F₀", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=0.5),)
+    parameter_class = Offset
 
-    def sense(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
+    def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + columns(p.force, torch.zeros_like(p.force))

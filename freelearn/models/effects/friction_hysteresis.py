@@ -1,28 +1,32 @@
-"""Friction of fibres and seals: the load lags behind the pressure."""
-
-from types import SimpleNamespace
+"""Friction of fibers and seals: the load lags behind the pressure."""
 
 from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, columns
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import DissipationEffect, columns
 
 
-class FrictionHysteresis(Effect):
+class Friction(Parameters):
+    """force, moment: against the direction of the pressure."""
+
+    force: Tensor = parameter("F_f", "N", start=0.0, none=0.0, scale=0.5, per_sample=True)
+    moment: Tensor = parameter("M_f", "N·m", start=0.0, none=0.0, scale=5e-3, per_sample=True)
+
+
+class FrictionHysteresis(DissipationEffect[Friction]):
     """A constant force F_f and moment M_f against the direction in which the pressure changed.
 
     Both are signed: a load that falls with the pressure lags the other way. Each sample rubs on its own: how much
-    depends on how taut its fibres lie.
+    depends on how taut its fibers lie.
     """
 
     name = "friction_hysteresis"
+    place = 1
     suspect = "Loads at one pressure differ between inflating and deflating."
     source = "Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles"
-    parameters = (
-        Parameter("force", "F_f", "N", start=0.0, none=0.0, scale=0.5, per_sample=True),
-        Parameter("moment", "M_f", "N·m", start=0.0, none=0.0, scale=5e-3, per_sample=True),
-    )
+    parameter_class = Friction
 
-    def dissipate(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
+    def dissipate(self, loads: Tensor, states: States, p: Friction) -> Tensor:
+        """As DissipationEffect.dissipate."""
         return loads - states.direction[:, None] * columns(p.force, p.moment)

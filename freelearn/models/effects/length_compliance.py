@@ -1,22 +1,27 @@
 """A mount that gives way along the axis."""
 
-from types import SimpleNamespace
-
 from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import MountEffect
 
 
-class LengthCompliance(Effect):
+class Spring(Parameters):
+    """compliance: elongation for each newton."""
+
+    compliance: Tensor = parameter("c_l", "m/N", start=1e-6, lower=0.0, upper=1e-2, none=0.0, scale=2e-5)
+
+
+class LengthCompliance(MountEffect[Spring]):
     """l = l read + c F: an actuator that pushes outward (F > 0) lengthens, because the mount yields to it."""
 
     name = "length_compliance"
+    place = 4
     suspect = "The actuator seems too soft in stretch where the force is large: load cell, stage or adhesive gives way."
     source = "machine compliance: Huerta & Malvern (1979)"
-    parameters = (Parameter("compliance", "c_l", "m/N", start=1e-6, lower=0.0, upper=1e-2, none=0.0, scale=2e-5),)
-    load_dependent = True
+    parameter_class = Spring
 
-    def impose(self, states: States, p: SimpleNamespace, loads: Tensor) -> States:  # type: ignore[override]
+    def impose(self, states: States, loads: Tensor, p: Spring) -> States:
+        """As MountEffect.impose."""
         return states.replace(length=states.length + p.compliance * loads[..., 0])

@@ -1,13 +1,11 @@
 """Rubber whose chains can be stretched only so far."""
 
-from collections.abc import Mapping
-from types import SimpleNamespace
-
 import torch
 from torch import Tensor
 
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.material import Material
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import EnergyEffect
 
 # Share of the limit beyond which the logarithm continues as a parabola: a fit may step across the limit.
 JOIN = 0.95
@@ -15,7 +13,13 @@ JOIN = 0.95
 SMALL = 1e-3
 
 
-class LimitedExtensibility(Effect):
+class Gent(Parameters):
+    """beta: 1/J_m, the inverse of the largest I₁ − 3."""
+
+    beta: Tensor = parameter("1/J_m", "1", start=0.01, lower=0.0, upper=100.0, none=0.0, scale=1.0)
+
+
+class LimitedExtensibility(EnergyEffect[Gent]):
     """ΔΨ = −C1/(2β) ln(1 − β (I₁ − 3)) − C1/2 (I₁ − 3), which makes the wall Gent's solid (Gent 1996).
 
     β = 1/J_m: I₁ − 3 cannot reach J_m. ∂ΔΨ/∂I₁ = C1/2 y/(1 − y) with y = β (I₁ − 3), continued along its tangent
@@ -23,13 +27,14 @@ class LimitedExtensibility(Effect):
     """
 
     name = "limited_extensibility"
+    place = 3
     suspect = "The wall locks: loads rise steeply at the largest stretches."
     source = "Gent (1996)"
-    models = ("continuum",)
-    parameters = (Parameter("beta", "1/J_m", "1", start=0.01, lower=0.0, upper=100.0, none=0.0, scale=1.0),)
+    parameter_class = Gent
     depends_on = ("i1",)
 
-    def psi(self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]) -> Tensor:
+    def psi(self, *invariants: Tensor, p: Gent, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         x = invariants[0] - 3
         y = p.beta * x
         below = torch.clamp(y, max=JOIN)
@@ -42,17 +47,15 @@ class LimitedExtensibility(Effect):
         limit = torch.where(past > 0, y, 1.0)  # the parabola's part is divided by β = y/x
         parabola = past * (below / (1 - below) + past / (2 * (1 - below) ** 2)) / limit
         share = torch.where(past > 0, below * below * ratio / limit, below * ratio)
-        return material["C1"] / 2 * x * (share + parabola)
+        return material.C1 / 2 * x * (share + parabola)
 
-    def psi_gradient(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[Tensor, ...]:
+    def psi_gradient(self, *invariants: Tensor, p: Gent, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
         y = p.beta * (invariants[0] - 3)
         below = torch.clamp(y, max=JOIN)
-        return (material["C1"] / 2 * (below / (1 - below) + (y - below) / (1 - below) ** 2),)
+        return (material.C1 / 2 * (below / (1 - below) + (y - below) / (1 - below) ** 2),)
 
-    def psi_hessian(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[tuple[Tensor, ...], ...]:
+    def psi_hessian(self, *invariants: Tensor, p: Gent, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
         below = torch.clamp(p.beta * (invariants[0] - 3), max=JOIN)
-        return ((material["C1"] / 2 * p.beta / (1 - below) ** 2,),)
+        return ((material.C1 / 2 * p.beta / (1 - below) ** 2,),)

@@ -1,19 +1,27 @@
 """A pressure gauge with a wrong sensitivity, or pressure lost on the way."""
 
-from types import SimpleNamespace
+from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import BoundaryEffect
 
 
-class PressureGain(Effect):
+class Gain(Parameters):
+    """gain: relative error of the gauge."""
+
+    gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05)
+
+
+class PressureGain(BoundaryEffect[Gain]):
     """P acting = (1 + g) P read."""
 
     name = "pressure_gain"
+    place = 7
     suspect = "The misfit grows in proportion to the pressure, in every sample alike."
     source = "sensitivity error of a sensor: GUM (JCGM 100:2008)"
-    parameters = (Parameter("gain", "g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05),)
+    parameter_class = Gain
 
-    def impose(self, states: States, p: SimpleNamespace) -> States:
+    def impose(self, states: States, p: Gain) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure * (1 + p.gain))

@@ -1,19 +1,27 @@
 """A pressure gauge that is not zero in the atmosphere."""
 
-from types import SimpleNamespace
+from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import BoundaryEffect
 
 
-class PressureOffset(Effect):
+class Offset(Parameters):
+    """pressure: acting minus read."""
+
+    pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3)
+
+
+class PressureOffset(BoundaryEffect[Offset]):
     """P acting = P read + P₀."""
 
     name = "pressure_offset"
+    place = 6
     suspect = "Loads at zero pressure are off in the direction in which pressure moves them."
     source = "zero error of a sensor: GUM (JCGM 100:2008)"
-    parameters = (Parameter("pressure", "P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3),)
+    parameter_class = Offset
 
-    def impose(self, states: States, p: SimpleNamespace) -> States:
+    def impose(self, states: States, p: Offset) -> States:
+        """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure + p.pressure)

@@ -1,117 +1,97 @@
-"""The effects that a configuration may name."""
+"""The effects that a configuration may name: every module of this package that holds one, and a user's own."""
 
 from __future__ import annotations
 
 import difflib
-import importlib.util
-import math
-import sys
+import importlib
+import pkgutil
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from typing import Any
 
 from freelearn.errors import UserError
-from freelearn.models.effects.end_clamps import EndClamps
-from freelearn.models.effects.fiber_dispersion import FiberDispersion
-from freelearn.models.effects.fiber_misalignment import FiberMisalignment
-from freelearn.models.effects.fiber_stiffening import FiberStiffening
-from freelearn.models.effects.fiber_tension_only import FiberTensionOnly
-from freelearn.models.effects.force_gain import ForceGain
-from freelearn.models.effects.force_offset import ForceOffset
-from freelearn.models.effects.friction_hysteresis import FrictionHysteresis
-from freelearn.models.effects.length_compliance import LengthCompliance
-from freelearn.models.effects.length_offset import LengthOffset
-from freelearn.models.effects.limited_extensibility import LimitedExtensibility
-from freelearn.models.effects.moment_gain import MomentGain
-from freelearn.models.effects.moment_offset import MomentOffset
-from freelearn.models.effects.pressure_gain import PressureGain
-from freelearn.models.effects.pressure_offset import PressureOffset
-from freelearn.models.effects.relaxation import Relaxation
-from freelearn.models.effects.second_invariant import SecondInvariant
-from freelearn.models.effects.sensor_crosstalk import SensorCrosstalk
-from freelearn.models.effects.sensor_drift import SensorDrift
-from freelearn.models.effects.stress_softening import StressSoftening
-from freelearn.models.effects.twist_compliance import TwistCompliance
-from freelearn.models.effects.twist_offset import TwistOffset
-from freelearn.models.effects.twist_slack import TwistSlack
-from freelearn.models.effects.wall_stiffening import WallStiffening
-from freelearn.models.effects.wall_thickness import WallThickness
-from freelearn.models.ports import Effect
+from freelearn.models import effects as library
+from freelearn.models.effect import PORTS, Effect
+from freelearn.models.ports import BASES
 
 # In the order in which they act, within each port.
-EFFECTS: dict[str, type[Effect]] = {}
+EFFECTS: dict[str, type[Effect[Any]]] = {}
+
+# What each port's base classes ask to be written.
+METHODS = {base.method for base in BASES}
 
 
-def register(effect: type[Effect]) -> None:
+def register(effect: type[Effect[Any]]) -> None:
     """Makes an effect known by its name. Raises TypeError where its class is not a proper effect."""
     name = getattr(effect, "name", None)
     if not isinstance(name, str) or not name.isidentifier():
         raise TypeError(f"its name {name!r} is not a word of letters, digits and underscores")
     if name in EFFECTS:
         raise TypeError(f"its name {name!r} is taken")
-    if effect.port() == "energy":
-        if not effect.depends_on or not set(effect.depends_on) <= {"i1", "i2", "i4"}:
-            raise TypeError(f"its depends_on {effect.depends_on} must name invariants: i1, i2, i4")
-        if any(p.per_sample for p in effect.parameters):
-            raise TypeError("the parameters of an energy are shared by all samples, and one of them is per_sample")
-    for p in effect.parameters:
-        numbers = [p.start, p.scale, *([] if p.none is None else [p.none])]
-        if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
-            raise TypeError(f"start, scale and none of its parameter {p.name!r} must be finite numbers")
-        if not p.allows(p.start) or not (p.none is None or p.lower <= p.none <= p.upper):
-            raise TypeError(f"start and none of its parameter {p.name!r} must lie within its bounds")
+    wrong = _plug(effect) or effect.problem()
+    if wrong:
+        raise TypeError(wrong)
     EFFECTS[name] = effect
 
 
-for _effect in (
-    SecondInvariant,
-    WallStiffening,
-    LimitedExtensibility,
-    FiberStiffening,
-    FiberTensionOnly,
-    FiberDispersion,
-    FiberMisalignment,
-    WallThickness,
-    EndClamps,
-    LengthOffset,
-    TwistOffset,
-    TwistSlack,
-    LengthCompliance,
-    TwistCompliance,
-    PressureOffset,
-    PressureGain,
-    FrictionHysteresis,
-    Relaxation,
-    StressSoftening,
-    ForceOffset,
-    MomentOffset,
-    ForceGain,
-    MomentGain,
-    SensorCrosstalk,
-    SensorDrift,
-):
+def _plug(effect: type[Effect[Any]]) -> str | None:
+    """What is wrong with how the class plugs into the chain; None where it is proper."""
+    bases = [base for base in BASES if issubclass(effect, base)]
+    if len(bases) != 1:
+        known = ", ".join(base.__name__ for base in BASES)
+        return f"it must derive from exactly one of {known}"
+    method = bases[0].method
+    if getattr(effect, method) is getattr(bases[0], method):
+        return f"it must write the method {method} of {bases[0].__name__}"
+    more = [name for name in METHODS - {method} if hasattr(effect, name)]
+    if more:
+        return f"it writes {method} and {', '.join(sorted(more))}, which belong to different ports: make two effects"
+    return None
+
+
+def _discover() -> list[type[Effect[Any]]]:
+    """The effects in this package's modules, by port, place and name."""
+    classes = []
+    for module in pkgutil.iter_modules(library.__path__, f"{library.__name__}."):
+        # This module is one of them, and not yet whole.
+        if module.name != __name__:
+            classes += effects_in(importlib.import_module(module.name))
+    return sorted(classes, key=lambda effect: (PORTS.index(effect.port), effect.place, effect.name))
+
+
+def effects_in(module: Any) -> list[type[Effect[Any]]]:
+    """The effects that a module defines itself, in the order in which they stand there."""
+    classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Effect)]
+    return [kind for kind in dict.fromkeys(classes) if kind.__module__ == module.__name__]
+
+
+for _effect in _discover():
     register(_effect)
 
 
-def make_effects(names: Sequence[str], family: str, samples: Sequence[int] = ()) -> list[Effect]:
+def make_effects(
+    names: Sequence[str], family: str, samples: Sequence[int] = (), model: str | None = None
+) -> list[Effect[Any]]:
     """The named effects for a family of models, in the order of the registry whatever the order of the names.
 
-    samples: those of the training set; with several, some parameters have one value for each (see Effect).
-    Raises UserError for what is unknown or does not fit.
+    samples: those of the training set; with several, some parameters have one value for each (see Effect). model: what
+    a message calls it. Raises UserError for what is unknown or does not fit.
     """
     for i, name in enumerate(names):
         if name not in EFFECTS:
             close = difflib.get_close_matches(str(name), EFFECTS, n=1)
-            hint = f" Did you mean {close[0]!r}?" if close else ""
+            hint = (
+                f" Did you mean {close[0]!r}?" if close else " If it is your own, name its file in FREELEARN_EFFECTS."
+            )
             raise UserError(f"Unknown effect {name!r}.{hint} Available: {', '.join(EFFECTS)}.")
         if name in names[:i]:
             raise UserError(f"Effect {name!r} is named twice: name it once.")
-        if family not in EFFECTS[name].models:
-            fits = ", ".join(EFFECTS[name].models)
-            raise UserError(f"Effect {name!r} cannot join model {family!r}: it works with {fits}.")
+        if family not in EFFECTS[name].families():
+            fits = ", ".join(EFFECTS[name].families())
+            raise UserError(f"Effect {name!r} cannot join model {model or family!r}: it works with {fits}.")
     return [effect(samples) for name, effect in EFFECTS.items() if name in names]
 
 
-def missing_columns(effects: Iterable[Effect], table_columns: Iterable[str]) -> str | None:
+def missing_columns(effects: Iterable[Effect[Any]], table_columns: Iterable[str]) -> str | None:
     """What to tell the user when the table lacks a column that an effect needs; None when it has all."""
     present = set(table_columns)
     for effect in effects:
@@ -122,54 +102,3 @@ def missing_columns(effects: Iterable[Effect], table_columns: Iterable[str]) -> 
                     "add the column or leave the effect out."
                 )
     return None
-
-
-# Files that `load_own` has read, and the names it found in them.
-_OWN: dict[Path, list[str]] = {}
-
-
-def load_own(paths: Sequence[str]) -> list[str]:
-    """Registers the effects that a user wrote, from Python files named by path; returns the effects' names.
-
-    This runs the files. Call it only with paths that the user typed on the command line or in the environment,
-    never with any from data, a checkpoint or a stored configuration. Raises UserError.
-    """
-    found: list[str] = []
-    for given in paths:
-        path = Path(given).expanduser().resolve()
-        if path not in _OWN:
-            _OWN[path] = _read_own(path, given)
-        found += _OWN[path]
-    return found
-
-
-def _read_own(path: Path, given: str) -> list[str]:
-    if path.suffix != ".py" or not path.is_file():
-        raise UserError(f"{given} is not a Python file with an effect: give the path of an existing .py file.")
-    module_name = f"freelearn_own_{len(_OWN)}_{path.stem}"
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    # Where inspect and pickle look for the source of a class.
-    sys.modules[module_name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as problem:
-        del sys.modules[module_name]
-        reason = f"{type(problem).__name__}: {problem}".splitlines()[0]
-        raise UserError(f"{given} does not run ({reason}): mend it and try again.") from problem
-    own = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Effect)]
-    own = [effect for effect in dict.fromkeys(own) if effect.__module__ == module_name]
-    if not own:
-        raise UserError(f"{given} holds no effect: write a class derived from freelearn.models.ports.Effect in it.")
-    names: list[str] = []
-    for effect in own:
-        try:
-            register(effect)
-        except TypeError as problem:
-            for name in names:
-                del EFFECTS[name]
-            raise UserError(f"Class {effect.__name__} in {given} is not an effect: {problem}.") from None
-        names.append(effect.name)
-    return names

@@ -1,27 +1,33 @@
-"""Rubber and threads that creep under load: the loads decay while a state is held."""
-
-from types import SimpleNamespace
+"""Rubber and threads that creep under load: their stresses decay while a state lasts."""
 
 import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, per_row
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import WallEffect
 
 
-class Relaxation(Effect):
-    """Loads · (1 − g (1 − e^(−t/τ))), t the time since the kinematic state was reached: one Prony term."""
+class Prony(Parameters):
+    """share: of the stresses that is lost in the end; time: in which all but 1/e of that is lost."""
+
+    share: Tensor = parameter("g", "1", start=0.05, lower=0.0, upper=0.95, none=0.0, scale=0.1)
+    time: Tensor = parameter("τ", "s", start=60.0, lower=1.0, upper=1e5, log=True, scale=60.0)
+
+
+class Relaxation(WallEffect[Prony]):
+    """σ wall · (1 − g (1 − e^(−t/τ))), t the time since the kinematic state was reached: one Prony term.
+
+    The wall relaxes, the fluid's pressure and thrust do not.
+    """
 
     name = "relaxation"
+    place = 2
     suspect = "Loads decay while a state is held, so that late readings of a state are lower than early ones."
     source = "one term of a Prony series: Christensen (1982)"
     needs = ("time_s",)
-    parameters = (
-        Parameter("share", "g", "1", start=0.05, lower=0.0, upper=0.95, none=0.0, scale=0.1),
-        Parameter("time", "τ", "s", start=60.0, lower=1.0, upper=1e5, log=True, scale=60.0),
-    )
+    parameter_class = Prony
 
-    def dissipate(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
-        relaxed = -torch.expm1(-states.dwell / p.time)
-        return loads * (1 - per_row(p.share * relaxed))
+    def soften(self, states: States, p: Prony) -> Tensor:
+        """As WallEffect.soften."""
+        return 1 + p.share * torch.expm1(-states.dwell / p.time)

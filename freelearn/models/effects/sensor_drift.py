@@ -1,24 +1,40 @@
 """Load cells that wander during a run."""
 
-from types import SimpleNamespace
+from collections.abc import Iterable
 
 from torch import Tensor
 
-from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect, columns
+from freelearn.measurements.states import SECONDS_PER_ROW, States
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import MeasurementEffect, columns
 
 
-class SensorDrift(Effect):
+class Drift(Parameters):
+    """force_rate, moment_rate: of the cells' zeros."""
+
+    force_rate: Tensor = parameter("a", "N/s", start=0.0, lower=-1.0, upper=1.0, none=0.0, scale=2e-5)
+    moment_rate: Tensor = parameter("b", "N·m/s", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, scale=2e-7)
+
+
+class SensorDrift(MeasurementEffect[Drift]):
     """F shown = F + a t, M shown = M + b t, t the time since the sample's first row (20 s a row without time_s)."""
 
     name = "sensor_drift"
+    place = 6
     suspect = "Repeats of one state disagree, and more so the further apart they were measured."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
-    parameters = (
-        Parameter("force_rate", "a", "N/s", start=0.0, lower=-1.0, upper=1.0, none=0.0, scale=2e-5),
-        Parameter("moment_rate", "b", "N·m/s", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, scale=2e-7),
-    )
+    parameter_class = Drift
 
-    def sense(self, loads: Tensor, states: States, p: SimpleNamespace) -> Tensor:
+    @classmethod
+    def assumptions(cls, columns: Iterable[str]) -> list[str]:
+        """As Effect.assumptions: the time from row to row, where the table does not tell it."""
+        if "time_s" in set(columns):
+            return []
+        return [
+            f"the table has no time_s: {cls.name} takes {SECONDS_PER_ROW:g} s from row to row, and its rates per "
+            "second rest on that"
+        ]
+
+    def sense(self, loads: Tensor, states: States, p: Drift) -> Tensor:
+        """As MeasurementEffect.sense."""
         return loads + states.clock[:, None] * columns(p.force_rate, p.moment_rate)

@@ -1,23 +1,30 @@
 """Backlash between the rotational servo and the actuator."""
 
-from types import SimpleNamespace
-
-import torch
+from torch import Tensor
 
 from freelearn.measurements.states import States
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import PlayEffect
 
 
-class TwistSlack(Effect):
-    """φ imposed = φ read − clamp(φ read, −s, s): within the dead band ±s the servo turns and nothing follows."""
+class Play(Parameters):
+    """angle: half the width of the band."""
+
+    angle: Tensor = parameter("w", "rad", start=0.02, lower=0.0, upper=1.0, none=0.0, per_sample=True, scale=0.1)
+
+
+class TwistSlack(PlayEffect[Play]):
+    """φ lies within φ read ± w, where the actuator's own moment is nearest zero (see models.play).
+
+    Its own moment is the one that it hands on, wall, fluid and friction together.
+    """
 
     name = "twist_slack"
+    place = 3
     suspect = "The moment hardly changes around zero twist: a coupling or a key has play."
-    source = "dead-band model of backlash: Nordin & Gutman (2002)"
-    parameters = (
-        Parameter("angle", "s", "rad", start=0.02, lower=0.0, upper=1.0, none=0.0, per_sample=True, scale=0.1),
-    )
+    source = "backlash as a dead zone: Nordin & Gutman (2002)"
+    parameter_class = Play
 
-    def impose(self, states: States, p: SimpleNamespace) -> States:
-        return states.replace(twist=states.twist - torch.clamp(states.twist, -p.angle, p.angle))
+    def play(self, states: States, p: Play) -> Tensor:
+        """As PlayEffect.play."""
+        return p.angle

@@ -1,33 +1,36 @@
 """Rubber that stiffens at large stretch."""
 
-from collections.abc import Mapping
-from types import SimpleNamespace
-
 from torch import Tensor
 
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
+from freelearn.models.material import Material
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import EnergyEffect
 
 
-class WallStiffening(Effect):
+class Yeoh(Parameters):
+    """C20: coefficient of (I₁ − 3)²."""
+
+    C20: Tensor = parameter("C₂₀", "Pa", start=1e4, lower=0.0, none=0.0, scale=3e5)
+
+
+class WallStiffening(EnergyEffect[Yeoh]):
     """ΔΨ = C20 (I₁ − 3)², the second term of Yeoh's energy (Yeoh 1993)."""
 
     name = "wall_stiffening"
+    place = 2
     suspect = "The loads fall short at large stretch and twist although they are right near the reference state."
     source = "Yeoh (1993)"
-    models = ("continuum",)
-    parameters = (Parameter("C20", "C₂₀", "Pa", start=1e4, lower=0.0, none=0.0, scale=3e5),)
+    parameter_class = Yeoh
     depends_on = ("i1",)
 
-    def psi(self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]) -> Tensor:
+    def psi(self, *invariants: Tensor, p: Yeoh, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
         return p.C20 * (invariants[0] - 3) ** 2
 
-    def psi_gradient(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[Tensor, ...]:
+    def psi_gradient(self, *invariants: Tensor, p: Yeoh, material: Material) -> tuple[Tensor, ...]:
+        """As EnergyEffect.psi_gradient."""
         return (2 * p.C20 * (invariants[0] - 3),)
 
-    def psi_hessian(
-        self, *invariants: Tensor, p: SimpleNamespace, material: Mapping[str, Tensor]
-    ) -> tuple[tuple[Tensor, ...], ...]:
+    def psi_hessian(self, *invariants: Tensor, p: Yeoh, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """As EnergyEffect.psi_hessian."""
         return ((2 * p.C20,),)

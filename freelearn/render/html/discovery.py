@@ -3,124 +3,93 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import pandas as pd
-
-from freelearn.inference.thresholds import ALPHA
-from freelearn.render.html.charts.ranking import ranking_chart, ranking_numbers
-from freelearn.render.html.charts.staircase import StaircaseChart
-from freelearn.render.html.page import Section, number, percent, sentence, write_page
+from freelearn.render.html.page import Section, write_page
 from freelearn.render.html.provenance import provenance_section
-from freelearn.render.html.run import curve_section, parameter_table, residual_sections
-from freelearn.results.discovery import Discovery, stderr, trail_numbers
+from freelearn.results.discovery import Discovery, trail_numbers
+from freelearn.results.discovery_tables import (
+    class_lines,
+    error_line,
+    failure_lines,
+    final_parameters,
+    next_states,
+    note_lines,
+    remainder_lines,
+    screen_lines,
+)
+from freelearn.results.origin import Provenance
+from freelearn.results.ranking import ranking_numbers, ranking_table, untested_lines
+from freelearn.results.staircase import staircase_table
 
 
 def report_discovery(discovery: Discovery, folder: Path, command: str, figures: bool) -> None:
-    """Writes report.html. figures: charts as well."""
+    """Writes report.html. figures: charts as well. command: the shell command that repeats the search."""
     content = discovery.content
     sections = [
-        _verdict(discovery),
+        Section("Verdict", [content["says"]], kind="verdict"),
         _staircase(discovery, figures),
         *_failures(discovery),
         *_ranking(discovery, figures),
+        *_classes(discovery),
+        Section.of_table(final_parameters(discovery)),
     ]
-    sections += [*_classes(discovery), *_parameters(discovery)]
     if figures:
-        for measured, curves in discovery.curves:
-            sections.append(curve_section(measured, curves, "Loads before and after"))
-        for when, table in discovery.predictions.items():
-            sections += residual_sections(table, when)
+        # Bokeh takes a second to import: a report without charts does without.
+        from freelearn.render.html.run_charts import curve_section, residual_section
+
+        sections += [curve_section(*shown, "Loads before and after") for shown in discovery.curves]
+        sections += [residual_section(table, when) for when, table in discovery.predictions.items()]
     accuracy = ", ".join(f"{name} {value:.3g}" for name, value in content["accuracy"].items())
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation, SI": accuracy}
-    sections.append(provenance_section(content["data"], command, facts))
+    provenance = Provenance.from_plain(content["data"])
+    sections.append(provenance_section(provenance, command, facts))
     title = f"What {content['model']} misses on {content['train']}"
-    write_page(folder / "report.html", title, bool(content["data"]["simulated"]), sections)
-
-
-def _verdict(discovery: Discovery) -> Section:
-    return Section("Verdict", [discovery.content["says"]], kind="verdict")
+    write_page(folder / "report.html", title, provenance.simulated, sections)
 
 
 def _staircase(discovery: Discovery, figures: bool) -> Section:
-    table = trail_numbers(discovery.content)
-    shown = pd.DataFrame(
-        {
-            "step": table["step"],
-            "E held-out %": [percent(e, 3) for e in table["E_heldout"]],
-            "E fitted %": [percent(e, 3) for e in table["E_train"]],
-        }
-    )
-    error = discovery.content["error"]
-    line = (
-        f"Held-out error from {percent(error['before'], 3)} % to {percent(error['after'], 3)} %; measuring alone "
-        f"leaves {percent(error['noise_floor'], 3)} %."
-    )
-    charts = []
-    lines = [line, f"{discovery.content['heldout_is']}."]
-    if figures:
-        chart = StaircaseChart()
-        chart.show(table)
-        charts = [chart.panel]
-    return Section("The error, step by step", lines, shown, charts, {"staircase.csv": table} if figures else {})
+    trail = trail_numbers(discovery.content)
+    table, lines = staircase_table(trail), [error_line(discovery)]
+    if not figures:
+        return Section.of_table(table, lines)
+    from freelearn.render.html.charts.staircase import StaircaseChart
+
+    chart = StaircaseChart()
+    chart.show(trail)
+    return Section(table.title, lines, [table], [chart.panel], {"staircase.csv": trail})
 
 
 def _failures(discovery: Discovery) -> list[Section]:
-    lines = [sentence(failure.sentence()) for failure in discovery.failed]
-    screens = [sentence(f"{screen.name}: {screen.says}") for screen in discovery.screens]
-    found = [Section("Where the model failed at first", lines or ["No region stands out."])]
-    found.append(Section("What that already rules out", screens))
-    if discovery.notes:
-        found.append(Section("To know", [f"{note}." for note in discovery.notes]))
-    if left := discovery.left:
-        text = (
-            f"What is left is {100 * left.share:.0f} % systematic. Hint, not a finding: {left.hint} explains "
-            f"{100 * left.hint_share:.0f} % of it."
-        )
-        found.append(Section("What remains", [text], kind="hint"))
-    return found
+    sections = [
+        Section("Where the model failed at first", failure_lines(discovery)),
+        Section("What that already rules out", screen_lines(discovery)),
+    ]
+    if notes := note_lines(discovery):
+        sections.append(Section("To know", notes))
+    if left := remainder_lines(discovery):
+        sections.append(Section("What remains", left, kind="hint"))
+    return sections
 
 
 def _ranking(discovery: Discovery, figures: bool) -> list[Section]:
-    candidates: list[dict[str, Any]] = discovery.content["candidates"]
-    table = ranking_numbers(candidates)
-    if not len(table):
+    candidates = discovery.content["candidates"]
+    numbers = ranking_numbers(candidates)
+    if not len(numbers):
         return []
-    shown = pd.DataFrame(
-        {
-            "effect": table["effect"],
-            "size σ": [f"{s:.1f}" for s in table["size"]],
-            "p by chance": [number(p, 3) for p in table["p_value"]],
-            "E held-out %": [percent(e, 3) for e in table["E_heldout"]],
-        }
-    )
-    untried = [
-        f"{c['effect']}: {c['reason']}" for c in candidates if c["status"] != "tested" and c.get("step") in (0, None)
-    ]
-    charts = [ranking_chart(table, ALPHA)] if figures else []
-    numbers = {"ranking.csv": table} if figures else {}
-    parts = [Section("Which effects would explain it, before any was added", [], shown, charts, numbers)]
-    if untried:
-        parts.append(Section("Not tested", untried))
-    return parts
+    table = ranking_table(numbers)
+    if figures:
+        from freelearn.render.html.charts.ranking import ranking_chart
+
+        sections = [Section(table.title, [], [table], [ranking_chart(numbers)], {"ranking.csv": numbers})]
+    else:
+        sections = [Section.of_table(table)]
+    untested = untested_lines(candidates)
+    return [*sections, Section("Not tested", untested)] if untested else sections
 
 
 def _classes(discovery: Discovery) -> list[Section]:
-    several = [c for c in discovery.content["classes"] if len(c) > 1]
-    if not several:
+    lines = class_lines(discovery)
+    if not lines:
         return []
-    lines = [f"The data cannot tell these apart: {', '.join(c)}." for c in several]
-    rows = [
-        [p.sample, f"{p.elongation_mm:+.3g}", f"{p.twist_deg:+.4g}", f"{p.pressure_kpa:.3g}", *p.separates,
-         f"{p.expected_z:.1f}"]
-        for p in discovery.proposed
-    ]  # fmt: skip
-    columns = ["sample", "elongation mm", "twist deg", "pressure kPa", "this", "from that", "expected σ"]
-    table = pd.DataFrame(rows, columns=columns) if rows else None
-    return [Section("What to measure next", lines, table)]
-
-
-def _parameters(discovery: Discovery) -> list[Section]:
-    step = discovery.findings.final
-    table = parameter_table(step.fit.model, step.fit.values(), stderr(step))
-    return [Section("Parameters of the last model", [], table)]
+    table = next_states(discovery.proposed)
+    return [Section(table.title, lines, [table] if table.rows else [])]

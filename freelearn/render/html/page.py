@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from bokeh.document import Document
-from bokeh.embed import components
-from bokeh.resources import Resources
 from jinja2 import Environment
 from markupsafe import Markup
 
 from freelearn.files import write_text
+from freelearn.results.tables import DisplayTable
 
 # Everything from data, settings and names passes through autoescape; only Bokeh's own output is marked safe.
 PAGE = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
@@ -32,7 +30,7 @@ h1 { font-size: 1.5rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin:
 .simulated { color: #8a4b00; background: #fff4e0; } .measured { color: #00557f; background: #e6f4fb; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { border-bottom: 2px solid #888; } td:first-child, th:first-child { text-align: left; }
+th { border-bottom: 2px solid #888; } .words { text-align: left; }
 .charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide { overflow-x: auto; }
 pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
 .verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; } a:focus { outline: 2px solid #0072B2; }
@@ -54,14 +52,26 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 {% if section.code %}
 <pre>{{ section.code }}</pre>
 {% endif %}
-{% if section.table is not none %}
-<div class="wide"><table><thead><tr>{% for name in section.table.columns %}<th>{{ name }}</th>{% endfor %}</tr></thead>
-<tbody>
-{% for row in section.table.itertuples(index=False) %}
-<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+{% for table in section.tables %}
+<div class="wide"><table><thead><tr>
+{% for column in table.columns %}
+<th{% if column.words %} class="words"{% endif %}>{{ column.heading }}</th>
+{%- endfor %}
+
+</tr></thead><tbody>
+{% for row in table.rows %}
+<tr>
+{% for cell in row %}
+<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell }}</td>
+{%- endfor %}
+
+</tr>
 {% endfor %}
 </tbody></table></div>
+{% if table.caption %}
+<p class="hint">{{ table.caption }}</p>
 {% endif %}
+{% endfor %}
 {% if section.marks %}
 <div class="charts">{% for mark in section.marks %}{{ mark }}{% endfor %}</div>
 {% endif %}
@@ -77,18 +87,23 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 )
 
 
-@dataclass
+@dataclass(frozen=True)
 class Section:
-    """One part of a page. table: cells are shown as they are. charts: Bokeh figures; numbers: what they show, by file
-    name, to download. kind: "verdict" or "hint" where the lines stand out."""
+    """One part of a page. tables: under their captions; their titles are left out. charts: Bokeh figures; numbers: what
+    they show, by file name, to download. kind: "verdict" or "hint" where the lines stand out."""
 
     heading: str
     lines: Sequence[str] = ()
-    table: pd.DataFrame | None = None
+    tables: Sequence[DisplayTable] = ()
     charts: Sequence[Any] = ()
-    numbers: dict[str, pd.DataFrame] = field(default_factory=dict)
+    numbers: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     code: str = ""
     kind: str = ""
+
+    @classmethod
+    def of_table(cls, table: DisplayTable, lines: Sequence[str] = ()) -> Section:
+        """A table under its own title."""
+        return cls(table.title, lines, [table])
 
 
 def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Section]) -> None:
@@ -105,36 +120,38 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
         for section in sections
     ]
     # Without charts the page needs no library, and a sweep's many small reports stay small.
-    library = "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw) if charts else ""
-    text = PAGE.render(title=title, simulated=simulated, sections=shown, script=Markup(script), library=Markup(library))
+    text = PAGE.render(
+        title=title,
+        simulated=simulated,
+        sections=shown,
+        script=Markup(script),
+        library=Markup(_library() if charts else ""),
+    )
     write_text(path, text)
+
+
+def _library() -> str:
+    # A second to import, and a report without charts does without.
+    from bokeh.resources import Resources
+
+    return "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
 
 
 def _embedded(charts: Sequence[Any]) -> tuple[str, tuple[str, ...]]:
     """The script that draws the charts, and a mark for the place of each."""
+    # A second to import, and a report without charts does without.
+    from bokeh.document import Document
+    from bokeh.embed import components
+
     # Bokeh's own temporary document looks through all charts again for each one: seconds with forty of them.
     document = Document()
     with document.models.freeze():
         for chart in charts:
             document.add_root(chart)
-    return components(charts)
+    script, marks = components(charts)
+    return str(script), tuple(marks)
 
 
 def _link(table: pd.DataFrame) -> str:
     content = table.to_csv(index=False, float_format="%.8g").encode()
     return "data:text/csv;base64," + base64.b64encode(content).decode()
-
-
-def sentence(text: str) -> str:
-    """Words as a sentence of their own."""
-    return f"{text[0].upper()}{text[1:]}."
-
-
-def percent(value: float | None, digits: int = 2) -> str:
-    """A fraction as a cell in %."""
-    return "–" if value is None or pd.isna(value) else f"{100 * value:.{digits}f}"
-
-
-def number(value: float | None, digits: int = 5) -> str:
-    """A cell; blank numbers as a dash."""
-    return "–" if value is None or pd.isna(value) else f"{value:.{digits}g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,10 +12,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from freelearn.files import write_whole
-
-# Okabe & Ito's colours, told apart by colour-blind readers; line styles and markers differ as well.
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-LINES = ("-", "-.", ":", (0, (3, 1, 1, 1, 1, 1)))
 
 
 def new_figure(width: float, height: float, dpi: int = 110) -> Figure:
@@ -39,8 +36,8 @@ def finish(axes: Axes, x: str, y: str) -> None:
 
 def to_rgb(figure: Figure) -> np.ndarray:
     """The drawn figure, (H, W, 3) uint8."""
-    canvas = figure.canvas
-    assert isinstance(canvas, FigureCanvasAgg)
+    # matplotlib declares no types for what its Agg canvas does.
+    canvas: Any = figure.canvas
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 

@@ -2,33 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import torch
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from torch.utils.tensorboard import SummaryWriter
 
-from freelearn.inference.score import EffectScore
 from freelearn.inference.thresholds import ALPHA
-from freelearn.render.png.canvas import COLORS, finish, heading, new_figure, save, to_rgb
-from freelearn.render.png.curves import curve_numbers, curves
-from freelearn.render.png.residual_map import residual_map, residual_table
+from freelearn.render.palette import COLORS
+from freelearn.render.png.canvas import finish, heading, new_figure, save, to_rgb
+from freelearn.render.png.curves import curves
+from freelearn.render.png.residual_map import residual_map
+from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.discovery import Discovery, trail_numbers
+from freelearn.results.likeness import TWINS, likeness_table
+from freelearn.results.ranking import ranking_numbers
+from freelearn.results.residuals import residual_table
+from freelearn.results.staircase import staircase as stairs_of
 from freelearn.results.states import state_title
+
+# A size of nothing still has a place on a logarithmic axis.
+SMALLEST = 0.05
 
 
 def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[Path]:
-    """Writes staircase, ranking, likeness, residuals_before, residuals_after and curves_* (.png, with a .csv each)."""
+    """Writes staircase, ranking, likeness, residuals_before, residuals_after and curves_* (.png, with a .csv each), and
+    the same pictures, errors and parameters for TensorBoard; returns the pictures' paths."""
     findings = discovery.findings
-    figures: dict[str, tuple[Figure, pd.DataFrame]] = {"staircase": staircase(discovery, simulated)}
-    if any(c["status"] == "tested" for c in findings.steps[0].candidates):
-        figures["ranking"] = ranking(discovery, simulated)
-    if len([s for s in findings.steps[0].scores if s.signature is not None]) > 1:
-        figures["likeness"] = likeness(findings.steps[0].scores, simulated)
+    trail = trail_numbers(discovery.content)
+    figures: dict[str, tuple[Figure, pd.DataFrame]] = {"staircase": (staircase(trail, simulated), trail)}
+    last = len(findings.steps) - 1
+    ranked = {
+        when: ranking_numbers(discovery.content["candidates"], step)
+        for when, step in (("before", 0), ("after", last))
+        if when == "before" or last
+    }
+    if len(ranked["before"]):
+        both = pd.concat([numbers.assign(when=when) for when, numbers in ranked.items()], ignore_index=True)
+        figures["ranking"] = ranking(ranked["before"], ranked.get("after"), simulated), both
+    alike = likeness_table(findings.steps[0].scores)
+    if len(alike) > 1:
+        figures["likeness"] = likeness(alike, simulated), alike
     for when, step in (("before", findings.steps[0]), ("after", findings.final)):
         table = discovery.predictions[when]
         effects = " + ".join(step.effects) or "no effect"
@@ -52,43 +68,33 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     return paths
 
 
-def staircase(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame]:
-    """Held-out error from step to step, down towards the noise floor."""
-    table = trail_numbers(discovery.content)
-    labels = table["step"].str.replace(" + ", "\n+ ", regex=False)
-    figure = new_figure(max(5.5, 2.2 + 1.5 * len(table)), 4.2)
+def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
+    """Held-out error from step to step, down towards the noise floor. trail: of results.discovery.trail_numbers."""
+    stairs = stairs_of(trail)
+    labels = [step.replace(" + ", "\n+ ") for step in stairs.steps]
+    figure = new_figure(max(5.5, 2.2 + 1.5 * len(labels)), 4.2)
     figure.suptitle(heading("Error on held-out kinematic states", simulated), fontsize=11)
     axes = figure.add_axes((0.13, 0.2, 0.84, 0.68))
-    place = np.arange(len(table))
-    percent = 100 * table["E_heldout"]
-    axes.plot(place, percent, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
-    for x, value in zip(place, percent, strict=True):
-        axes.annotate(f"{value:.3g} %", (x, value), xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9)
-    axes.hlines(
-        100 * table["noise_floor"], place - 0.45, place + 0.45, color="black", linestyle="--", label="noise floor"
-    )
+    place = np.arange(len(labels))
+    axes.plot(place, stairs.E, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
+    for x, value, text in zip(place, stairs.E, stairs.labels, strict=True):
+        axes.annotate(text, (x, value), xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9)
+    axes.hlines(stairs.floor, place - 0.45, place + 0.45, color="black", linestyle="--", label="noise floor")
     axes.set_xticks(place, labels, fontsize=9)
     finish(axes, "", "E [%], logarithmic")
-    axes.set_xlim(-0.6, len(table) - 0.4)
-    # The error may fall a hundredfold: on a linear axis the last steps, which decide, would not show.
+    axes.set_xlim(-0.6, len(labels) - 0.4)
     axes.set_yscale("log")
-    low, high = float(min(percent.min(), 100 * table["noise_floor"].min())), float(percent.max())
-    axes.set_ylim(low / 1.4, high * 1.6)
+    axes.set_ylim(stairs.low, stairs.high)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.legend(frameon=False, fontsize=9)
-    return figure, table
+    return figure
 
 
-def ranking(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame]:
-    """How much each effect promised before any was added, and after the last one: size in σ after refitting."""
-    steps = discovery.findings.steps
-    frames = []
-    for when, step in {"before": steps[0], "after": steps[-1]}.items():
-        rows = [c for c in step.candidates if c["status"] == "tested"]
-        frames.append(pd.DataFrame(rows).assign(when=when))
-    table = pd.concat(frames, ignore_index=True)
-    table["size"] = table["score"].clip(lower=0) ** 0.5
-    before = table[table["when"] == "before"].sort_values("size")
+def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -> Figure:
+    """How much each effect promised before any was added, and after the last one: size in σ after refitting.
+
+    before, after: of results.ranking.ranking_numbers; None where nothing was added."""
+    before = before.sort_values("size")
     names = before["effect"].tolist()
     figure = new_figure(8.0, 1.8 + 0.27 * len(names))
     height = figure.get_size_inches()[1]
@@ -96,33 +102,30 @@ def ranking(discovery: Discovery, simulated: bool) -> tuple[Figure, pd.DataFrame
     axes = figure.add_axes((0.25, 0.85 / height, 0.7, 1 - 1.4 / height))
     place = np.arange(len(names))
     certain = (before["p_value"] <= ALPHA).to_numpy()
-    size = before["size"].clip(lower=0.05).to_numpy()
+    size = before["size"].clip(lower=SMALLEST).to_numpy()
     axes.barh(place[certain], size[certain], color=COLORS[0], height=0.62, label=f"before, p ≤ {ALPHA:g}")
     axes.barh(
         place[~certain], size[~certain], color="white", edgecolor=COLORS[0], height=0.62, label="before, may be chance"
     )
-    if len(steps) > 1:
-        after = table[table["when"] == "after"].set_index("effect")["size"].reindex(names).clip(lower=0.05)
-        axes.plot(after, place, "D", color=COLORS[1], ms=5, label="after the last effect was added")
+    if after is not None:
+        later = after.set_index("effect")["size"].reindex(names).clip(lower=SMALLEST)
+        axes.plot(later, place, "D", color=COLORS[1], ms=5, label="after the last effect was added")
     axes.set_yticks(place, names, fontsize=9)
     axes.set_xscale("log")
     finish(axes, "size of the effect after refitting [σ], logarithmic", "")
     figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=3)
-    return figure, table
+    return figure
 
 
-def likeness(scores: Sequence[EffectScore], simulated: bool) -> tuple[Figure, pd.DataFrame]:
-    """How alike the effects' traces are in these data: largest cosine between them after refitting, 1 for twins."""
-    shown = [s for s in scores if s.signature is not None]
-    spans = [torch.linalg.qr(s.signature).Q for s in shown if s.signature is not None]
-    cosine = np.array([[float(torch.linalg.matrix_norm(a.T @ b, 2)) for b in spans] for a in spans]).clip(0, 1)
-    names = [s.effect for s in shown]
-    table = pd.DataFrame(cosine, columns=names).assign(effect=names).set_index("effect").reset_index()
+def likeness(table: pd.DataFrame, simulated: bool) -> Figure:
+    """How alike the effects' traces are in these data. table: of results.likeness.likeness_table."""
+    names = table["effect"].tolist()
+    cosine = table[names].to_numpy(dtype=np.float64)
     side = 2.6 + 0.3 * len(names)
     figure = new_figure(side + 0.8, side)
     axes = figure.add_axes((2.0 / (side + 0.8), 1.75 / side, 0.3 * len(names) / (side + 0.8), 0.3 * len(names) / side))
     image = axes.imshow(cosine, cmap="viridis_r", vmin=0, vmax=1)
-    for i, j in zip(*np.nonzero(cosine > 0.95), strict=True):
+    for i, j in zip(*np.nonzero(cosine > TWINS), strict=True):
         if i != j:
             axes.text(j, i, "=", ha="center", va="center", color="white", fontsize=9, weight="bold")
     axes.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
@@ -130,5 +133,5 @@ def likeness(scores: Sequence[EffectScore], simulated: bool) -> tuple[Figure, pd
     axes.tick_params(length=0)
     figure.suptitle(heading("Effects that look alike on these data", simulated), fontsize=10.5)
     bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03)
-    bar.set_label("cosine after refitting (= above 0.95)", fontsize=8)
-    return figure, table
+    bar.set_label(f"cosine after refitting (= above {TWINS:g})", fontsize=8)
+    return figure

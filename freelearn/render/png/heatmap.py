@@ -12,22 +12,21 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from freelearn.render.png.canvas import COLORS, heading, new_figure
+from freelearn.render.png.canvas import new_figure
+from freelearn.results.error_map import error_grid, error_range, mean_text, set_order
+from freelearn.results.run import CONSTITUENT_SET
 
-# Small errors are bright; the lightness falls all along, so the map survives greyscale and colour blindness.
+# Small errors are bright; the lightness falls all along, so the map survives grayscale and color blindness.
 SCALE = "viridis_r"
-# The maps of a model lie between a few and a few thousand per cent: a linear scale would show one dark corner.
+# The maps of a model lie between a few and a few thousand percent: a linear scale would show one dark corner.
 TICKS = [m * 10.0**e for e in range(-2, 6) for m in (1, 2, 5)]
-NAMES = {"constituent": "constit."}
+NAMES = {CONSTITUENT_SET: "constit."}
 CELL = 0.42
 
 
 def color_scale(cells: pd.DataFrame) -> LogNorm:
     """One logarithmic scale [%] for every map drawn from `cells` (column E, a fraction)."""
-    percent = 100 * cells["E"].to_numpy(dtype=np.float64)
-    percent = percent[np.isfinite(percent) & (percent > 0)]
-    low, high = (percent.min(), percent.max()) if len(percent) else (1.0, 100.0)
-    return LogNorm(low / 1.05, high * 1.05)
+    return LogNorm(*error_range(cells))
 
 
 def heatmap(cells: pd.DataFrame, title: str, norm: LogNorm, note: str) -> Figure:
@@ -73,14 +72,6 @@ def side_by_side(
     return figure
 
 
-def mean_text(cells: pd.DataFrame) -> str:
-    """Mean over the fitted cells [%], with its spread over seeds where there are several."""
-    fitted = cells[cells["train"] != "constituent"]
-    text = f"{100 * fitted['E'].mean():.1f} %"
-    deviation = fitted["deviation"].mean()
-    return f"{text} (± {100 * deviation:.1f} in a cell, over {fitted['seeds'].max()} seeds)" if deviation > 0 else text
-
-
 def draw_map(
     axes: Axes,
     cells: pd.DataFrame,
@@ -91,8 +82,7 @@ def draw_map(
 ) -> None:
     """cells: train, test, E (a fraction). Hatched cells were not evaluated, or have no usable row."""
     across, down = across or set_order(cells["train"]), down or set_order(cells["test"])
-    grid = 100 * cells.pivot_table(index="test", columns="train", values="E").reindex(index=down, columns=across)
-    values = grid.to_numpy(dtype=np.float64)
+    values = error_grid(cells, across, down)
     axes.patch.set(hatch="////", edgecolor="0.75", facecolor="white")
     edges = np.arange(len(across) + 1) - 0.5, np.arange(len(down) + 1) - 0.5
     axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=SCALE, edgecolors="white", linewidth=0.5)
@@ -104,7 +94,7 @@ def draw_map(
     if first:
         axes.set_ylabel("test set")
     axes.tick_params(length=0)
-    for name in set(across) & {"constituent"}:
+    for name in set(across) & {CONSTITUENT_SET}:
         # Nothing was fitted there: set off from the columns of training sets.
         axes.axvline(list(across).index(name) - 0.5, color="black", linewidth=1.2)
     if np.isfinite(values).any():
@@ -117,7 +107,7 @@ def draw_map(
 
 
 def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) -> None:
-    """The colour bar, at figure coordinates."""
+    """The color bar, at figure coordinates."""
     axes = figure.add_axes((x, y, 0.16 / figure.get_size_inches()[0], height))
     bar = figure.colorbar(ScalarMappable(norm, SCALE), cax=axes)
     assert norm.vmin is not None
@@ -127,77 +117,3 @@ def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) ->
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     bar.set_label("error E [%], logarithmic")
     bar.ax.tick_params(labelsize=8)
-
-
-def set_order(names: pd.Series) -> list[str]:
-    """Set names in reading order: samples by number, groups, what was not fitted."""
-    groups = ("even", "all", "constituent")
-
-    def rank(name: str) -> tuple[int, int]:
-        number = int("".join(c for c in name if c.isdigit()) or 0)
-        kind = groups.index(name) + 2 if name in groups else int(name.startswith("without"))
-        return (kind, number)
-
-    return sorted(names.unique(), key=rank)
-
-
-def caption(ours: pd.Series, published: Mapping[str, float] | None, simulated: bool) -> str:
-    """Our figures of one label (a row of sweep.summary) beside the paper's, which measured other, real samples."""
-    parts = {"mean": "mean", "range": "range", "diagonal": "own set", "min": "least", "max": "most"}
-    lines = [f"{'E [%]':<8}{'here':>7}" + (f"{'paper':>7}" if published else "")]
-    for part, name in parts.items():
-        line = f"{name:<8}{_percent(ours[part]):>7}"
-        lines.append(line + (f"{_percent(published.get(part, np.nan)):>7}" if published else ""))
-    here = "simulated data" if simulated else "measured data"
-    return "\n".join([*lines, f"here: {here}", *(["paper: its own real samples"] if published else [])])
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.1f}" if np.isfinite(value) else "–"
-
-
-# Names of models side by side under the overview.
-NAMES_IN_A_ROW = 4
-
-
-def overview(summary: pd.DataFrame, simulated: bool) -> Figure:
-    """Peak performance against generalisation, and error against the number of parameters, one mark per label."""
-    # Names stand below: beside the marks they would lie on each other.
-    rows = -(-len(summary) // NAMES_IN_A_ROW)
-    height = 4.3 + 0.22 * rows
-    figure = new_figure(10.0, height)
-    figure.suptitle(heading("Peak performance, generalisation and size of the models", simulated), fontsize=11)
-    figure.subplots_adjust(left=0.075, right=0.98, bottom=(0.62 + 0.22 * rows) / height, top=0.88, wspace=0.25)
-    panels = (
-        ("diagonal", "E on the training set's own test rows [%]", 100.0),
-        ("parameters", "number of fitted parameters", 1.0),
-    )
-    for number, (column, label, factor) in enumerate(panels, 1):
-        axes = figure.add_subplot(1, 2, number)
-        for i, (_, row) in enumerate(summary.iterrows()):
-            x = factor * row[column]
-            color, marker = COLORS[i % len(COLORS)], "osD^vP*X"[i % 8]
-            for which, fill in (("unseen", color), ("diagonal", "white")):
-                if number == 1 and which == "diagonal":
-                    continue
-                name = row["label"] if number == 1 else None
-                axes.plot(x, 100 * row[which], marker, color=color, mfc=fill, ms=9, mew=1.6, label=name)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(FixedLocator(TICKS))
-            axis.set_minor_locator(NullLocator())
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        if number == 2:
-            axes.xaxis.set_major_locator(FixedLocator(sorted(summary[column].dropna().unique())))
-        axes.margins(0.2)
-        axes.grid(alpha=0.25, which="both", linewidth=0.6)
-        axes.set_xlabel(label)
-        axes.set_ylabel("E [%]" if number == 2 else "E on samples never trained on [%]")
-        if number == 2:
-            axes.set_title("filled: samples never trained on; open: the training set's own test rows", fontsize=8.5)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="lower center", ncols=min(len(labels), NAMES_IN_A_ROW), frameon=False, fontsize=9
-    )
-    return figure

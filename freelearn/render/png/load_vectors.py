@@ -2,31 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freelearn.measurements.states import kinematic_state
-from freelearn.render.png.canvas import COLORS, heading, new_figure
-from freelearn.render.png.residual_map import MOST_SAMPLES
-from freelearn.results.states import places
-
-
-def load_vector_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Each kinematic state's place, and its loads at the lowest and the highest un-buckled pressure.
-
-    Columns sample, elongation_mm, twist_deg, end (low, high), pressure_kpa, force_n, moment_nmm."""
-    table = table.reset_index(drop=True)
-    where = places(table)
-    kept = table[table["buckled"] == 0]
-    state = pd.Series(kinematic_state(table))[kept.index]
-    ends = []
-    for end, place in (("low", kept["pressure_kpa"].groupby(state).idxmin()),
-                       ("high", kept["pressure_kpa"].groupby(state).idxmax())):  # fmt: skip
-        loads = table.loc[place, ["pressure_kpa", "force_n", "moment_nmm"]].set_axis(place.index)
-        ends.append(where.loc[place.index].join(loads).assign(end=end))
-    columns = ["sample", "elongation_mm", "twist_deg", "end", "pressure_kpa", "force_n", "moment_nmm"]
-    return pd.concat(ends, ignore_index=True)[columns]
+from freelearn.render.palette import COLORS
+from freelearn.render.png.canvas import heading, new_figure
+from freelearn.results.load_vectors import load_vector_table
+from freelearn.results.residuals import shown_samples
 
 
 def load_vectors(table: pd.DataFrame, simulated: bool) -> Figure:
@@ -35,7 +17,7 @@ def load_vectors(table: pd.DataFrame, simulated: bool) -> Figure:
     Arrows of one panel share a scale, each load over its largest value there, given above the panel.
     """
     vectors = load_vector_table(table)
-    samples = np.sort(table["sample"].unique())[:MOST_SAMPLES]
+    samples, _ = shown_samples(table)
     across = min(4, len(samples))
     down = -(-len(samples) // across)
     figure = new_figure(1.2 + 3.3 * across, 0.9 + 3.1 * down)

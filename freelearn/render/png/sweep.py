@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 from torch.utils.tensorboard import SummaryWriter
 
 from freelearn.render.png.canvas import heading, save, to_rgb
-from freelearn.render.png.heatmap import caption, color_scale, heatmap, overview, side_by_side
+from freelearn.render.png.heatmap import color_scale, heatmap, side_by_side
+from freelearn.render.png.overview import overview
+from freelearn.results.error_map import caption
 from freelearn.results.published import PUBLISHED
 
 # More maps than this side by side are too small to read.
@@ -18,7 +20,9 @@ MOST_SIDE_BY_SIDE = 5
 
 
 def draw_sweep(cells: pd.DataFrame, summary: pd.DataFrame, simulated: bool, out: Path) -> list[Path]:
-    """Writes heatmap_<label>.png, heatmaps.png and overview.png; cells and summary as sweep.summary makes them."""
+    """Writes heatmap_<label>.png, heatmaps.png and overview.png, and the same for TensorBoard; returns their paths.
+
+    cells, summary: as results.summary makes them."""
     norm = color_scale(cells)
     labels = list(summary["label"])
     figures: dict[str, tuple[Figure, pd.DataFrame]] = {}

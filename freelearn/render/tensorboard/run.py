@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
@@ -14,10 +15,10 @@ def log_run(run: Run, folder: Path) -> None:
     """Writes errors by test set and hyperparameters; of a reused fit also the errors by iteration."""
     with SummaryWriter(str(folder)) as writer:
         if run.reused:
-            for epoch, train, held_out in run.history:
+            for epoch, train, validation in run.history:
                 writer.add_scalar("error/train", train, epoch)
                 if run.model.needs_validation:
-                    writer.add_scalar("error/validation", held_out, epoch)
+                    writer.add_scalar("error/validation", validation, epoch)
         for name, error in run.errors.items():
             writer.add_scalar(f"test/{name}", error.E, 0)
         settings = {
@@ -29,5 +30,7 @@ def log_run(run: Run, folder: Path) -> None:
         metrics = {f"test/{name}": e.E for name, e in run.errors.items()}
         # add_hparams would open a second event file in a folder of its own.
         file = writer._get_file_writer()
-        for summary in hparams(settings, metrics):
+        # Nor is it declared with types.
+        make: Any = hparams
+        for summary in make(settings, metrics):
             file.add_summary(summary)

@@ -8,7 +8,8 @@ derivative of the total potential Π = W − P V, and the loads are F = −∂Π
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,10 +19,13 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEP = 1e-30
 BISECTIONS = 46
 BALLOON = 2.5
+# Places on either side of a band of play at which the moment's sign is looked at.
+SCANNED = 4
 
+Array = np.ndarray[Any, Any]
 Effects = Mapping[str, Mapping[str, float]]
 # What an effect outside the library does: (state dictionary in SI, loads (N, 2)) → loads (N, 2).
-Extra = Callable[[dict[str, np.ndarray], np.ndarray], np.ndarray]
+Extra = Callable[[dict[str, Array], Array], Array]
 
 # Γ [deg], L, R_i, R_o [mm] of the paper's eight samples (its table of dimensions).
 SAMPLES = {
@@ -36,9 +40,12 @@ SAMPLES = {
 }
 
 
-def strain_energy(i1, i2, i4, c1: float, c2: float, fx: Effects):
+def strain_energy(i1: Array, i2: Array, i4: Array, c1: float, c2: float, fx: Effects) -> Array:
     """Ψ [Pa] with every energy effect, for complex invariants."""
-    get = lambda name, p: fx.get(name, {}).get(p, 0.0)  # noqa: E731
+
+    def get(name: str, p: str) -> float:
+        return fx.get(name, {}).get(p, 0.0)
+
     beta, k2, kappa = (
         get("limited_extensibility", "beta"),
         get("fiber_stiffening", "k2"),
@@ -53,8 +60,20 @@ def strain_energy(i1, i2, i4, c1: float, c2: float, fx: Effects):
     return psi - get("fiber_tension_only", "share") * c2 / 2 * slack**2
 
 
-def wall_energy(length, twist, u, gamma, reference, inner, outer, c1, c2, fx):
-    """W [J] of N tubes of inner radius √u, (N,), complex."""
+def wall_energy(
+    length: Array,
+    twist: Array,
+    u: Array,
+    gamma: Array,
+    reference: Array,
+    inner: Array,
+    outer: Array,
+    left: Array,
+    c1: float,
+    c2: float,
+    fx: Effects,
+) -> Array:
+    """W [J] of N tubes of inner radius √u, (N,), complex. left: share of its stresses that the wall still has."""
     half = (outer - inner) / 2
     radius = inner[:, None] + half[:, None] * (1 + NODES)
     axial, rate = (length / reference)[:, None], (twist / reference)[:, None]
@@ -69,21 +88,21 @@ def wall_energy(length, twist, u, gamma, reference, inner, outer, c1, c2, fx):
     i4 = i4 + (axial * np.cos(gamma)[:, None]) ** 2
     # Past the chains' full extension (Gent) the energy does not exist: bisection takes NaN for too far out.
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        density = strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
+        density = left[:, None] * strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
         return reference * half * (density @ WEIGHTS)
 
 
-def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> tuple[np.ndarray, np.ndarray]:
+def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) of the bare actuator and whether it has an equilibrium, (N,)."""
     gamma = s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0)
     outer = s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0)
     clamped = 2 * fx.get("end_clamps", {}).get("clamp_length", 0.0)
     reference, length = s["reference"] - clamped, s["length"] - clamped
-    design = (gamma, reference, s["inner"], outer, c1, c2, fx)
+    design = (gamma, reference, s["inner"], outer, wall_share(s, fx), c1, c2, fx)
     twist, pressure = s["twist"], s["pressure"]
     low, high = (0.3 * s["inner"]) ** 2, (BALLOON * s["inner"]) ** 2
 
-    def excess(u):
+    def excess(u: Array) -> Array:
         slope = wall_energy(length, twist, u + 1j * STEP, *design).imag / STEP
         return slope / (np.pi * length) - pressure
 
@@ -94,7 +113,7 @@ def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> 
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     u = (low + high) / 2
 
-    def potential(at_length, at_twist):
+    def potential(at_length: Array, at_twist: Array) -> Array:
         return wall_energy(at_length, at_twist, u + 0j, *design) - pressure * np.pi * u * at_length
 
     force = -potential(length + 1j * STEP, twist).imag / STEP
@@ -102,29 +121,89 @@ def ideal_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects) -> 
     return np.stack([force, moment], axis=1), found
 
 
-def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra: Extra | None = None):
+def wall_share(s: dict[str, Array], fx: Effects) -> Array:
+    """Share of the stresses that relaxation and stress softening leave the wall, (N,). The fluid keeps its pressure."""
+    left = np.ones(len(s["length"]))
+    if "relaxation" in fx:
+        left -= fx["relaxation"]["share"] * (1 - np.exp(-s["dwell"] / fx["relaxation"]["time"]))
+    if "stress_softening" in fx:
+        below = (s["past_severity"] - s["severity"]) / fx["stress_softening"]["severity"]
+        left *= 1 - fx["stress_softening"]["depth"] * np.tanh(below)
+    return left
+
+
+def handed_on(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
+    """Loads (N, 2) that actuators hand on at the states that they take, friction included, and equilibrium, (N,)."""
+    loads, found = ideal_loads(s, c1, c2, fx)
+    rub = fx.get("friction_hysteresis", {})
+    friction = np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
+    return loads - s["direction"][:, None] * friction, found
+
+
+def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
+    """Twist (N,) at which actuators rest that may turn freely by ±w about the rig's: where |M| is least.
+
+    The band is scanned outwards from its middle, first the way the moment drives, for a change of the moment's sign,
+    which is then bisected; without one it is the end with the smaller moment.
+    """
+    w = fx["twist_slack"]["angle"]
+
+    def moment(twist: Array, rows: Array) -> Array:
+        part = {name: value[rows] for name, value in s.items()}
+        return handed_on(part | {"twist": twist}, c1, c2, fx)[0][:, 1]
+
+    everyone = np.arange(len(s["twist"]))
+    middle = moment(s["twist"], everyone)
+    side = np.where(middle >= 0, 1.0, -1.0)
+    low = np.full(len(side), np.nan)
+    high, ends = low.copy(), []
+    for way in (side, -side):
+        before, at = middle, s["twist"]
+        for part in np.linspace(0, 1, SCANNED + 1)[1:]:
+            place = s["twist"] + part * w * way
+            value = moment(place, everyone)
+            new = (before * value <= 0) & np.isnan(low)
+            low, high = np.where(new, at, low), np.where(new, place, high)
+            before, at = value, place
+        ends.append(np.abs(before))
+    rest = s["twist"] + w * np.where(ends[1] < ends[0], -side, side)
+    rows = np.flatnonzero(~np.isnan(low))
+    low, high, sign = low[rows], high[rows], np.sign(moment(low[rows], rows))
+    for _ in range(BISECTIONS - 10):
+        half = (low + high) / 2
+        same = sign * moment(half, rows) > 0
+        low, high = np.where(same, half, low), np.where(same, high, half)
+    rest[rows] = (low + high) / 2
+    return rest
+
+
+def bed_loads(
+    s: dict[str, Array], c1: float, c2: float, fx: Effects, extra: Extra | None = None
+) -> tuple[Array, Array]:
     """Loads that the sensors show without noise (N, 2), with all effects, and whether there is an equilibrium."""
-    get = lambda name, p: fx.get(name, {}).get(p, 0.0)  # noqa: E731
-    slack = get("twist_slack", "angle")
+
+    def get(name: str, p: str) -> float:
+        return fx.get(name, {}).get(p, 0.0)
+
     t = dict(s)
     t["length"] = s["length"] + get("length_offset", "length")
-    t["twist"] = s["twist"] - np.clip(s["twist"], -slack, slack) + get("twist_offset", "angle")
+    t["twist"] = s["twist"] + get("twist_offset", "angle")
     t["pressure"] = s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure")
+
+    def on_the_rig() -> tuple[Array, Array]:
+        taken = t | {"twist": at_rest(t, c1, c2, fx)} if "twist_slack" in fx else t
+        return handed_on(taken, c1, c2, fx)
+
     soft_l, soft_t = get("length_compliance", "compliance"), get("twist_compliance", "compliance")
-    loads, found = ideal_loads(t, c1, c2, fx)
+    loads, found = on_the_rig()
     if soft_l or soft_t:
         length, twist = t["length"], t["twist"]
         for _ in range(60):
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
-            loads, found = ideal_loads(t, c1, c2, fx)
-    if "relaxation" in fx:
-        gone = 1 - np.exp(-s["dwell"] / get("relaxation", "time"))
-        loads = loads * (1 - get("relaxation", "share") * gone)[:, None]
-    if "stress_softening" in fx:
-        below = (s["past_severity"] - s["severity"]) / get("stress_softening", "severity")
-        loads = loads * (1 - get("stress_softening", "depth") * np.tanh(below))[:, None]
-    friction = np.array([get("friction_hysteresis", "force"), get("friction_hysteresis", "moment")])
-    loads = loads - s["direction"][:, None] * friction
+            before = loads
+            loads, found = on_the_rig()
+            if np.abs(loads - before).max() < 1e-9:
+                break
     if extra:
         loads = extra(s, loads)
     force, moment = loads.T
@@ -139,7 +218,7 @@ def bed_loads(s: dict[str, np.ndarray], c1: float, c2: float, fx: Effects, extra
     return np.stack([force, moment], axis=1), found
 
 
-def nominal(samples, share: float, generator: np.random.Generator) -> pd.DataFrame:
+def nominal(samples: Sequence[int], share: float, generator: np.random.Generator) -> pd.DataFrame:
     """The paper's protocol for some samples; about `share` of each one's kinematic states, in random order."""
     elongation, twist = np.meshgrid(np.arange(-5.0, 6.0), np.r_[-120:0:10, -1, 1, 10:130:10].astype(float))
     places = np.stack([elongation.ravel(), twist.ravel()], axis=1)
@@ -167,9 +246,12 @@ def nominal(samples, share: float, generator: np.random.Generator) -> pd.DataFra
     return pd.concat(parts, ignore_index=True)
 
 
-def state_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
+def state_of(table: pd.DataFrame) -> dict[str, Array]:
     """SI arrays of a table of whole kinematic states of ten rows each, in time order."""
-    column = lambda name, factor=1.0: table[name].to_numpy(dtype=float) * factor  # noqa: E731
+
+    def column(name: str, factor: float = 1.0) -> Array:
+        return np.asarray(table[name], dtype=float) * factor
+
     step, time = column("step"), column("time_s")
     change = np.diff(column("pressure_kpa"), prepend=0.0)
     s = {
@@ -189,7 +271,7 @@ def state_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
     return s
 
 
-def severity(s: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def severity(s: dict[str, Array]) -> tuple[Array, Array]:
     """How hard each row works the rubber, and the largest value so far on its sample: definitions, so shared with the
     package's States; I₁ − 3 of a thin tube at R_o, and of its hoop strain at a nominal 10 MPa."""
     stretch = s["length"] / s["reference"]
@@ -201,7 +283,7 @@ def severity(s: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measure(
-    samples,
+    samples: Sequence[int],
     c1: float,
     c2: float,
     fx: Effects,

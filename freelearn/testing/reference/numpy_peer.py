@@ -4,13 +4,21 @@ Eight Gauss-Legendre points through the reference wall; the inner radius by Newt
 slope, inside a bracket, all rows at once until the slowest has converged.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
+
+Array = np.ndarray[Any, Any]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 BALLOON = 2.5
 
 
-def continuum(gamma, L, Ri, Ro, length, phi, P, C1, C2):
+def continuum(
+    gamma: Array, L: Array, Ri: Array, Ro: Array, length: Array, phi: Array, P: Array, C1: float, C2: float
+) -> tuple[Array, Array]:
     """Arrays (N,) in SI → F (N,) N, M (N,) N·m, NaN where no inner radius below 2.5 R_i carries P.
 
     P = ∫ (σθθ − σrr)/r dr, F = −π ∫ (2σzz − σrr − σθθ) r dr, M = −2π ∫ σθz r² dr, with dr = R/(r λz) dR and σ
@@ -31,7 +39,7 @@ def continuum(gamma, L, Ri, Ro, length, phi, P, C1, C2):
     slope0 = linear.sum(0)
     base = (constant + linear * offset).sum(0) - P
 
-    def excess(x):
+    def excess(x: Array) -> tuple[Array, Array]:
         """(pressure carried at r_i² = x) − P, and its slope by x."""
         inverse = 1 / (offset + x)
         part = hoop * inverse * inverse
@@ -61,7 +69,9 @@ def continuum(gamma, L, Ri, Ro, length, phi, P, C1, C2):
     return np.where(found, force, np.nan), np.where(found, moment, np.nan)
 
 
-def continuum_plain(gamma, L, Ri, Ro, length, phi, P, C1, C2):
+def continuum_plain(
+    gamma: Array, L: Array, Ri: Array, Ro: Array, length: Array, phi: Array, P: Array, C1: float, C2: float
+) -> tuple[Array, Array]:
     """The same model as its equations are usually typed in: stresses at given radii, Newton with a difference quotient.
 
     Nothing is summed ahead or known of the energy's form, so another energy is a changed line.
@@ -70,7 +80,7 @@ def continuum_plain(gamma, L, Ri, Ro, length, phi, P, C1, C2):
     R = Ri + (Ro - Ri) / 2 * (1 + NODES[:, None])
     weight = WEIGHTS[:, None] * (Ro - Ri) / 2
 
-    def stresses(ri):
+    def stresses(ri: Array) -> tuple[Array, ...]:
         r = np.sqrt((R**2 - Ri**2) / stretch + ri**2)
         axial = stretch * np.cos(gamma)
         hoop = r * (np.sin(gamma) / R + k * np.cos(gamma))
@@ -81,9 +91,9 @@ def continuum_plain(gamma, L, Ri, Ro, length, phi, P, C1, C2):
         tz = C1 * r * k * stretch + fiber * hoop * axial
         return r, weight * R / (r * stretch), rr, tt, zz, tz
 
-    def excess(ri):
+    def excess(ri: Array) -> Array:
         r, width, rr, tt, _, _ = stresses(ri)
-        return ((tt - rr) / r * width).sum(0) - P
+        return np.asarray(((tt - rr) / r * width).sum(0) - P)
 
     low, high = 0.02 * Ri, BALLOON * Ri
     found = excess(high) >= 0
@@ -104,7 +114,9 @@ def continuum_plain(gamma, L, Ri, Ro, length, phi, P, C1, C2):
     return np.where(found, force, np.nan), np.where(found, moment, np.nan)
 
 
-def linear(gamma, L, Ro, length, phi, P, ka, kb, kc):
+def linear(
+    gamma: Array, L: Array, Ro: Array, length: Array, phi: Array, P: Array, ka: float, kb: float, kc: float
+) -> tuple[Array, Array]:
     """The linear model in vectorised NumPy: arrays (N,) in SI → F (N,) N, M (N,) N·m."""
     B2, turned = (L / np.cos(gamma)) ** 2, L / Ro * np.tan(gamma) + phi
     force = np.pi * (B2 - 3 * length**2) / turned**2 * P - ka * (length - L) - kc * phi
@@ -112,7 +124,7 @@ def linear(gamma, L, Ro, length, phi, P, ka, kb, kc):
     return force, moment
 
 
-def network(x, weights):
+def network(x: Array, weights: Array) -> Array:
     """A 7-6-2 tanh network: inputs (N, 7), 62 weights → (N, 2)."""
     W, o, U, p = weights[:42].reshape(6, 7), weights[42:48], weights[48:60].reshape(2, 6), weights[60:]
-    return np.tanh(x @ W.T + o) @ U.T + p
+    return np.asarray(np.tanh(x @ W.T + o) @ U.T + p)

@@ -5,11 +5,20 @@ from SciPy's brentq, every integral from SciPy's quad, and the Lagrange multipli
 SI units.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
+
+# A float, or an array or a complex number of some.
+Number = Any
+# ∂Ψ/∂I [Pa] as a function of (I1, I2, I4).
+Slope = Callable[[Number, Number, Number], Number]
 
 # A floor as well as a relative bound: an integral that is zero (a tube at rest) never meets the relative one.
 PASCAL = {"epsabs": 1e-8, "epsrel": 1e-11, "limit": 200}
@@ -21,16 +30,27 @@ BALLOON = 2.5
 class Row:
     """One tube at length l and twist φ; psi1, psi2, psi4: ∂Ψ/∂I [Pa] as functions of (I1, I2, I4)."""
 
-    def __init__(self, gamma, L, Ri, Ro, length, phi, psi1, psi2, psi4):
+    def __init__(
+        self,
+        gamma: Number,
+        L: Number,
+        Ri: Number,
+        Ro: Number,
+        length: Number,
+        phi: Number,
+        psi1: Slope,
+        psi2: Slope,
+        psi4: Slope,
+    ) -> None:
         self.gamma, self.L, self.Ri, self.Ro, self.length, self.phi = gamma, L, Ri, Ro, length, phi
         self.psi = psi1, psi2, psi4
         self.stretch = length / L
 
-    def outer(self, ri):
+    def outer(self, ri: Number) -> Number:
         """r_o² = r_i² + (R_o² − R_i²)/λz [m]: the wall keeps its volume."""
         return math.sqrt(ri**2 + (self.Ro**2 - self.Ri**2) / self.stretch)
 
-    def extra_stress(self, r, ri):
+    def extra_stress(self, r: Number, ri: Number) -> Number:
         """σ + b I = 2Ψ₁ B + 2Ψ₂ (I₁B − B²) + 2Ψ₄ a⊗a at current radius r: (3, 3) Pa in (r, θ, z)."""
         R = math.sqrt(self.Ri**2 + self.stretch * (r**2 - ri**2))
         F = np.diag([R / (r * self.stretch), r / R, self.stretch])
@@ -43,33 +63,33 @@ class Row:
         psi1, psi2, psi4 = (psi(i1, i2, i4) for psi in self.psi)
         return 2 * psi1 * B + 2 * psi2 * (i1 * B - B @ B) + 2 * psi4 * np.outer(a, a)
 
-    def pressure(self, ri):
+    def pressure(self, ri: Number) -> Number:
         """P = ∫ (σθθ − σrr)/r dr over the current wall."""
 
-        def integrand(r):
+        def integrand(r: Number) -> Number:
             s = self.extra_stress(r, ri)
             return (s[1, 1] - s[0, 0]) / r
 
         return quad(integrand, ri, self.outer(ri), **PASCAL)[0]
 
-    def radial_stress(self, r, ri):
+    def radial_stress(self, r: Number, ri: Number) -> Number:
         """σrr(r) = −∫_r^{r_o} (σθθ − σrr)/r dr, from dσrr/dr = (σθθ − σrr)/r and σrr(r_o) = 0."""
 
-        def integrand(x):
+        def integrand(x: Number) -> Number:
             s = self.extra_stress(x, ri)
             return (s[1, 1] - s[0, 0]) / x
 
         return -quad(integrand, r, self.outer(ri), **PASCAL)[0]
 
-    def loads(self, ri, P):
+    def loads(self, ri: Number, P: Number) -> tuple[Number, Number]:
         """F = −2π ∫ σzz r dr + π r_i² P and M = −2π ∫ σθz r² dr with the full stresses."""
 
-        def axial(r):
+        def axial(r: Number) -> Number:
             s = self.extra_stress(r, ri)
             b = s[0, 0] - self.radial_stress(r, ri)
             return (s[2, 2] - b) * r
 
-        def twisting(r):
+        def twisting(r: Number) -> Number:
             return self.extra_stress(r, ri)[1, 2] * r**2
 
         ro = self.outer(ri)
@@ -78,7 +98,20 @@ class Row:
         return force, moment
 
 
-def continuum_row(gamma, L, Ri, Ro, l, phi, P, C1=None, C2=None, psi1=None, psi2=None, psi4=None):  # noqa: E741
+def continuum_row(
+    gamma: Number,
+    L: Number,
+    Ri: Number,
+    Ro: Number,
+    l: Number,  # noqa: E741
+    phi: Number,
+    P: Number,
+    C1: Number = None,
+    C2: Number = None,
+    psi1: Slope | None = None,
+    psi2: Slope | None = None,
+    psi4: Slope | None = None,
+) -> tuple[Number, Number, Number] | None:
     """(F [N], M [N·m], r_i [m]), or None where no r_i below 2.5 R_i carries the pressure P [Pa].
 
     The default energy's pressure grows steadily with r_i, so its value at 2.5 R_i decides. Another energy may
@@ -96,7 +129,7 @@ def continuum_row(gamma, L, Ri, Ro, l, phi, P, C1=None, C2=None, psi1=None, psi2
         psi4 or (lambda i1, i2, i4: C2 * (i4 - 1)),
     )
 
-    def excess(ri):
+    def excess(ri: Number) -> Number:
         return row.pressure(ri) - P
 
     low, high = 0.02 * Ri, BALLOON * Ri
@@ -106,12 +139,22 @@ def continuum_row(gamma, L, Ri, Ro, l, phi, P, C1=None, C2=None, psi1=None, psi2
     return (*row.loads(ri, P), ri)
 
 
-def linear_row(gamma, L, Ro, l, phi, P, ka, kb, kc):  # noqa: E741
+def linear_row(
+    gamma: Number,
+    L: Number,
+    Ro: Number,
+    l: Number,  # noqa: E741
+    phi: Number,
+    P: Number,
+    ka: Number,
+    kb: Number,
+    kc: Number,
+) -> tuple[Number, Number]:
     """(F [N], M [N·m]) = (∂V/∂q)ᵀ P − K (l − L, φ), the volume V [m³] differentiated by complex steps."""
     B = L / math.cos(gamma)
     wrap = L / Ro * math.tan(gamma)
 
-    def volume(length, twist):
+    def volume(length: Number, twist: Number) -> Number:
         return math.pi * (length * B**2 - length**3) / (wrap + twist) ** 2
 
     h = 1e-30

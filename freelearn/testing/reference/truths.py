@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from freelearn.testing.reference.bed import Extra
@@ -46,16 +48,16 @@ def grown(effect: str, amount: float) -> dict[str, float]:
     return {p: min(v, MOST.get(p, v)) for p, v in values.items()} | FIXED.get(effect, {})
 
 
-def _force(change):
+def _force(change: Extra) -> Callable[[float], Extra]:
     return lambda amount: lambda s, loads: loads + amount * np.stack([change(s, loads), 0 * loads[:, 0]], axis=1)
 
 
-def _moment(change):
+def _moment(change: Extra) -> Callable[[float], Extra]:
     return lambda amount: lambda s, loads: loads + amount * np.stack([0 * loads[:, 0], change(s, loads)], axis=1)
 
 
 # Not in the library: amount → what happens to the loads. Each is a plausible flaw of a bed or an actuator.
-OUTSIDE: dict[str, object] = {
+OUTSIDE: dict[str, Callable[[float], Extra]] = {
     # A load cell that saturates: its reading bends with the square of the load.
     "bent_force_cell": _force(lambda s, loads: 1e-4 * loads[:, 0] * np.abs(loads[:, 0])),
     # A sheath that catches at one twist and lets go a little later.
@@ -77,4 +79,4 @@ OUTSIDE: dict[str, object] = {
 
 def outside(name: str, amount: float) -> Extra:
     """The named flaw at this many times its unit."""
-    return OUTSIDE[name](amount)  # type: ignore[operator]
+    return OUTSIDE[name](amount)

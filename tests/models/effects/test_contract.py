@@ -6,6 +6,6 @@ from freelearn.testing.effects import TRUTH, EffectContract
 # Every class is a test class of its own: Test_end_clamps_linear and so on.
 for _name, _kind in EFFECTS.items():
     for _family in TRUTH:
-        if _family in _kind.models:
+        if _family in _kind.families():
             _title = f"Test_{_name}_{_family}"
-            globals()[_title] = type(_title, (EffectContract,), {"effect": _name, "family": _family})
+            globals()[_title] = type(_title, (EffectContract,), {"effect": _kind, "family": _family})

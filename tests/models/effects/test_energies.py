@@ -12,7 +12,7 @@ from freelearn.models.effects.registry import EFFECTS, make_effects
 
 STRETCH = np.array([0.8, 0.95, 1.05, 1.3, 1.8])
 C1 = 3e5
-ENERGIES = [name for name, kind in EFFECTS.items() if kind.port() == "energy"]
+ENERGIES = [name for name, kind in EFFECTS.items() if kind.port == "energy"]
 
 
 def tensor(x) -> torch.Tensor:
@@ -98,9 +98,9 @@ def test_a_share_of_one_leaves_no_compressive_fibre_stress():
 
 def term(name: str, size: float):
     """The effect's energy with its one parameter at `size` times its scale."""
-    p = EFFECTS[name].parameters[0]
+    p = EFFECTS[name].declared_parameters()[0]
     values = {"C1": tensor(C1), "C2": tensor(2e6), f"{name}.{p.name}": tensor(size * p.scale)}
-    return make_effects([name], "continuum")[0].energy_terms(values)[0]
+    return make_effects([name], "continuum")[0].term(values)
 
 
 def invariants(name: str) -> tuple[torch.Tensor, ...]:
@@ -135,7 +135,7 @@ def test_the_gradient_rate_is_the_slope_of_the_gradient(name):
 
 @pytest.mark.parametrize(("name", "past"), [("limited_extensibility", 4.5), ("fiber_stiffening", 1.6)])
 def test_beyond_its_limit_the_energy_goes_on_finite_and_growing(name, past):
-    size = 1 / EFFECTS[name].parameters[0].scale * (1.0 if name == "limited_extensibility" else 50.0)
+    size = 1 / EFFECTS[name].declared_parameters()[0].scale * (1.0 if name == "limited_extensibility" else 50.0)
     x = torch.linspace(past - 1, past + 100, 2000, dtype=torch.float64)
     energy = term(name, size)
     gradient = energy.gradient(x)[0]

@@ -7,7 +7,7 @@ import torch
 
 from freelearn.bed.virtual import protocol
 from freelearn.measurements.states import States, severity
-from freelearn.testing.effects import visits
+from freelearn.testing.tables import visits
 
 
 def test_clock_and_hold_follow_the_column_of_times():

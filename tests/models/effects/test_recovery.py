@@ -6,7 +6,8 @@ import pytest
 import torch
 
 from freelearn.bed.virtual import DESIGNS
-from freelearn.fit.fit import FitOptions, fit
+from freelearn.fit.fit import fit
+from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.uncertainty import uncertainty
 from freelearn.measurements.rows import Rows

@@ -1,19 +1,21 @@
 """Names, order, columns, samples and users' own effects."""
 
-import dataclasses
+from pathlib import Path
 
 import pytest
 import torch
 
 from freelearn.errors import UserError
 from freelearn.measurements.states import States
+from freelearn.models import effects as library
 from freelearn.models.build import build_model, load_model, save_checkpoint
-from freelearn.models.effects import registry
+from freelearn.models.effect import PORTS
 from freelearn.models.effects.check import check_effects
-from freelearn.models.effects.registry import EFFECTS, load_own, make_effects, missing_columns, register
-from freelearn.models.parameter import Parameter
-from freelearn.models.ports import Effect
-from freelearn.testing.effects import TRUTH, labels_of, visits
+from freelearn.models.effects.registry import EFFECTS, make_effects, missing_columns, register
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import EnergyEffect
+from freelearn.testing.effects import TRUTH
+from freelearn.testing.tables import visits
 
 NAMES = [
     "second_invariant",
@@ -51,36 +53,14 @@ PER_SAMPLE = {
     "wall_thickness",
 }
 
-OWN = """
-from freelearn.models.ports import Effect
-from freelearn.models.parameter import Parameter
-
-class Leak(Effect):
-    name = "leak"
-    parameters = (Parameter("share", "s", "1", start=0.0, lower=0.0, upper=1.0, none=0.0, scale=0.1),)
-
-    def impose(self, states, p):
-        return states.replace(pressure=states.pressure * (1 - p.share))
-"""
-
-
-@pytest.fixture
-def own_effects(monkeypatch):
-    """Leaves the library as it was."""
-    monkeypatch.setattr(registry, "_OWN", {})
-    before = dict(EFFECTS)
-    yield
-    for name in set(EFFECTS) - set(before):
-        del EFFECTS[name]
-
 
 def test_the_library_is_complete_and_says_when_to_suspect_what():
-    assert list(EFFECTS) == NAMES
+    assert [name for name in EFFECTS if name in NAMES] == NAMES
     for name, kind in EFFECTS.items():
         assert kind.name == name
         assert kind.suspect
         assert kind.source
-        assert {p.per_sample for p in kind.parameters} == {name in PER_SAMPLE}
+        assert {p.per_sample for p in kind.declared_parameters()} == {name in PER_SAMPLE}
 
 
 def test_an_unknown_name_gets_the_nearest_one_and_a_misfit_the_models_that_fit():
@@ -144,83 +124,53 @@ def test_a_checkpoint_remembers_the_samples(tmp_path):
     assert torch.equal(again(states).loads, model(states).loads)
 
 
-# --- a user's own ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.usefixtures("own_effects")
-def test_an_effect_of_the_users_own_joins_like_any_other(tmp_path):
-    (tmp_path / "mine.py").write_text(OWN)
-    assert load_own([str(tmp_path / "mine.py")]) == ["leak"]
-    assert load_own([str(tmp_path / "mine.py")]) == ["leak"]
-    states = States.from_table(visits())
-    model = build_model("continuum", TRUTH["continuum"] | labels_of("leak", "scale"), ["leak"])
-    other = build_model("continuum", TRUTH["continuum"] | {"pressure_gain.gain": -0.1}, ["pressure_gain"])
-    torch.testing.assert_close(model(states).loads, other(states).loads)
-
-
-@pytest.mark.usefixtures("own_effects")
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (OWN.replace('"leak"', '"end_clamps"'), "'end_clamps' is taken"),
-        (OWN.replace("impose", "impoze"), r"Leak .* exactly one of impose.* overrides none"),
-        (OWN + "\n    def sense(self, loads, states, p):\n        return loads\n", "overrides impose, sense"),
-        (OWN.replace("scale=0.1", "scale=float('nan')"), "'share' must be finite"),
-        (OWN.replace("start=0.0", "start=2.0"), "'share' must lie within its bounds"),
-        ("x = 1\n", "holds no effect"),
-        ("import nowhere_at_all\n", "does not run .*nowhere_at_all"),
-        ("def f(:\n", "does not run .*SyntaxError"),
-    ],
-)
-def test_what_is_wrong_with_an_own_effect_is_said_in_one_sentence(content, message, tmp_path):
-    (tmp_path / "mine.py").write_text(content)
-    before = list(EFFECTS)
-    with pytest.raises(UserError, match=message) as raised:
-        load_own([str(tmp_path / "mine.py")])
-    assert "\n" not in str(raised.value)
-    assert list(EFFECTS) == before
-
-
-@pytest.mark.usefixtures("own_effects")
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ("return states.pressure", "failed with TypeError: it returns Tensor and not States"),
-        ("return states.replace(pressure=states.pressure[:3])", r"pressure of shape \(8,\), not shape \(3,\)"),
-        ("return states.replace(pressure=states.pressure * float('nan'))", "a pressure that are not finite"),
-        ("return states.replace(pressure=None)", r"pressure of shape \(8,\), not NoneType"),
-        ("raise KeyError('share')", "its impose failed with KeyError: 'share'"),
-    ],
-)
-def test_an_own_effect_that_returns_nonsense_is_told_before_the_fit(body, message, tmp_path):
-    (tmp_path / "mine.py").write_text(
-        OWN.replace("return states.replace(pressure=states.pressure * (1 - p.share))", body)
-    )
-    load_own([str(tmp_path / "mine.py")])
-    model = build_model("continuum", {}, ["leak"])
-    with pytest.raises(UserError, match=message) as raised:
-        check_effects(model.effects, model.values(), States.from_table(visits()))
-    assert "'leak'" in str(raised.value)
-
-
 @pytest.mark.parametrize("family", ["continuum", "linear", "mlp"])
 def test_every_effect_of_the_library_passes_the_check(family):
-    names = [name for name, effect in EFFECTS.items() if family in effect.models]
+    names = [name for name, effect in EFFECTS.items() if family in effect.families()]
     model = build_model(family, {}, names, [3, 5])
     check_effects(model.effects, model.values(), States.from_table(visits()))
 
 
-def test_a_file_that_is_not_there_is_said(tmp_path):
-    with pytest.raises(UserError, match=r"none\.py is not a Python file"):
-        load_own([str(tmp_path / "none.py")])
-
-
 def test_the_parameters_of_an_energy_cannot_differ_between_samples():
-    p = dataclasses.replace(Parameter("a", "a", "Pa", start=0.0, none=0.0, scale=1.0), per_sample=True)
+    class Odd(Parameters):
+        a: torch.Tensor = parameter("a", "Pa", start=0.0, none=0.0, scale=1.0, per_sample=True)
 
-    def psi(self, *invariants, p, material):
-        return p.a * invariants[0]
+    class OddEnergy(EnergyEffect[Odd]):
+        name = "odd"
+        parameter_class = Odd
+        depends_on = ("i1",)
 
-    kind = type("Odd", (Effect,), {"name": "odd", "parameters": (p,), "depends_on": ("i1",), "psi": psi})
+        def psi(self, *invariants, p, material):
+            return p.a * invariants[0]
+
     with pytest.raises(TypeError, match="shared"):
-        register(kind)
+        register(OddEnergy)
+
+
+def test_a_new_module_of_the_library_needs_no_list():
+    """Every module of the package that defines an effect is found, in the order of port, place and name."""
+    folder = Path(library.__path__[0])
+    modules = {path.stem for path in folder.glob("*.py")} - {"__init__", "registry", "check"}
+    assert modules == set(EFFECTS)
+    ranked = [(PORTS.index(kind.port), kind.place, name) for name, kind in EFFECTS.items()]
+    assert ranked == sorted(ranked)
+
+
+def test_a_drift_without_times_says_what_it_assumes():
+    kind = EFFECTS["sensor_drift"]
+    (sentence,) = kind.assumptions(["sample", "force_n"])
+    assert "no time_s" in sentence
+    assert "20 s" in sentence
+    assert kind.assumptions(["sample", "time_s"]) == []
+    assert [name for name, effect in EFFECTS.items() if effect.assumptions([])] == ["sensor_drift"]
+
+
+def test_parameters_are_tensors_by_name_and_read_only():
+    p = EFFECTS["force_offset"]().own({"force_offset.force": torch.tensor(2.0)})
+    assert float(p.force) == 2.0
+    with pytest.raises(AttributeError, match="read only"):
+        p.force = torch.tensor(3.0)
+    with pytest.raises(TypeError, match="takes force, not moment"):
+        type(p)(moment=torch.tensor(1.0))
+    with pytest.raises(TypeError, match="'detach' cannot be the name"):
+        type("Bad", (Parameters,), {"detach": parameter("d", "1", start=0.0)})

@@ -1,14 +1,11 @@
-"""What every interactive chart has in common: a quiet frame, units on the axes, colours for everybody."""
+"""What every interactive chart has in common: a quiet frame, units on the axes, one set of tools."""
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 from bokeh.models import ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
-# Okabe & Ito's colours, as in the pictures of freelearn.plots; markers and dashes differ as well.
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 
 
@@ -45,10 +42,3 @@ def legend_below(drawn: figure) -> None:
     legend.spacing = 8
     legend.border_line_color = None
     drawn.add_layout(legend, "below")
-
-
-def symmetric(values: pd.Series | np.ndarray) -> float:
-    """The end of a colour scale about zero; 1 where there is nothing to show."""
-    finite = np.abs(np.asarray(values, dtype=np.float64))
-    finite = finite[np.isfinite(finite)]
-    return float(finite.max()) if len(finite) and finite.max() > 0 else 1.0

@@ -5,19 +5,13 @@ from __future__ import annotations
 import pandas as pd
 from bokeh.plotting import figure
 
-from freelearn.render.html.charts.canvas import COLORS, chart, hover, legend_below, source
+from freelearn.inference.thresholds import ALPHA
+from freelearn.render.html.charts.canvas import chart, hover, legend_below, source
+from freelearn.render.palette import COLORS
 
 
-def ranking_numbers(candidates: list[dict], step: int = 0) -> pd.DataFrame:
-    """The tested candidates of one step of discovery.json, largest first: effect, size [σ], p_value, E_heldout."""
-    rows = [c for c in candidates if c["status"] == "tested" and c["step"] == step]
-    table = pd.DataFrame(rows, columns=["effect", "score", "p_value", "E_heldout"])
-    table["size"] = table["score"].astype(float).clip(lower=0) ** 0.5
-    return table.sort_values("size", ascending=False).drop(columns="score").reset_index(drop=True)
-
-
-def ranking_chart(table: pd.DataFrame, alpha: float) -> figure:
-    """Bars by size, filled where chance is ruled out at `alpha`. table: of ranking_numbers."""
+def ranking_chart(table: pd.DataFrame) -> figure:
+    """Bars by size, filled where chance is ruled out. table: of results.ranking.ranking_numbers."""
     names = table["effect"].tolist()[::-1]
     panel = chart(
         "what each effect would explain",
@@ -28,9 +22,9 @@ def ranking_chart(table: pd.DataFrame, alpha: float) -> figure:
         y_range=names,
         x_axis_type="log",
     )
-    shown = table.assign(shown=table["size"].clip(lower=0.06), percent=100 * table["E_heldout"].astype(float))
-    certain = table["p_value"].astype(float) <= alpha
-    for part, fill, label in ((certain, 0.9, f"p ≤ {alpha:g}"), (~certain, 0.05, "may be chance")):
+    shown = table.assign(shown=table["size"].clip(lower=0.06), percent=100 * table["E_heldout"])
+    certain = table["p_value"] <= ALPHA
+    for part, fill, label in ((certain, 0.9, f"p ≤ {ALPHA:g}"), (~certain, 0.05, "may be chance")):
         if part.any():
             bars = panel.hbar(
                 y="effect", left=0.05, right="shown", height=0.65, source=source(shown[part]), color=COLORS[0],

@@ -2,41 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pandas as pd
 from bokeh.models import ColorBar, LinearColorMapper
 from bokeh.plotting import figure
 
-from freelearn.render.html.charts.canvas import chart, hover, source, symmetric
-from freelearn.render.html.charts.residuals import NOTHING, PALETTE, spacing
-from freelearn.render.png.cells import Cells
-from freelearn.render.png.residual_map import LOADS
+from freelearn.render.html.charts.canvas import chart, hover, source
+from freelearn.render.html.charts.residuals import NOTHING, PALETTE, TIPS
+from freelearn.results.residuals import LOADS, limit_text, scale_end
+from freelearn.results.strip import Strip, spacing
+
+ACROSS = "elongation [mm], samples side by side; each one's number and limit"
 
 
-def residual_strips(table: pd.DataFrame) -> list[figure]:
-    """table: of residual_table. Samples differ a hundredfold in load, so each has its own scale, written above it."""
-    samples = [int(n) for n in sorted(table["sample"].unique())]
-    cells = Cells(table, samples)
+def residual_strips(table: pd.DataFrame, samples: Sequence[int]) -> list[figure]:
+    """table: of residual_table; samples: those shown. They differ a hundredfold in load, so each has its own scale,
+    written under it."""
+    table = table[table["sample"].isin(samples)]
+    strip = Strip(table, samples)
     wide, high = spacing(table["elongation_mm"]), spacing(table["twist_deg"])
-    table = table.assign(across=cells.across(), wide=wide, high=high)
-    ticks = [cells.middle(n) for n in samples]
+    table = table.assign(across=strip.across(), wide=wide, high=high)
+    ticks = [strip.middle(n) for n in samples]
     panels = []
-    for column, _, name, unit in LOADS:
-        limits = {n: symmetric(table.loc[table["sample"] == n, column]) for n in samples}
-        shown = table.assign(share=table[column] / table["sample"].map(limits))
-        title = f"{name}: measured − predicted, as a share of each sample's limit"
-        across = "elongation [mm], samples side by side; each one's number and limit"
-        panel = chart(title, across, "twist [deg]", 1240, 300)
+    for load in LOADS:
+        limits = {n: scale_end(table.loc[table["sample"] == n, load.column]) for n in samples}
+        shown = table.assign(share=table[load.column] / table["sample"].map(limits))
+        title = f"{load.name}: measured − predicted, as a share of each sample's limit"
+        panel = chart(title, ACROSS, "twist [deg]", 1240, 300)
         mapper = LinearColorMapper(PALETTE, low=-1, high=1, nan_color=NOTHING)
         squares = panel.rect(
             "across", "twist_deg", "wide", "high", source=source(shown), line_color=None,
             fill_color={"field": "share", "transform": mapper},
         )  # fmt: skip
-        tips = [("sample", "@sample"), ("elongation", "@elongation_mm{0.[000]} mm"), ("twist", "@twist_deg{0.[00]}°")]
-        tips += [("force", "@force_n{0.[000]} N"), ("moment", "@moment_nmm{0.[0]} N·mm"), ("rows", "@rows")]
-        hover(panel, tips, [squares])
+        hover(panel, [("sample", "@sample"), *TIPS], [squares])
         panel.xaxis.ticker = ticks
         panel.xaxis.major_label_overrides = {
-            tick: f"{n}: ± {float(f'{limits[n]:.2g}'):g} {unit}" for tick, n in zip(ticks, samples, strict=True)
+            tick: f"{n}: {limit_text(limits[n], load.unit)}" for tick, n in zip(ticks, samples, strict=True)
         }
         panel.xgrid.visible = False
         panel.add_layout(ColorBar(color_mapper=mapper, title="share", width=10, padding=4), "right")

@@ -5,16 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper
+from bokeh.palettes import interp_palette
 from bokeh.plotting import figure
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
 
-from freelearn.render.html.charts.canvas import chart, hover, symmetric
-from freelearn.render.png.residual_map import LOADS, SCALE
+from freelearn.render.html.charts.canvas import chart, hover
+from freelearn.render.palette import DIVERGING
+from freelearn.results.residuals import FORCE, LOADS, MOMENT, Load, scale_end
+from freelearn.results.strip import spacing
 
-PALETTE = [to_hex(colormaps[SCALE](i / 100)) for i in range(101)]
+PALETTE = interp_palette(DIVERGING, 101)
 NOTHING = "#cccccc"
 COLUMNS = ("elongation_mm", "twist_deg", "force_n", "moment_nmm", "rows", "wide", "high")
+# What stands under the mouse.
+TIPS = [
+    ("elongation", "@elongation_mm{0.[000]} mm"),
+    ("twist", "@twist_deg{0.[00]}°"),
+    ("force", "@force_n{0.[000]} N"),
+    ("moment", "@moment_nmm{0.[0]} N·mm"),
+    ("rows", "@rows"),
+]
 
 
 class ResidualCharts:
@@ -28,11 +37,8 @@ class ResidualCharts:
             self.mappers.append(mapper)
             self.panels.append(panel)
 
-    def _panel(
-        self, load: tuple[str, str, str, str], width: int, height: int, tap: bool
-    ) -> tuple[LinearColorMapper, figure]:
-        column, _, name, unit = load
-        panel = chart(f"{name}: measured − predicted", "elongation [mm]", "twist [deg]", width, height)
+    def _panel(self, load: Load, width: int, height: int, tap: bool) -> tuple[LinearColorMapper, figure]:
+        panel = chart(f"{load.name}: measured − predicted", "elongation [mm]", "twist [deg]", width, height)
         mapper = LinearColorMapper(PALETTE, low=-1, high=1, nan_color=NOTHING)
         cells = panel.rect(
             "elongation_mm",
@@ -40,7 +46,7 @@ class ResidualCharts:
             "wide",
             "high",
             source=self.source,
-            fill_color={"field": column, "transform": mapper},
+            fill_color={"field": load.column, "transform": mapper},
             # A residual of zero is nearly white: without an edge it would look like a missing state.
             line_color="#999999",
             line_width=0.5,
@@ -48,20 +54,10 @@ class ResidualCharts:
         )
         cells.selection_glyph = cells.glyph.clone()
         cells.selection_glyph.line_color, cells.selection_glyph.line_width = "black", 2.5
-        hover(
-            panel,
-            [
-                ("elongation", "@elongation_mm{0.[000]} mm"),
-                ("twist", "@twist_deg{0.[00]}°"),
-                ("force", "@force_n{0.[000]} N"),
-                ("moment", "@moment_nmm{0.[0]} N·mm"),
-                ("rows", "@rows"),
-            ],
-            [cells],
-        )
+        hover(panel, TIPS, [cells])
         if tap:
             panel.add_tools("tap")
-        panel.add_layout(ColorBar(color_mapper=mapper, title=f"[{unit}]", width=10, padding=4), "right")
+        panel.add_layout(ColorBar(color_mapper=mapper, title=f"[{load.unit}]", width=10, padding=4), "right")
         return mapper, panel
 
     def show(self, table: pd.DataFrame, limits: tuple[float, float] | None = None) -> None:
@@ -75,14 +71,5 @@ class ResidualCharts:
 
 
 def scales(table: pd.DataFrame) -> tuple[float, float]:
-    """Ends of the scales on which every residual of the table shows."""
-    return symmetric(table["force_n"]), symmetric(table["moment_nmm"])
-
-
-def spacing(values: pd.Series) -> float:
-    """The usual distance between neighbouring values, a little less than which a cell is wide."""
-    distinct = np.unique(np.round(values.to_numpy(dtype=np.float64), 6))
-    apart = np.diff(distinct)
-    apart = apart[apart > 1e-3 * max(np.ptp(distinct), 1e-9)] if len(apart) else apart
-    # A bed that creeps visits no length twice: cells then are as narrow as can still be seen and clicked.
-    return 0.94 * max(float(np.median(apart)), 0.025 * float(np.ptp(distinct))) if len(apart) else 1.0
+    """Ends of the force [N] and moment [N·mm] scales on which every residual of the table shows."""
+    return scale_end(table[FORCE.column]), scale_end(table[MOMENT.column])

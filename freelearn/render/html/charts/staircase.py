@@ -6,16 +6,18 @@ import pandas as pd
 from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
 
-from freelearn.render.html.charts.canvas import COLORS, chart, hover, legend_below
+from freelearn.render.html.charts.canvas import chart, hover, legend_below
+from freelearn.render.palette import COLORS
+from freelearn.results.staircase import staircase
 
 
 class StaircaseChart:
-    """Held-out error by step on a logarithmic axis; its data can be exchanged."""
+    """Error by step on a logarithmic axis; its data can be exchanged. what: which error, held-out or test error."""
 
-    def __init__(self, width: int = 480, height: int = 340) -> None:
+    def __init__(self, width: int = 480, height: int = 340, what: str = "held-out error") -> None:
         self.source = ColumnDataSource({name: [] for name in ("step", "E", "floor", "label")})
         self.panel: figure = chart(
-            "error on held-out kinematic states",
+            f"{what}, whole kinematic states",
             "",
             "E [%], logarithmic",
             width,
@@ -26,7 +28,7 @@ class StaircaseChart:
         )
         where = {"x": "step", "source": self.source}
         self.panel.line(y="floor", color="black", line_dash="dashed", width=1.5, legend_label="noise floor", **where)
-        self.panel.line(y="E", color=COLORS[0], width=2, legend_label="held-out error", **where)
+        self.panel.line(y="E", color=COLORS[0], width=2, legend_label=what, **where)
         self.panel.scatter(y="floor", marker="dash", size=16, color="black", **where)
         marks = self.panel.scatter(y="E", size=9, color=COLORS[0], **where)
         self.panel.text(y="E", text="label", y_offset=-8, text_align="center", text_font_size="9pt", **where)
@@ -34,12 +36,10 @@ class StaircaseChart:
         self.panel.xaxis.major_label_orientation = 0.35
         legend_below(self.panel)
 
-    def show(self, table: pd.DataFrame) -> None:
-        """table: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
-        steps = [f"{number}. {name}" for number, name in enumerate(table["step"])]
-        error, floor = 100 * table["E_heldout"].astype(float), 100 * table["noise_floor"].astype(float)
-        low, high = min(error.min(), floor.min() if floor.notna().any() else error.min()), error.max()
+    def show(self, trail: pd.DataFrame) -> None:
+        """trail: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
+        stairs = staircase(trail)
+        steps = [f"{number}. {name}" for number, name in enumerate(stairs.steps)]
         self.panel.x_range.factors = steps
-        self.panel.y_range.start, self.panel.y_range.end = low / 1.5, high * 1.9
-        labels = [f"{value:.3g} %" for value in error]
-        self.source.data = {"step": steps, "E": error.to_numpy(), "floor": floor.to_numpy(), "label": labels}
+        self.panel.y_range.start, self.panel.y_range.end = stairs.low, stairs.high
+        self.source.data = {"step": steps, "E": stairs.E, "floor": stairs.floor, "label": stairs.labels}

@@ -1,0 +1,62 @@
+"""How well the bed measured: as stated, or judged from a fitted model's residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pandas as pd
+import torch
+
+from freelearn.commands.settings import AccuracySettings
+from freelearn.fit.problem import Problem
+from freelearn.inference.accuracy import estimate
+from freelearn.inference.noise import sensitivities
+from freelearn.inference.white_fit import ONE
+from freelearn.measurements.accuracy import PAPER, Accuracy
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.base import Model
+from freelearn.models.predicted import usable
+from freelearn.units import DEG, MM, NMM
+
+# Fewer rows do not tell how accurate they are.
+FEWEST = 40
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """accuracy: one standard deviation of each quantity. notes: how it is known, where it was not stated."""
+
+    accuracy: Accuracy
+    notes: list[str]
+
+
+def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings | None) -> Measuring | None:
+    """The stated accuracy, or an estimate from the model's residuals; None where too few rows tell it.
+
+    predictions: whole samples, in the columns of predictions.csv.
+    """
+    if stated is not None:
+        return Measuring(stated.si(), [])
+    predictions = predictions.reset_index(drop=True)
+    place = usable(predictions).index.to_numpy(copy=True)
+    if len(place) < FEWEST:
+        return None
+    rows = Rows(States.from_table(predictions), measured_loads(predictions), kinematic_state(predictions))
+    rows = rows[torch.as_tensor(place)]
+    problem = Problem(model, rows, ONE)
+    vector = model.vector().detach()
+    with torch.no_grad():
+        raw = problem.residual(vector).reshape(-1, 2)
+    jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+    accuracy = estimate(raw, jacobian, sensitivities(model, rows.states), rows.states, rows.state, PAPER)
+    return Measuring(accuracy, [estimated_note(accuracy)])
+
+
+def estimated_note(accuracy: Accuracy) -> str:
+    """What a reader should know of an accuracy that was estimated."""
+    return (
+        f"accuracy estimated from the scatter: elongation {accuracy.length / MM:.3g} mm and twist "
+        f"{accuracy.twist / DEG:.3g}° per state (their ratio is the paper's), "
+        f"force {accuracy.force:.3g} N, moment {accuracy.moment / NMM:.3g} N·mm"
+    )

@@ -1,0 +1,68 @@
+"""The configuration files, and what they amount to with the choices of a user."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+
+from freelearn.commands.settings import Chosen, DiscoverSettings, TrainSettings, parse
+from freelearn.errors import UserError
+from freelearn.package import FOLDER
+
+# In an installed package the files lie inside it, in a checkout beside it.
+CONF = next((path for path in (FOLDER / "conf", FOLDER.parent / "conf") if path.is_dir()), FOLDER / "conf")
+
+# Configuration file of each kind of settings.
+FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
+
+
+def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Plain values of the configuration file `name` with overrides as on the command line. Raises UserError."""
+    with _composing():
+        try:
+            config = compose(name, list(overrides))
+        except HydraException as problem:
+            raise UserError(str(problem)) from None
+    content: Any = OmegaConf.to_container(config, resolve=True)
+    return content
+
+
+def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
+    """Settings from the configuration files and overrides. Raises UserError."""
+    offer_own_models()
+    return parse(kind, composed(FILES[kind], overrides))
+
+
+def offer_own_models() -> list[str]:
+    """Makes `model=NAME` possible for the models in the files that the user's environment names; their names.
+
+    Raises UserError.
+    """
+    if not os.environ.get("FREELEARN_MODELS"):
+        return []
+    # Here, not above: torch is imported with them, and without own models nothing needs it this early.
+    from freelearn.models.build import MODELS
+    from freelearn.models.own import load_own_code
+
+    own = [MODELS[name] for name in load_own_code() if name in MODELS]
+    for model in own:
+        node = {"name": model.name} | {p.name: p.start for p in model.parameter_class.records()}
+        ConfigStore.instance().store(group="model", name=model.name, node=node)
+    return [model.name for model in own]
+
+
+@contextmanager
+def _composing() -> Iterator[None]:
+    if not CONF.is_dir():
+        raise UserError(f"No configuration files at {CONF}: install freelearn again.")
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(config_dir=str(CONF), version_base="1.3"):
+        yield

@@ -1,0 +1,161 @@
+"""Fitting a model on one training set and evaluating it on test sets."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import torch
+from torch import Tensor
+
+from freelearn.errors import UserError
+from freelearn.fit.options import FitOptions
+from freelearn.fit.outcome import FitOutcome
+from freelearn.fit.problem import Problem
+from freelearn.fit.store import FitStore, Fitted, fit_key, timed
+from freelearn.fit.uncertainty import Uncertainty, uncertainty
+from freelearn.measurements.error import Error, set_error
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.base import Model
+from freelearn.models.continuum import CONSTITUENT
+from freelearn.models.prediction import Prediction, Status
+from freelearn.results.run import CONSTITUENT_SET, Run
+
+if TYPE_CHECKING:
+    from lightning import Callback
+
+# Makes what is told of a fit's epochs, once there is a fit to make: a kept one needs no Lightning.
+Progress = Callable[[], "Callback"]
+
+
+def run(
+    model: Model,
+    table: pd.DataFrame,
+    train: str,
+    tests: Sequence[str] | str,
+    options: FitOptions | None,
+    seed: int,
+    by_states: bool = False,
+    folder: Path | None = None,
+    progress: Progress | None = None,
+    store: FitStore | None = None,
+    constituents: Mapping[str, float] = CONSTITUENT,
+    shares: tuple[float, float] = SHARES,
+    device: str = "cpu",
+) -> Run:
+    """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
+
+    With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
+    looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI. shares:
+    of training and of validation rows. device: where the fit computes.
+    """
+    began = time.perf_counter()
+    if tests != "every":
+        table = _concerned(table, train, str(tests))
+    labels = split_rows(table, seed, by_states, shares)
+    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    if train == CONSTITUENT_SET:
+        if model.name != "continuum":
+            raise UserError(f"train=constituent gives C1 and C2 of the continuum model; {model.name} has none.")
+        model.set_values(constituents)
+        options = None
+    elif not model.needs_validation:
+        labels = np.where(labels == VALIDATION, TRAIN, labels)
+    if options is None and model.needs_validation:
+        raise UserError("A network has no parameters before a fit: choose a fit other than none.")
+    start: Tensor = model.vector().detach().clone()
+    fitted = _fitted(model, rows, labels, train, options, seed, folder, progress, device, store) if options else None
+
+    with torch.no_grad():
+        loads, status = model.to(device)(rows.states.to(device))
+        prediction = Prediction(loads.cpu(), status.cpu())
+        model.to("cpu")
+    return Run(
+        model=model,
+        train=train,
+        method=options.name if options else "none",
+        table=table,
+        labels=labels,
+        prediction=prediction,
+        errors=_errors(rows, labels, prediction, _test_sets(table, train, tests)),
+        uncertainty=fitted.uncertainty if fitted else None,
+        start=fitted.outcome.initial if fitted else start,
+        history=tuple(fitted.outcome.history) if fitted else (),
+        message=fitted.outcome.message if fitted else "nothing was fitted",
+        seconds=time.perf_counter() - began,
+        fit_seconds=fitted.seconds if fitted else 0.0,
+        reused=fitted.reused if fitted else False,
+    )
+
+
+def _fitted(
+    model: Model,
+    rows: Rows,
+    labels: np.ndarray,
+    train: str,
+    options: FitOptions,
+    seed: int,
+    folder: Path | None,
+    progress: Progress | None,
+    device: str,
+    store: FitStore | None,
+) -> Fitted:
+    """The fit, from the store or else made now; the model holds its parameters afterwards."""
+    sample = rows.states.sample.numpy()
+    inside = np.isin(sample, samples_of(train, sample))
+    training = torch.as_tensor(np.flatnonzero(inside & (labels == TRAIN)))
+    validation = torch.as_tensor(np.flatnonzero(inside & (labels == VALIDATION)))
+    if not len(training):
+        raise UserError(f"Training set {train!r} has no un-buckled rows to fit: choose another one.")
+    parts = rows[training], rows[validation]
+
+    def compute() -> tuple[FitOutcome, Uncertainty]:
+        # Lightning takes seconds to import, and a fit that was kept needs none of it.
+        from freelearn.fit.fit import fit
+
+        outcome = fit(model, *parts, options, seed, folder, progress() if progress else None, device)
+        return outcome, uncertainty(Problem(model, parts[0][torch.as_tensor(outcome.kept)]))
+
+    if store is None:
+        return timed(compute)
+    return store.fitted(model, fit_key(model, *parts, options, seed), lambda: timed(compute))
+
+
+def _test_sets(table: pd.DataFrame, train: str, tests: Sequence[str] | str) -> list[str]:
+    if tests != "every":
+        return [str(tests)]
+    names = set_names(table["sample"].to_numpy())
+    # A set of the user's own: a run always tells its error on the training set's test rows.
+    return [*names, train] if "+" in train else names
+
+
+def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Sequence[str]) -> dict[str, Error]:
+    """The error on each test set's test rows. Raises UserError for a set without any."""
+    sample = rows.states.sample.numpy()
+    usable = prediction.status == Status.OK
+    errors = {}
+    for name in names:
+        pick = scored_rows(sample, labels, name)
+        if not len(pick):
+            raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")
+        errors[name] = set_error(rows.loads[pick], prediction.loads[pick], usable[pick])
+    return errors
+
+
+def scored_rows(sample: np.ndarray, labels: np.ndarray, name: str) -> Tensor:
+    """Positions of the test rows of a named set. sample, labels: (N,), of all rows."""
+    return torch.as_tensor(np.flatnonzero(np.isin(sample, samples_of(name, sample)) & (labels == TEST)))
+
+
+def _concerned(table: pd.DataFrame, train: str, test: str) -> pd.DataFrame:
+    """Rows of the samples that are trained or tested on."""
+    sample = table["sample"].to_numpy()
+    sets = [name for name in (train, test) if name != CONSTITUENT_SET]
+    chosen = np.concatenate([samples_of(name, sample) for name in sets])
+    return table[np.isin(sample, chosen)].reset_index(drop=True)

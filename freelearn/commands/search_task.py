@@ -1,0 +1,59 @@
+"""What a search is about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from freelearn.commands.settings import DiscoverSettings
+from freelearn.commands.tables import LoadedTable
+from freelearn.inference.candidate import Candidate
+from freelearn.inference.question import Question
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.rows import Rows
+from freelearn.models.base import Model
+from freelearn.models.build import build_model
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a search is about. everything: the whole table's rows, buckled ones included, which belong to a state and to
+    what it remembers. place: of the rows looked at, among them. library: effects to try; untestable: entries of
+    discovery.json for the others."""
+
+    settings: DiscoverSettings
+    loaded: LoadedTable
+    everything: Rows
+    place: np.ndarray
+    library: list[str]
+    untestable: list[Candidate]
+    device: str
+
+    @property
+    def rows(self) -> Rows:
+        """The rows looked at."""
+        return self.everything[torch.as_tensor(self.place)]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The rows looked at, in the measurement table's columns."""
+        return self.loaded.table.iloc[self.place].reset_index(drop=True)
+
+    @property
+    def usable(self) -> Rows:
+        """Every un-buckled row of the table."""
+        return self.everything[torch.as_tensor(np.flatnonzero((self.loaded.table["buckled"] == 0).to_numpy()))]
+
+    def build(self, effects: Sequence[str]) -> Model:
+        """A fresh model with these effects."""
+        samples = [int(n) for n in np.unique(self.loaded.table["sample"].to_numpy()[self.place])]
+        return build_model(self.settings.model.name, self.settings.model.values, effects, samples)
+
+    def question(self, accuracy: Accuracy) -> Question:
+        """What the search is asked."""
+        settings = self.settings
+        return Question(self.build, self.library, self.rows, accuracy, settings.seed, settings.effects)

@@ -1,0 +1,319 @@
+"""What a command was asked to do: the composed configuration, checked once and frozen.
+
+Light to import (no torch), so that a mistake is told within a second. Every mistake of a configuration is reported, not
+only the first. What only the data or the library of effects can tell (a set that the table lacks, an unknown effect) is
+checked where these are at hand.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
+
+from freelearn.errors import UserError
+from freelearn.fit.options import FitOptions
+from freelearn.measurements.accuracy import Accuracy
+
+# Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
+STRICT = ConfigDict(extra="forbid")
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Deviation = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+Seed = Annotated[int, Field(strict=True, ge=0)]
+Share = Annotated[float, Field(strict=True, gt=0, lt=1)]
+Switch = Annotated[bool, Field(strict=True)]
+
+# {effect: {parameter: SI value, or one per sample}}
+EffectValues = dict[str, dict[str, float | tuple[float, ...]]]
+
+
+@dataclass(frozen=True, config=STRICT)
+class AccuracySettings:
+    """One standard deviation of the measuring in engineering units, as `data.accuracy` gives it."""
+
+    elongation_mm: Deviation
+    twist_deg: Deviation
+    pressure_kpa: Deviation
+    force_n: Positive
+    moment_nmm: Positive
+
+    def si(self) -> Accuracy:
+        """The same in SI."""
+        return Accuracy.engineering(
+            self.elongation_mm, self.twist_deg, self.pressure_kpa, self.force_n, self.moment_nmm
+        )
+
+
+def _accuracy(value: Any) -> Any:
+    if value == "estimate":
+        return None
+    if isinstance(value, str):
+        raise ValueError("give data.accuracy.force_n=… and so on, or data.accuracy=estimate")
+    return value
+
+
+# None: to be estimated from the data.
+StatedAccuracy = Annotated[AccuracySettings | None, BeforeValidator(_accuracy)]
+
+
+def _hidden(value: Any) -> Any:
+    """A list of effect names, {effect: {parameter: SI value}}, random or nothing; lists become mappings."""
+    if value is None or value == "random":
+        return value
+    if isinstance(value, list) and all(isinstance(name, str) for name in value):
+        return {name: {} for name in value}
+    if isinstance(value, Mapping):
+        numbers = {name: values or {} for name, values in value.items()}
+        if all(isinstance(v, Mapping) and all(_is_number(x) for x in v.values()) for v in numbers.values()):
+            return {str(name): {str(n): float(x) for n, x in v.items()} for name, v in numbers.items()}
+    raise ValueError("give a list of effect names, for example [end_clamps], or random")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _effect_values(value: Any) -> Any:
+    """{effect: {parameter: number or list of numbers}}; lists become tuples."""
+    if value is None:
+        return {}
+    if isinstance(value, Mapping):
+        found = {
+            str(effect): {str(n): tuple(x) if isinstance(x, list) else x for n, x in (values or {}).items()}
+            for effect, values in value.items()
+        }
+        every = [x for values in found.values() for x in values.values()]
+        if all(_is_number(x) or (isinstance(x, tuple) and all(map(_is_number, x))) for x in every):
+            return found
+    raise ValueError("give {effect: {parameter: SI value, or a list of one value per sample}}")
+
+
+@dataclass(frozen=True, config=STRICT)
+class VirtualData:
+    """The simulated bed. hidden: instead of truth_effects; "random": drawn from the seed."""
+
+    name: Literal["virtual"]
+    seed: Seed
+    buckled_share: Annotated[float, Field(strict=True, ge=0, lt=1)]
+    truth: dict[str, Number]
+    truth_effects: Annotated[EffectValues, PlainValidator(_effect_values)]
+    hidden: Annotated[dict[str, dict[str, float]] | Literal["random"] | None, PlainValidator(_hidden)]
+    accuracy: StatedAccuracy
+
+
+def _path(value: Any) -> Any:
+    if value in (None, "", "???"):
+        raise ValueError("data=csv needs the table's file: add data.path=FILE")
+    return Path(str(value))
+
+
+@dataclass(frozen=True, config=STRICT)
+class CsvData:
+    """The user's own table."""
+
+    name: Literal["csv"]
+    path: Annotated[Path, PlainValidator(_path)]
+    accuracy: StatedAccuracy
+
+
+DataSettings = VirtualData | CsvData
+
+
+@dataclass(frozen=True, config=STRICT)
+class ModelSettings:
+    """A model's name, and where a fit of its parameters starts (SI)."""
+
+    name: str
+    values: dict[str, Number]
+
+
+def _model(value: Any) -> Any:
+    """The configuration has the parameters beside the name."""
+    if isinstance(value, Mapping):
+        return {"name": value.get("name"), "values": {k: v for k, v in value.items() if k != "name"}}
+    return value
+
+
+@dataclass(frozen=True, config=STRICT)
+class SplitSettings:
+    """Shares of each sample's rows (with name "states": of its kinematic states) to fit and to stop a fit by; the rest
+    is tested on."""
+
+    name: Literal["rows", "states"]
+    train: Share
+    validation: Share
+
+    def __post_init__(self) -> None:
+        if self.train + self.validation >= 1:
+            raise ValueError(
+                f"split.train = {self.train:g} and split.validation = {self.validation:g} leave nothing to test on: "
+                "choose shares with a sum below 1"
+            )
+
+    @property
+    def by_states(self) -> bool:
+        """Whether whole kinematic states stay together."""
+        return self.name == "states"
+
+
+def _fit(value: Any) -> Any:
+    if isinstance(value, Mapping) and value.get("name") == "none":
+        return None
+    return value
+
+
+def _set(value: Any) -> Any:
+    """A set's name; a list of names becomes one name, joined by +."""
+    if isinstance(value, list) and value and all(isinstance(name, str) for name in value):
+        return "+".join(value)
+    if isinstance(value, str) and value:
+        return value
+    raise ValueError("give a set's name, such as sample3, or a list of names, such as [sample1,sample3]")
+
+
+def _names(value: Any) -> Any:
+    if value is None:
+        return ()
+    if isinstance(value, list | tuple) and all(isinstance(name, str) for name in value):
+        return tuple(value)
+    raise ValueError("give a list of effect names, for example effects=[end_clamps,twist_offset]")
+
+
+def _file(value: Any) -> Any:
+    return None if value is None else Path(str(value))
+
+
+SetName = Annotated[str, PlainValidator(_set)]
+EffectNames = Annotated[tuple[str, ...], PlainValidator(_names)]
+OptionalPath = Annotated[Path | None, PlainValidator(_file)]
+Device = Literal["cpu", "cuda", "auto"]
+
+
+@dataclass(frozen=True, config=STRICT)
+class Settings:
+    """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml."""
+
+    model: Annotated[ModelSettings, BeforeValidator(_model)]
+    data: Annotated[DataSettings, Field(discriminator="name")]
+    # None: nothing is fitted.
+    fit: Annotated[FitOptions | None, BeforeValidator(_fit)]
+    split: SplitSettings
+    train: SetName
+    test: SetName
+    effects: EffectNames
+    seed: Seed
+    figures: Switch
+    device: Device
+
+
+@dataclass(frozen=True, config=STRICT)
+class TrainSettings(Settings):
+    """What one run of train.py does. exclude: combinations that a sweep leaves out, {option: value} each."""
+
+    constituent: OptionalPath
+    fits: OptionalPath
+    exclude: tuple[dict[str, Any], ...]
+
+
+@dataclass(frozen=True, config=STRICT)
+class DiscoverSettings(Settings):
+    """What one run of discover.py does."""
+
+
+Chosen = TypeVar("Chosen", bound=Settings)
+
+
+def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
+    """Settings from a composed configuration's plain values. Raises UserError with every mistake."""
+    content = dict(config)
+    if isinstance(content.get("exclude"), list):
+        content["exclude"] = tuple(content["exclude"])
+    elif "exclude" in content and content["exclude"] is None:
+        content["exclude"] = ()
+    try:
+        settings = TypeAdapter(kind).validate_python(content)
+    except ValidationError as problem:
+        raise mistakes_error([_sentence(error) for error in problem.errors(include_url=False)]) from None
+    if isinstance(settings.data, VirtualData) and settings.data.accuracy is None:
+        raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
+    if isinstance(settings.data, CsvData):
+        _check_file(settings.data.path)
+    return settings
+
+
+def mistakes_error(sentences: list[str]) -> UserError:
+    """One error for all mistakes."""
+    if len(sentences) == 1:
+        return UserError(sentences[0])
+    return UserError("\n  ".join([f"{len(sentences)} mistakes:", *sentences]))
+
+
+def plain(settings: Settings) -> dict[str, Any]:
+    """The settings as containers, texts and numbers, in a fixed order: what a digest or a file holds of them."""
+
+    def bare(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {str(k): bare(v) for k, v in value.items()}
+        if isinstance(value, list | tuple):
+            return [bare(v) for v in value]
+        return str(value) if isinstance(value, Path) else value
+
+    return {name: bare(value) for name, value in dataclasses.asdict(settings).items()}
+
+
+def _check_file(path: Path) -> None:
+    """A mistyped path is told before anything heavy is loaded; what else may be wrong with a file is for its reader."""
+    # Here, not above: only a measured table has a file.
+    from freelearn.measurements.text_file import missing_file
+
+    if problem := missing_file(path):
+        raise UserError(problem)
+
+
+# Parts of an error's place that are ours and not the user's.
+_INNER = {("data", "virtual"), ("data", "csv"), ("model", "values")}
+
+_WHAT = {
+    "int_type": "is not an integer",
+    "int_from_float": "is not an integer",
+    "float_type": "is not a number",
+    "finite_number": "is not a finite number",
+    "bool_type": "is neither true nor false",
+    "string_type": "is not a text",
+    "missing": "is missing",
+    "extra_forbidden": "is no option here",
+    "unexpected_keyword_argument": "is no option here",
+}
+_LIMITS = {
+    "greater_than_equal": ("ge", "is too small: choose at least {}"),
+    "greater_than": ("gt", "is too small: choose more than {}"),
+    "less_than_equal": ("le", "is too large: choose at most {}"),
+    "less_than": ("lt", "is too large: choose less than {}"),
+}
+
+
+def _sentence(error: Any) -> str:
+    """What is wrong and what to do, from one of pydantic's error records."""
+    place = [str(part) for part in error["loc"]]
+    shown = [part for i, part in enumerate(place) if i == 0 or (place[i - 1], part) not in _INNER]
+    name, kind, value = ".".join(shown), error["type"], error["input"]
+    if kind == "value_error":
+        text = str(error["ctx"]["error"])
+        return f"{text}." if text.startswith(("data=", name)) or not name else f"{name} = {value!r}: {text}."
+    if kind in _LIMITS:
+        limit, text = _LIMITS[kind]
+        return f"{name} = {value!r} {text.format(format(error['ctx'][limit], 'g'))}."
+    if kind in ("missing", "extra_forbidden", "unexpected_keyword_argument"):
+        return f"{name} {_WHAT[kind]}."
+    if kind == "literal_error":
+        return f"{name} = {value!r} is not possible: choose {error['ctx']['expected']}."
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return f"{name} is of no known kind: choose data=virtual or data=csv."
+    said = _WHAT.get(kind, "is not possible: " + error["msg"])
+    return f"{name} = {value!r} {said}."

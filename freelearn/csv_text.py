@@ -1,0 +1,43 @@
+"""Tables as CSV text, several times as fast as pandas writes them."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+from pandas.api.types import is_bool_dtype, is_float_dtype, is_integer_dtype
+
+
+def csv_text(table: pd.DataFrame, numbers: str = "%.10g") -> str:
+    """The table without its index, byte for byte what to_csv(index=False, float_format=numbers) writes.
+
+    numbers: how a float is written; one that is missing leaves its place empty. One format for the whole line makes
+    the difference: pandas formats each number in a call of its own.
+
+    >>> csv_text(pd.DataFrame({"force_n": [1.5, float("nan")], "split": ["train", "a,b"]}))
+    'force_n,split\\n1.5,train\\n,"a,b"\\n'
+    """
+    columns: list[list[object]] = []
+    places = []
+    for i in range(table.shape[1]):
+        column = table.iloc[:, i]
+        values, place = column.tolist(), "%s"
+        if is_float_dtype(column.dtype):
+            if column.isna().any():
+                values = ["" if math.isnan(v) else numbers % v for v in values]
+            else:
+                place = numbers
+        elif not (is_integer_dtype(column.dtype) or is_bool_dtype(column.dtype)):
+            values = [_quoted(v) for v in values]
+        columns.append(values)
+        places.append(place)
+    line = ",".join(places) + "\n"
+    head = ",".join(_quoted(name) for name in table.columns) + "\n"
+    return head + "".join([line % row for row in zip(*columns, strict=True)])
+
+
+def _quoted(value: object) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    text = str(value)
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\r\n') else text

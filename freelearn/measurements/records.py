@@ -1,0 +1,86 @@
+"""The fields of a CSV file as text, each row with its line in the file."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from freelearn.errors import UserError
+from freelearn.measurements.faults import Fault
+from freelearn.measurements.text_file import read_text
+
+
+@dataclass(frozen=True)
+class Records:
+    """The fields of a CSV file as text, with the line in the file at which each row starts."""
+
+    header_line: int
+    header: list[str]
+    lines: list[int]
+    rows: list[list[str]]
+
+
+def read_records(path: str | Path) -> Records:
+    """The fields of a CSV file. Raises UserError where it cannot be read as such."""
+    # Not pandas' reader: it stops at the first uneven row, and cannot tell the line of a row.
+    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    lines, rows, start = [], [], 1
+    try:
+        for row in reader:
+            if row:
+                lines.append(start)
+                rows.append(row)
+            start = reader.line_num + 1
+    except csv.Error as error:
+        raise UserError(f"{path} is not valid CSV at line {start}: {error}. Look for a stray quote.") from error
+    return Records(lines[0], rows[0], lines[1:], rows[1:])
+
+
+def header_faults(header: list[str], line: int) -> list[Fault]:
+    """Faults of columns without a name, or with the name of another one."""
+    faults = []
+    for place, name in enumerate(header):
+        if not name:
+            faults.append(Fault(line, "", "", f"column {place + 1} has no name: name or delete it"))
+        elif name in header[:place]:
+            faults.append(Fault(line, name, "", f"column appears {header.count(name)} times: keep one"))
+    return faults
+
+
+def odd_rows(records: Records) -> list[Fault]:
+    """Faults of the rows whose values cannot be given to columns: too many, too few, or all blank."""
+    faults, width = [], len(records.header)
+    for line, row in zip(records.lines, records.rows, strict=True):
+        if len(row) == width and any(map(str.strip, row)):
+            continue
+        problem = f"has {len(row)} values for {width} columns: "
+        if not any(map(str.strip, row)):
+            problem = "is blank but for its commas: delete the line"
+        elif len(row) > width:
+            problem += "look for a decimal comma (write 1.5, not 1,5) or a comma too many"
+        else:
+            problem += "complete the line"
+        faults.append(Fault(line, "", ",".join(row), problem))
+    return faults
+
+
+def numbers_of(cells: Sequence[str]) -> np.ndarray:
+    """The cells as float64, NaN where one is no finite number."""
+    try:
+        values = np.fromiter(map(float, cells), np.float64, len(cells))
+    except ValueError:
+        values = np.array([_number(cell) for cell in cells])
+    values[np.isinf(values)] = np.nan
+    return values
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan

@@ -1,0 +1,142 @@
+"""The chain from an imposed state to the loads that the sensors show, with the effects in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import Any, TypeVar
+
+import torch
+from torch import Tensor
+
+from freelearn.measurements.states import States
+from freelearn.models.effect import Effect
+from freelearn.models.mount import settle
+from freelearn.models.parameter import Parameter
+from freelearn.models.play import take_up
+from freelearn.models.ports import (
+    BoundaryEffect,
+    DissipationEffect,
+    GeometryEffect,
+    MeasurementEffect,
+    MountEffect,
+    PlayEffect,
+    WallEffect,
+)
+from freelearn.models.prediction import Prediction
+from freelearn.models.vector import RawVector, Values
+
+# Rows predicted at once: few enough for what one operation reads to stay in the processor's cache.
+BLOCK = 4096
+
+E = TypeVar("E", bound=Effect[Any])
+
+
+class Chain(RawVector):
+    """boundary → geometry → loads of the structure → dissipation → measurement, with the named effects inside."""
+
+    def __init__(
+        self,
+        declared: Mapping[str, Parameter],
+        effects: Sequence[Effect[Any]] = (),
+        weights: Mapping[str, tuple[int, ...]] | None = None,
+    ) -> None:
+        """declared: the model's own parameters; those of the effects join them. weights: as in RawVector."""
+        self_and_effects = dict(declared)
+        for effect in effects:
+            self_and_effects |= effect.declared()
+        super().__init__(self_and_effects, weights)
+        self.effects = tuple(effects)
+        self._boundary = self._of(BoundaryEffect)
+        self._mounts = self._of(MountEffect)
+        self._plays = self._of(PlayEffect)
+        self._geometry = self._of(GeometryEffect)
+        self._wall = self._of(WallEffect)
+        self._dissipation = self._of(DissipationEffect)
+        self._measurement = self._of(MeasurementEffect)
+
+    def _of(self, base: type[E]) -> list[E]:
+        return [effect for effect in self.effects if isinstance(effect, base)]
+
+    def forward(self, states: States, values: Values | None = None) -> Prediction:
+        """Loads of N states: States → loads (N, 2) N, N·m and status (N,)."""
+        values = self.values() if values is None else values
+        if len(states) > BLOCK:
+            blocks = [self.chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
+            return Prediction(torch.cat([b.loads for b in blocks]), torch.cat([b.status for b in blocks]))
+        return self.chain(states, values)
+
+    def chain(self, states: States, values: Values) -> Prediction:
+        """`forward` in one block, with values that may differ from row to row."""
+        states = self.imposed(states, values)
+        if self._mounts:
+            states, (loads, status) = settle(states, values, self._mounted, self._rested)
+        else:
+            loads, status = self._rested(states, values)
+        return Prediction(self.sensed(loads, states, values), status)
+
+    @property
+    def yielding(self) -> list[Effect[Any]]:
+        """Boundary effects whose imposed state depends on the loads."""
+        return [effect for effect in self.effects if effect.yields]
+
+    def imposed(self, states: States, values: Values) -> States:
+        """The states that were really imposed on the actuator and its mount."""
+        for effect in self._boundary:
+            states = effect.impose(states, effect.own(values, states))
+        return states
+
+    def _mounted(self, states: States, loads: Tensor, values: Values) -> States:
+        """The states imposed by a mount that carries these loads."""
+        for effect in self._mounts:
+            states = effect.impose(states, loads, effect.own(values, states))
+        return states
+
+    def _rested(self, states: States, values: Values) -> Prediction:
+        """Loads on the mount where the actuator has taken up the play between them."""
+        if not self._plays:
+            return self._carried(states, values)
+        widths = [effect.play(states, effect.own(values, states)) for effect in self._plays]
+        width = sum(widths[1:], start=widths[0]).expand_as(states.twist)
+        return take_up(states, width, values, self._carried, self.rows_of)
+
+    def _carried(self, states: States, values: Values) -> Prediction:
+        """Loads that the actuator hands on at the state that it takes itself: ideal, then dissipated."""
+        loads, status = self.ideal(states, values)
+        return Prediction(self.dissipated(loads, states, values), status)
+
+    def ideal(self, states: States, values: Values) -> Prediction:
+        """Loads of the actuator as it really is, at the state that was really imposed: geometry → structure.
+
+        A wall whose stresses are all s times as large carries s times the pressure, and pushes and turns s times as
+        hard, at the same deformation; the fluid is what it was. So loads(s, P) = s · loads(1, P/s), whatever the wall.
+        """
+        shaped = states
+        for effect in self._geometry:
+            shaped = effect.reshape(shaped, effect.own(values, states))
+        left = self.wall_left(states, values)
+        if left is None:
+            return self.bare(shaped, values)
+        loads, status = self.bare(shaped.replace(pressure=shaped.pressure / left), values)
+        return Prediction(loads * left[..., None], status)
+
+    def wall_left(self, states: States, values: Values) -> Tensor | None:
+        """Factor s of the wall's stresses that its effects leave, (N,); None without such effects."""
+        factors = [effect.soften(states, effect.own(values, states)) for effect in self._wall]
+        return reduce(torch.mul, factors) if factors else None
+
+    def bare(self, states: States, values: Values) -> Prediction:
+        """Loads of the structure itself, with no effect but energies: what a model must give."""
+        raise NotImplementedError
+
+    def dissipated(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """What of the actuator's loads reaches the mount."""
+        for effect in self._dissipation:
+            loads = effect.dissipate(loads, states, effect.own(values, states))
+        return loads
+
+    def sensed(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """What the sensors show of the loads on the mount."""
+        for effect in self._measurement:
+            loads = effect.sense(loads, states, effect.own(values, states))
+        return loads

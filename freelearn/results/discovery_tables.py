@@ -1,0 +1,90 @@
+"""What terminal and page say of a discovery: parameters, what to measure next, and its sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from freelearn.inference.next_experiment import NextState
+from freelearn.inference.step import Step
+from freelearn.inference.thresholds import LEFT
+from freelearn.results.discovery import Discovery, stderr
+from freelearn.results.estimate import parameter_table, searched_estimates
+from freelearn.results.formats import fixed, number, percent, sentence, signed
+from freelearn.results.staircase import staircase_row
+from freelearn.results.tables import DisplayTable
+
+
+def step_row(step: Step, text: str) -> list[str]:
+    """One step as a row under staircase.HEADINGS and what is left; text: what the step added."""
+    left = "nothing" if step.left.p_value >= LEFT else "structure"
+    return [*staircase_row(text, step.E_train, step.E_heldout, step.floor), left]
+
+
+def final_parameters(discovery: Discovery) -> DisplayTable:
+    """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
+    findings = discovery.findings
+    model = findings.final.fit.model
+    values = findings.final.fit.values()
+    freedom = max(len(np.unique(findings.rows.state)) - len(model.vector()), 1)
+    estimates = searched_estimates(values, stderr(findings.final), model.declared, freedom)
+    return parameter_table(estimates, "Parameters of the last model")
+
+
+def next_states(proposed: Sequence[NextState], most: int | None = None) -> DisplayTable:
+    """States whose measurement would split effects that now look alike. most: rows shown, None for all."""
+    rows = [
+        [
+            *(str(p.sample), signed(p.elongation_mm), signed(p.twist_deg, 4), number(p.pressure_kpa, 3)),
+            *(fixed(p.expected_z, 1), *p.separates),
+        ]
+        for p in proposed[:most]
+    ]
+    return DisplayTable.of(
+        ["sample"],
+        ["elongation mm", "twist deg", "pressure kPa", "expected σ"],
+        rows,
+        title="What to measure next",
+        last=["splits this", "from that"],
+    )
+
+
+def error_line(discovery: Discovery) -> str:
+    """The held-out error before and after, and what measuring alone leaves."""
+    error = discovery.content["error"]
+    before, after, floor = (percent(error[name], 3) for name in ("before", "after", "noise_floor"))
+    line = f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %."
+    return f"{line} {sentence(discovery.content['heldout_is'])}"
+
+
+def failure_lines(discovery: Discovery, most: int | None = None) -> list[str]:
+    """Where the first model fails, worst first. most: regions named, None for all."""
+    lines = [sentence(failure.sentence()) for failure in discovery.failed[:most]]
+    return lines or ["No region stands out."]
+
+
+def screen_lines(discovery: Discovery) -> list[str]:
+    """What the screens rule out."""
+    return [sentence(f"{screen.name}: {screen.says}") for screen in discovery.screens]
+
+
+def class_lines(discovery: Discovery) -> list[str]:
+    """Effects that the data cannot tell apart."""
+    return [f"The data cannot tell these apart: {', '.join(c)}." for c in discovery.content["classes"] if len(c) > 1]
+
+
+def remainder_lines(discovery: Discovery) -> list[str]:
+    """How systematic is what no effect accounts for, and a hint at its form; none where nothing is left."""
+    left = discovery.left
+    if left is None:
+        return []
+    return [
+        f"What is left is {percent(left.share, 0)} % systematic. Hint, not a finding: {left.hint} explains "
+        f"{percent(left.hint_share, 0)} % of it."
+    ]
+
+
+def note_lines(discovery: Discovery) -> list[str]:
+    """What else to know."""
+    return [sentence(note) for note in discovery.notes]

@@ -1,0 +1,92 @@
+"""Fitted parameters with what is known of their uncertainty, and the one table that shows them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from freelearn.fit.uncertainty import Uncertainty, interval
+from freelearn.models.parameter import Parameter
+from freelearn.results.formats import finite, number, percent
+from freelearn.results.tables import DisplayTable
+
+HEADINGS = ("value", "± stderr", "95 % from", "to")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter in its unit (SI). stderr, low, high (95 %), independent: NaN where the rows do not determine it.
+
+    independent: the standard error under independent residuals, NaN where none was computed.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    stderr: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    independent: float = math.nan
+
+    def numbers(self) -> dict[str, float | str | None]:
+        """The entry in results.json; what does not exist is null."""
+        return {
+            "value": self.value,
+            "stderr": finite(self.stderr),
+            "unit": self.unit,
+            "low": finite(self.low),
+            "high": finite(self.high),
+            "stderr_independent": finite(self.independent),
+        }
+
+
+def fitted_estimates(uncertainty: Uncertainty, declared: Mapping[str, Parameter]) -> list[Estimate]:
+    """An estimate for each entry of a fitted raw vector, weights included; these have no unit."""
+    u = uncertainty
+    columns = (u.values, u.stderr, u.low, u.high, u.stderr_independent)
+    units = [declared[name].unit if name in declared else "" for name in uncertainty.names]
+    return [
+        Estimate(name, float(value), unit, float(stderr), float(low), float(high), float(independent))
+        for name, unit, value, stderr, low, high, independent in zip(uncertainty.names, units, *columns, strict=True)
+    ]
+
+
+def plain_estimates(values: Mapping[str, float], declared: Mapping[str, Parameter]) -> list[Estimate]:
+    """Estimates of parameters that were not fitted: values alone."""
+    return [Estimate(name, value, declared[name].unit) for name, value in values.items()]
+
+
+def searched_estimates(
+    values: Mapping[str, float], stderr: Mapping[str, float], declared: Mapping[str, Parameter], freedom: int
+) -> list[Estimate]:
+    """Estimates from values and standard errors (SI), with 95 % intervals of `freedom`; see fit.uncertainty.interval.
+
+    A parameter without a standard error has no interval."""
+    entries = []
+    for name, value in values.items():
+        error = stderr.get(name, math.nan)
+        low, high = interval([value], [error], [declared[name].log], freedom)
+        entries.append(Estimate(name, value, declared[name].unit, error, float(low[0]), float(high[0])))
+    return entries
+
+
+def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTable:
+    """Parameters with 95 % intervals."""
+    rows = []
+    for e in estimates:
+        cells = [number(e.value), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
+        rows.append([e.name, *cells, e.unit])
+    return DisplayTable.of(["parameter"], HEADINGS, rows, title, last=["unit"])
+
+
+def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
+    """Parameters as in a fit report: more digits, the relative standard error, and the textbook one."""
+    rows = []
+    for e in estimates:
+        relative = f"({percent(e.stderr / abs(e.value))}%)" if e.value and math.isfinite(e.stderr) else ""
+        # An unknown standard error leaves its cells blank; the report names the parameter under its warnings.
+        known = [number(e.stderr, 4), relative, number(e.low, 6), number(e.high, 6), number(e.independent, 4)]
+        rows.append([e.name, number(e.value, 8), *known, e.unit])
+    numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
+    return DisplayTable.of(["name"], numbers, rows, last=["unit"])

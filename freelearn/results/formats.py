@@ -1,0 +1,78 @@
+"""How numbers stand in cells and sentences: true minus signs, a dash for what is not known."""
+
+from __future__ import annotations
+
+import math
+
+DASH = "–"
+MINUS = "−"
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """A number with so many significant digits; a dash where there is none.
+
+    >>> number(-0.00123456, 3), number(1e6), number(None), number(float("nan"))
+    ('−0.00123', '1e+06', '–', '–')
+    """
+    return _finished(value, f".{digits}g")
+
+
+def fixed(value: float | None, digits: int) -> str:
+    """A number with so many digits behind the point; a dash where there is none.
+
+    >>> fixed(-2.345, 1), fixed(None, 1)
+    ('−2.3', '–')
+    """
+    return _finished(value, f".{digits}f")
+
+
+def signed(value: float | None, digits: int = 3) -> str:
+    """A number that always shows its sign.
+
+    >>> signed(1.25), signed(-4.0)
+    ('+1.25', '−4')
+    """
+    return _finished(value, f"+.{digits}g")
+
+
+def percent(value: float | None, digits: int = 2) -> str:
+    """A fraction in %, without the sign; a dash where there is none.
+
+    >>> percent(0.01234), percent(None)
+    ('1.23', '–')
+    """
+    return fixed(None if value is None else 100 * value, digits)
+
+
+def sentence(text: str) -> str:
+    """Words as a sentence of their own.
+
+    >>> sentence("force is over-predicted")
+    'Force is over-predicted.'
+    """
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def ascii_minus(text: str) -> str:
+    """Text for files that other programs read: hyphens where minus signs stand.
+
+    >>> ascii_minus("−1.5")
+    '-1.5'
+    """
+    return text.replace(MINUS, "-")
+
+
+def finite(value: float) -> float | None:
+    """A number for a JSON file, which knows neither NaN nor infinity: null in their place.
+
+    >>> finite(0.5), finite(float("nan"))
+    (0.5, None)
+    """
+    return float(value) if math.isfinite(value) else None
+
+
+def _finished(value: float | None, form: str) -> str:
+    if value is None or not math.isfinite(value):
+        return DASH
+    mantissa, *exponent = format(value, form).split("e")
+    return "e".join([mantissa.replace("-", MINUS), *exponent])

@@ -1,0 +1,63 @@
+"""What a researcher should know about fitted parameters: sentences for report, page and terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.fit.uncertainty import Uncertainty, quantile
+from freelearn.models.base import Model
+
+# Share of its usual size below which a positive parameter counts as gone.
+VANISHED = 1e-8
+# A correlation above this is worth a warning.
+STRONG_CORRELATION = 0.95
+
+
+def notes(model: Model[Any], start: Tensor) -> list[str]:
+    """Sentences on physical parameters at a bound, or still where the fit began. start: raw vector (p,) before it."""
+    said = []
+    vector, physical = model.vector().detach(), model.scalars()
+    lower, upper = model.raw_bounds()
+    offset = len(vector) - len(model.declared)
+    for i, name in enumerate(model.declared, offset):
+        value = vector[i]
+        reach = 1e-9 * max(1.0, float(value.abs()))
+        if value - lower[i] <= reach or upper[i] - value <= reach:
+            said.append(f"{name} is at its bound ({float(value):.6g} {model.declared[name].unit}).")
+        elif model.declared[name].log and physical[name] < VANISHED * abs(model.declared[name].start):
+            said.append(f"{name} has gone to zero: the rows ask for none of it.")
+        elif torch.isclose(value, start[i], rtol=1e-7, atol=1e-12):
+            said.append(f"{name} is still where the fit began: the rows may not depend on it.")
+    return [*said, *model.remarks()]
+
+
+def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
+    """Sentences on effects that the rows do not need, or cannot tell from something else."""
+    said = []
+    place = {name: i for i, name in enumerate(uncertainty.names)}
+    error = uncertainty.stderr
+    correlation = correlations(uncertainty)
+    reach = quantile(uncertainty.freedom)
+    for name, spec in model.declared.items():
+        i = place[name]
+        if spec.none is None or not math.isfinite(error[i]):
+            continue
+        if abs(uncertainty.values[i] - spec.none) < reach * error[i]:
+            said.append(f"{name} is not significantly different from no effect: the rows do not ask for it.")
+        twins = [n for n, j in place.items() if j != i and abs(correlation[i, j]) > STRONG_CORRELATION]
+        if twins:
+            said.append(f"{name} is strongly correlated with {', '.join(twins)}: these rows hardly tell them apart.")
+    return said
+
+
+def correlations(uncertainty: Uncertainty) -> np.ndarray:
+    """Correlation of the fitted parameters, (p, p); NaN where one is not determined."""
+    error = uncertainty.stderr
+    with np.errstate(invalid="ignore", divide="ignore"):
+        matrix: np.ndarray = uncertainty.covariance / np.outer(error, error)
+    return matrix

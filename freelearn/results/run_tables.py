@@ -1,0 +1,64 @@
+"""What terminal and page say of one run: its errors, its rows, where it fails."""
+
+from __future__ import annotations
+
+from freelearn.results.estimate import parameter_table
+from freelearn.results.formats import percent, sentence
+from freelearn.results.notes import effect_notes, notes
+from freelearn.results.run import Run
+from freelearn.results.tables import DisplayTable
+
+EXPLAINED = "E = √mean(((F−F̂)/max|F|)² + ((M−M̂)/max|M|)²) over a set's test rows."
+# What became of rows that are neither fitted nor scored.
+MEANING = {
+    "buckled": "buckled",
+    "no_equilibrium": "without an equilibrium (the model's tube balloons)",
+    "singular": "at the linear model's singularity (fibers along the axis)",
+    "overstretched": "longer than an inextensible fiber allows",
+}
+
+
+def error_table(run: Run) -> DisplayTable:
+    """Errors by test set; the training set's own is marked."""
+    rows = [
+        [f"{name} *" if name == run.train else name, *map(percent, (e.E, e.E_force, e.E_moment)), str(e.n)]
+        for name, e in run.errors.items()
+    ]
+    fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
+    marked = "*: the training set's own test rows" if run.train in run.errors else ""
+    return DisplayTable.of(["test set"], ["E %", "force %", "moment %", "rows"], rows, f"{run.title}, {fitted}", marked)
+
+
+def run_parameters(run: Run) -> DisplayTable | str:
+    """The physical parameters; of a network one sentence about its weights."""
+    if not run.model.declared:
+        return f"{len(run.model.vector())} weights and biases, listed in fit_report.txt."
+    return parameter_table(run.estimates())
+
+
+def parameter_notes(run: Run) -> list[str]:
+    """Sentences on the fitted parameters; none where nothing was fitted."""
+    return [*notes(run.model, run.start), *effect_notes(run.model, run.uncertainty)] if run.uncertainty else []
+
+
+def row_counts(run: Run) -> str:
+    """How many rows there are, and what became of them."""
+    parts = (f"{n} {name.replace('_', ' ')}" for name, n in run.counts().items())
+    return f"Rows: {', '.join(parts)}."
+
+
+def row_notes(run: Run) -> list[str]:
+    """A sentence on rows that are neither fitted nor scored, where there are some."""
+    counts = run.counts()
+    parts = [f"{counts[key]} {meaning}" for key, meaning in MEANING.items() if counts[key]]
+    return [f"{counts['rows']} rows, neither fitted nor scored: {'; '.join(parts)}."] if parts else []
+
+
+def misfit_lines(run: Run, most: int | None = None) -> list[str]:
+    """How small the error could be, then where the model fails, worst first; none without a stated accuracy.
+
+    most: how many regions are named, None for all."""
+    if run.misfit is None:
+        return []
+    floor = f"A perfect model would have E = {percent(run.misfit.noise_floor)} % on {run.train}: the measuring's noise."
+    return [floor, *(sentence(failure.sentence()) for failure in run.misfit.failures[:most])]

@@ -1,0 +1,53 @@
+"""docs/effects.md, made from the classes: `python -m freelearn.testing.effect_page > docs/effects.md`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from freelearn.models.effect import FAMILIES, Effect
+from freelearn.models.effects.registry import EFFECTS
+
+HEAD = """# The effects
+
+Each is a part that plugs into one place of the chain: *boundary* (what state was really imposed) → *geometry* (what
+actuator it really is) → *energy* (wall and fiber) → *dissipation* → *measurement*. With its parameters at no effect the
+model is unchanged to the last bit (with an energy: to rounding). Which models have which of these places:
+
+{families}
+
+Standard forms and sources stand in each effect's docstring (`freelearn/models/effects/`);
+`python experiments/effect_gallery.py` draws what each does to F and M over the kinematic plane.
+
+**per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the
+mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
+cells, gauges, the stiffness of shaft and stage), to the material or to fittings that all samples share has one value.
+
+Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator
+rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time
+of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so.
+
+| port | name | parameters | per sample | when to suspect it |
+|---|---|---|---|---|
+"""
+
+
+def effects_page() -> str:
+    """The page: what ports are, which models have them, and one row per effect of the library."""
+    families = "\n".join(f"- {_family(name)}: {', '.join(ports)}" for name, ports in FAMILIES.items())
+    rows = [_row(effect) for effect in EFFECTS.values() if effect.__module__.startswith("freelearn.models.effects.")]
+    return HEAD.format(families=families) + "".join(rows)
+
+
+def _family(name: str) -> str:
+    return "a model of one's own" if name == "own" else f"`{name}`"
+
+
+def _row(effect: type[Effect[Any]]) -> str:
+    parameters = effect.declared_parameters()
+    declared = ", ".join(f"{p.name} [{p.unit}]" for p in parameters)
+    own = "yes" if any(p.per_sample for p in parameters) else "no"
+    return f"| {effect.port} | `{effect.name}` | {declared} | {own} | {effect.suspect} |\n"
+
+
+if __name__ == "__main__":
+    print(effects_page(), end="")

@@ -1,0 +1,41 @@
+"""The contract of freelearn.testing.models for every model of the library, and for a user's own."""
+
+from braided import BraidedMuscle
+
+from freelearn.models.continuum import Continuum
+from freelearn.models.linear import Linear
+from freelearn.models.mlp import MLP
+from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall
+from freelearn.testing.effects import TRUTH
+from freelearn.testing.models import ModelContract
+
+
+class TestContinuum(ModelContract):
+    model = Continuum
+    values = TRUTH["continuum"]
+
+
+class TestLinearMaterial(TestContinuum):
+    model = ContinuumLinearMaterial
+
+
+class TestThinWall(TestContinuum):
+    model = ContinuumThinWall
+
+
+class TestInextensible(ModelContract):
+    model = ContinuumInextensible
+    values = {"C1": 1e6}  # noqa: RUF012
+
+
+class TestLinear(ModelContract):
+    model = Linear
+    values = TRUTH["linear"]
+
+
+class TestNetwork(ModelContract):
+    model = MLP
+
+
+class TestBraidedMuscle(ModelContract):
+    model = BraidedMuscle

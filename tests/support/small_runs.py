@@ -1,0 +1,36 @@
+"""A small measured table, and runs on it without a process of their own."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
+from freelearn.commands.train import train
+from freelearn.measurements.states import States
+from freelearn.models.continuum import Continuum
+from freelearn.results.run import Run
+from freelearn.testing.tables import random_table
+from freelearn.units import NMM
+
+
+def make_csv(path: Path, rows: int = 240, noise: float = 0.02, **columns) -> Path:
+    """A small valid table: two samples, ten pressures at each state, loads of a continuum model plus noise."""
+    table = random_table(rows // 10, 4).sort_values("sample")
+    table = table[table["sample"].isin([3, 6])].reset_index(drop=True)
+    table = table.loc[np.repeat(table.index, 10)].reset_index(drop=True)
+    table["step"] = np.arange(len(table)) % 10
+    table["pressure_kpa"] = np.array([0, 10, 20, 30, 40, 50, 60, 70, 35, 1.0])[table["step"]]
+    with torch.no_grad():
+        loads = Continuum(1e6, 2e7)(States.from_table(table)).loads.numpy()
+    generator = np.random.default_rng(0)
+    loads = loads * (1 + noise * generator.normal(size=loads.shape))
+    table["force_n"], table["moment_nmm"] = loads[:, 0], loads[:, 1] / NMM
+    table.assign(**columns).to_csv(path, index=False)
+    return path
+
+
+def run(folder: Path, *overrides: str) -> Run:
+    """What `python train.py overrides` does, without a process of its own."""
+    return train(settings(TrainSettings, ["fits=null", *overrides]), folder)
