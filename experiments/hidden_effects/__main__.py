@@ -122,6 +122,7 @@ def examine(job: dict) -> dict:
         "classes": [list(c) for c in found.classes],
         "truth": truth,
         "screens": {screen.name: screen.shows for screen in screens},
+        "hysteresis_at_most": screens[0].at_most,
         "before": first.E_heldout,
         "after": last.E_heldout,
         "floor": last.floor,

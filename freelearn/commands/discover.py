@@ -6,7 +6,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,6 +23,7 @@ from freelearn.errors import UserError
 from freelearn.files import write_text, write_whole
 from freelearn.fit.options import LEVENBERG_MARQUARDT
 from freelearn.inference.accuracy import estimate
+from freelearn.inference.candidate import StepRecord
 from freelearn.inference.noise import sensitivities
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
@@ -143,7 +143,7 @@ def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simul
     report_discovery(discovery, folder, command, figures)
 
 
-def _progress(folder: Path, key: str) -> list[dict[str, Any]]:
+def _progress(folder: Path, key: str) -> list[StepRecord]:
     """Steps that an interrupted run of the same question left."""
     try:
         content = json.loads((folder / PROGRESS).read_text(encoding="utf-8"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +11,7 @@ import torch
 
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import LoadedTable
+from freelearn.inference.candidate import Candidate
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
@@ -30,7 +30,7 @@ class Task:
     everything: Rows
     place: np.ndarray
     library: list[str]
-    untestable: list[dict[str, Any]]
+    untestable: list[Candidate]
     device: str
 
     @property

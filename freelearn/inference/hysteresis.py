@@ -94,7 +94,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
         f"no difference beyond the noise; on average it is at most {most[0]:.2g} N and {most[1] / NMM:.2g} N·mm, so "
         "friction_hysteresis is at most half of that"
     )
-    return Screen(NAME, False, p_value, says)
+    return Screen(NAME, False, p_value, says, (float(most[0]), float(most[1])))
 
 
 def _p_value(z: np.ndarray, basis: np.ndarray) -> float:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from freelearn.inference.candidate import Candidate
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.score import EffectScore, score_effects
-from freelearn.inference.step import Candidate, Step
+from freelearn.inference.step import Step
 from freelearn.models.base import Model
 
 
@@ -23,15 +24,15 @@ def rank(prepared: Prepared, step: Step, names: Sequence[str], scale: float) -> 
 def outcomes(number: int, scores: Sequence[EffectScore], fitted: Mapping[str, Step]) -> list[Candidate]:
     """Entries of discovery.json for the candidates of one step. number: the step's place in the trail."""
     return [
-        {
-            "step": number,
-            "effect": s.effect,
-            "status": s.status,
-            "reason": s.reason,
-            "score": s.gain,
-            "p_value": s.p_value if s.status == "tested" else None,
-            "E_heldout": fitted[s.effect].E_heldout if s.effect in fitted else None,
-            "E_new_sample": fitted[s.effect].E_new_sample if s.effect in fitted else None,
-        }
+        Candidate(
+            step=number,
+            effect=s.effect,
+            status=s.status,
+            reason=s.reason,
+            score=s.gain,
+            p_value=s.p_value if s.status == "tested" else None,
+            E_heldout=fitted[s.effect].E_heldout if s.effect in fitted else None,
+            E_new_sample=fitted[s.effect].E_new_sample if s.effect in fitted else None,
+        )
         for s in scores
     ]

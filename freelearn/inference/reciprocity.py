@@ -23,10 +23,9 @@ BIN_DEGREE = 2
 MOST_BINS = 30
 FEWEST_FREE = 100
 DRAWS = 999
-# Residuals are said to keep the law if less than this share of what is systematic in them can break it.
-BROKEN_AT_MOST = 0.1
-# They are said to break it only if what breaks it is at least this share of what the smooth shapes leave unexplained.
-OUTWEIGHS = 0.5
+# Residuals are said to keep the law if less than this share of what is systematic in them can break it, and to break it
+# only if more than that share does: of a large misfit, a little is always left that the potentials could not follow.
+BROKEN_AT_MOST, BROKEN_AT_LEAST = 0.1, 0.01
 # One-sided quantile of the normal distribution for the largest share that can break it: 99 %.
 QUANTILE = 2.33
 
@@ -49,7 +48,8 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     flipped = float((1 + (np.sum([p.flipped for p in parts], axis=0) >= broken).sum()) / (DRAWS + 1))
     p_value = max(f_test(broken / rank / variance, rank, freedom), flipped)
     systematic = max(broken - rank * variance, 0.0)
-    if p_value < ALPHA and systematic > OUTWEIGHS * max(left - freedom, 0.0):
+    whole = kept - sum(p.conservative for p in parts) * variance + systematic
+    if p_value < ALPHA and systematic > BROKEN_AT_LEAST * whole:
         return Screen(
             NAME,
             True,
@@ -58,7 +58,6 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
             "error, friction or another history effect takes part",
         )
     most = systematic + QUANTILE * (2 * rank * variance**2 + 4 * systematic * variance) ** 0.5
-    whole = kept - sum(p.conservative for p in parts) * variance + systematic
     if most < BROKEN_AT_MOST * whole:
         return Screen(
             NAME,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
 
+from freelearn.inference.candidate import StepRecord
 from freelearn.inference.classify import EquivalenceClass, classify
 from freelearn.inference.crossval import paired
 from freelearn.inference.prepare import Prepared, prepare
@@ -51,7 +51,7 @@ class Findings:
 
 
 def search(
-    question: Question, known: Sequence[Mapping[str, Any]] = (), watch: Watch | None = None, keep: Keep | None = None
+    question: Question, known: Sequence[StepRecord] = (), watch: Watch | None = None, keep: Keep | None = None
 ) -> Findings:
     """Adds the missing effects one by one.
 
@@ -98,7 +98,7 @@ def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | N
     return step, rewhitened(prepared, min(better, key=lambda other: other.heldout.loss.sum()))
 
 
-def resumed(prepared: Prepared, first: Step, known: Sequence[Mapping[str, Any]]) -> list[Step]:
+def resumed(prepared: Prepared, first: Step, known: Sequence[StepRecord]) -> list[Step]:
     """The steps of an interrupted search, fitted once more from where they ended."""
     steps = [first]
     for number, past in enumerate(known):

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
+from freelearn.inference.candidate import Candidate, StepRecord
 from freelearn.inference.crossval import HeldOut
 from freelearn.inference.noise import Whitener
 from freelearn.inference.score import EffectScore
 from freelearn.inference.structure import Structure, structure
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.states import States
-
-# An entry of discovery.json's `candidates`.
-Candidate = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ class Step:
         return step
 
 
-def record(step: Step) -> dict[str, Any]:
+def record(step: Step) -> StepRecord:
     """What a search needs to take the step up again, as plain values."""
     vector = dict(zip(step.fit.model.labels(), step.fit.vector.tolist(), strict=True))
-    return {"effects": step.effects, "vector": vector, "candidates": list(step.candidates)}
+    return StepRecord(effects=step.effects, vector=vector, candidates=list(step.candidates))

@@ -79,7 +79,8 @@ def _explained(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -
     shared = torch.cat(taken, dim=1)
     if not shared.shape[1]:
         return 0, 0.0
-    size, axes = torch.linalg.eigh(torch.block_diag(*grams) - shared.T @ shared)
+    together: Tensor = torch.block_diag(*grams)
+    size, axes = torch.linalg.eigh(together - shared.T @ shared)
     slope = axes.T @ (torch.cat(along) - shared.T @ (absorbed.T @ flat))
     kept = size > DEPENDENT
     return int(kept.sum()), float((slope[kept].square() / size[kept]).sum())

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
+from freelearn.inference.candidate import Candidate, not_testable
 from freelearn.inference.hysteresis import FEWEST, comparisons
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
@@ -18,7 +18,7 @@ MILDER = 0.99
 
 def candidates(
     model: Model, given: Iterable[str], columns: Iterable[str], rows: Rows
-) -> tuple[list[str], list[dict[str, Any]]]:
+) -> tuple[list[str], list[Candidate]]:
     """Names of the effects to test, and an entry of discovery.json for each that cannot be, with the reason.
 
     An effect cannot be tested where the table lacks a column, where it does not fit the model's family, or where the
@@ -31,11 +31,11 @@ def candidates(
             continue
         missing = [c for c in effect.needs if c not in present]
         if missing:
-            out.append(_out(name, f"needs the column {', '.join(missing)}"))
+            out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
         elif model.family not in effect.families():
-            out.append(_out(name, f"works with {', '.join(effect.families())} only"))
+            out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
         elif reason := unseen(name, rows):
-            out.append(_out(name, reason))
+            out.append(not_testable(name, reason))
         else:
             names.append(name)
     return names, out
@@ -83,8 +83,3 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
     "relaxation": _relaxation,
     "stress_softening": _softening,
 }
-
-
-def _out(name: str, reason: str) -> dict[str, Any]:
-    entry = {"step": 0, "effect": name, "status": "not_testable", "reason": reason}
-    return entry | {"score": None, "p_value": None, "E_heldout": None, "E_new_sample": None}

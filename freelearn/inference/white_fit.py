@@ -103,9 +103,8 @@ def white_fit(
     )
     state = solver.init(start[None])
     message = ""
-    while state.running and not message:
+    while state.running and not (message := _enough(state, 2 * len(rows), rival)):
         state = solver.step(state)
-        message = _enough(state, 2 * len(rows), rival)
     result = state.result().member(0)
     model.set_vector(result.x)
     return _ended(problem, result.x, Termination(int(result.status)), message or state.result().message(0))

@@ -191,6 +191,43 @@ def test_what_the_table_lacks_is_not_testable(tmp_path):
     status = {c["effect"]: (c["status"], c["reason"]) for c in found["candidates"] if c["step"] == 0}
     assert status["relaxation"][0] == "not_testable"
     assert "time_s" in status["relaxation"][1]
+    # Its rates are per second all the same: what was assumed is told.
+    assert status["sensor_drift"][0] == "tested"
+    assert any("sensor_drift" in note and "20 s" in note for note in found["notes"])
+
+
+def test_given_effects_are_part_of_the_question(tmp_path):
+    # The page's tick-and-search-again. There is no offset of the force: searched for, it would be taken out again.
+    found = run(table(FRICTION, share=0.2), tmp_path, "effects=[force_offset]")
+    assert (found["verdict"], found["effects"]) == ("named", ["friction_hysteresis"])
+    assert found["classes"] == [["friction_hysteresis"]]
+    assert "force_offset" not in found["says"]
+    assert found["given_effects"] == ["force_offset"]
+    assert [entry["effects"] for entry in found["trail"]] == [
+        ["force_offset"],
+        ["force_offset", "friction_hysteresis"],
+    ]
+    assert "force_offset" not in {c["effect"] for c in found["candidates"]}
+    values = load_model(tmp_path / "checkpoint.ckpt").scalars()
+    assert values["force_offset.force"] == pytest.approx(0.0, abs=0.1)
+
+
+def test_what_the_rows_cannot_show_is_not_added(tmp_path):
+    # A gauge that is off looks like friction to rows of which none falls.
+    data = table({"pressure_offset": {"pressure": 1.5e3}}, share=0.2)
+    found = run(data[data["step"] < 8].reset_index(drop=True), tmp_path)
+    (entry,) = [c for c in found["candidates"] if c["effect"] == "friction_hysteresis"]
+    assert entry["status"] == "not_testable"
+    assert "falling" in entry["reason"]
+    assert not any("friction_hysteresis" in c for c in found["classes"])
+    assert any("pressure_offset" in c for c in found["classes"])
+
+
+def test_held_out_errors_say_what_they_are(friction):
+    folder, found = friction
+    assert "same states chose the effects" in found["heldout_is"]
+    for name in ("terminal.txt", "report.html"):
+        assert found["heldout_is"] in " ".join((folder / name).read_text().split())
 
 
 @pytest.mark.parametrize(

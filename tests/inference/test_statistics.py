@@ -172,6 +172,25 @@ def test_rising_and_falling_pressure_are_told_apart_only_by_history(bed):
     assert "friction_hysteresis" in screen.says
 
 
+def test_what_the_hysteresis_screen_leaves_possible_is_told_and_true(bed):
+    states, state, whiten, _ = bed
+    missed = 0
+    for seed in range(40):
+        noise = torch.as_tensor(np.random.default_rng(seed).normal(size=(2000, 2)))
+        friction = -states.direction[:, None] * torch.tensor([0.03, 0.0], dtype=torch.float64)
+        screen = rising_falling(noise + friction, states, state, whiten)
+        assert screen.shows is not None
+        # Twice the friction lies between rising and falling.
+        missed += not screen.shows and screen.at_most[0] < 2 * 0.03
+    assert missed <= 2
+
+
+def test_a_bend_over_the_pressure_is_no_hysteresis(bed):
+    states, state, whiten, noise = bed
+    bend = torch.stack([30 * (states.pressure / 7e4) ** 2, torch.zeros(2000, dtype=torch.float64)], dim=1)
+    assert not rising_falling(noise + bend, states, state, whiten).shows
+
+
 def test_reciprocity_is_broken_by_what_has_no_potential(bed):
     states, _, whiten, noise = bed
     x, y = (states.length / states.reference_length - 1) / 0.05, states.twist / 2

@@ -12,6 +12,7 @@ from freelearn.inference.step import Step
 from freelearn.render.terminal.table import add_row, empty_table, rich_table
 from freelearn.results.discovery import Discovery
 from freelearn.results.discovery_tables import (
+    error_line,
     failure_lines,
     final_parameters,
     next_states,
@@ -63,7 +64,7 @@ class DiscoveryView:
             self.console.print(rich_table(ranking_table(ranking, SHOWN)))
         if discovery.findings.final.effects:
             self.console.print(rich_table(final_parameters(discovery)))
-        self._say([discovery.content["says"]])
+        self._say([discovery.content["says"], error_line(discovery)])
         if discovery.proposed:
             self.console.print(rich_table(next_states(discovery.proposed, SHOWN)))
         self._say(remainder_lines(discovery), before="  ")
