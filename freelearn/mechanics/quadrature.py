@@ -189,9 +189,14 @@ class QuadratureWall:
                     slope = slope + psi * at.curvature(name)
         return Carried((self.layers.weight * value).sum(-2), (self.layers.weight * slope).sum(-2))
 
-    def expansion(self, u: Tensor) -> Expansion | None:
-        """None: an energy of any form may soften."""
-        return None
+    @property
+    def stiffens(self) -> bool:
+        """Nobody knows: an energy of any form may soften."""
+        return False
+
+    def expansion(self, u: Tensor) -> Expansion:
+        """Not known."""
+        raise NotImplementedError("an energy of any form has no expansion")
 
     def resultants(self, u: Tensor) -> Resultants:
         """σ = 2Ψ₁B + 2Ψ₂(I₁B − B²) + 2Ψ₄ a⊗a, without the Lagrange multiplier."""
