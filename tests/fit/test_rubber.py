@@ -128,7 +128,7 @@ def test_bounds_hold_and_are_told():
 @pytest.mark.parametrize(
     ("effects", "words"),
     [
-        (["fiber_tension_only"], "depends on the fiber"),
+        (["fiber_tension_only"], "depends on the fib"),
         (["end_clamps"], "adds no strain energy"),
         (["wall_stifening"], "Did you mean 'wall_stiffening'"),
     ],
