@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 import torch
 
+from freelearn.inference.candidate import Candidate
 from freelearn.inference.covariance import parameter_covariance
 from freelearn.inference.crossval import HELDOUT_IS
 from freelearn.inference.failures import Failure
@@ -71,7 +72,7 @@ def document(
     proposed: list[NextState],
     left: Remainder | None,
     notes: list[str],
-    untestable: list[dict[str, Any]],
+    untestable: list[Candidate],
     about: dict[str, Any],
 ) -> dict[str, Any]:
     """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null."""
@@ -95,7 +96,8 @@ def document(
         "notes": notes,
         **about,
     }
-    return {name: _finite(value) for name, value in content.items()}
+    finite: dict[str, Any] = _finite(content)
+    return finite
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
