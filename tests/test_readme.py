@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from conftest import ROOT
@@ -17,32 +18,89 @@ def section(heading):
     return README.split(f"## {heading}\n")[1].split("\n## ")[0]
 
 
+def typed(line: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """What a line of the README does: its own environment is taken from `environment`, its files go to `folder`."""
+    words = [word for word in shlex.split(line) if not word.startswith("FREELEARN_")]
+    assert words[0] == "python"
+    clean = {name: value for name, value in os.environ.items() if not name.startswith("FREELEARN_")}
+    return subprocess.run(
+        [sys.executable, *words[1:], f"hydra.run.dir={folder}"],
+        cwd=ROOT, env=clean | environment, capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+
+
 @pytest.mark.slow
 def test_an_effect_of_ones_own_as_written(tmp_path):
     text = section("Your own effect")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    (line,) = re.findall(r"```\n(FREELEARN_EFFECTS=.*?)\n```", text, re.DOTALL)
-    (tmp_path / "leak.py").write_text(code)
-    setting, python, *words = shlex.split(line)
-    assert (setting, python) == ("FREELEARN_EFFECTS=leak.py", "python")
-    done = subprocess.run(
-        [sys.executable, *words, f"hydra.run.dir={tmp_path / 'run'}", "fits=null"],
-        cwd=ROOT, env=os.environ | {"FREELEARN_EFFECTS": str(tmp_path / "leak.py")},
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+    search, fit = re.findall(r"^(FREELEARN_EFFECTS=gauge.py python .*)$", text, re.MULTILINE)
+    own = tmp_path / "gauge.py"
+    own.write_text(code)
+    done = typed(search, tmp_path / "search", FREELEARN_EFFECTS=str(own))
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "search" / "discovery.json").read_text())
+    assert (found["verdict"], found["effects"]) == ("named", ["bent_gauge"])
+    assert found["trail"][-1]["parameters"]["bent_gauge.share"] == pytest.approx(0.1, abs=0.01)
+    done = typed(fit, tmp_path / "run", FREELEARN_EFFECTS=str(own))
     assert done.returncode == 0, done.stderr
     results = json.loads((tmp_path / "run" / "results.json").read_text())
-    assert results["effects"] == ["line_loss"]
-    assert results["parameters"]["line_loss.share"]["stderr"] > 0
+    assert results["effects"] == ["bent_gauge"]
+    assert results["comparison"]["sample3"]["with"] < 0.5 * results["comparison"]["sample3"]["without"]
     assert "FREELEARN_EFFECTS=" in (tmp_path / "run" / "report.html").read_text()
     # Nothing but the environment variable runs the file.
-    without = {name: value for name, value in os.environ.items() if name != "FREELEARN_EFFECTS"}
-    again = subprocess.run(
-        [sys.executable, *words, f"hydra.run.dir={tmp_path / 'other'}"],
-        cwd=ROOT, env=without, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+    again = typed(fit, tmp_path / "other")
     assert again.returncode != 0
-    assert "Unknown effect 'line_loss'" in again.stderr
+    assert "Unknown effect 'bent_gauge'" in again.stderr
+
+
+@pytest.mark.slow
+def test_a_model_of_ones_own_as_written(tmp_path):
+    text = section("Your own model")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (line,) = re.findall(r"^(FREELEARN_MODELS=muscle.py python .*)$", text, re.MULTILINE)
+    own = tmp_path / "muscle.py"
+    own.write_text(code)
+    done = typed(line, tmp_path / "run", FREELEARN_MODELS=str(own))
+    assert done.returncode == 0, done.stderr
+    results = json.loads((tmp_path / "run" / "results.json").read_text())
+    assert results["model"] == "braided"
+    assert all(p["stderr"] > 0 for p in results["parameters"].values())
+    # With an effect, in a search and a sweep, and its checkpoint drawn.
+    found = typed(line.replace("train.py", "discover.py"), tmp_path / "search", FREELEARN_MODELS=str(own))
+    assert found.returncode == 0, found.stderr
+    assert json.loads((tmp_path / "search" / "discovery.json").read_text())["model"] == "braided"
+    drawn = subprocess.run(
+        [sys.executable, "-m", "freelearn.figures", tmp_path / "run"],
+        cwd=ROOT, env=os.environ | {"FREELEARN_MODELS": str(own)}, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert drawn.returncode == 0, drawn.stderr
+    again = typed(line, tmp_path / "other")
+    assert again.returncode != 0
+    assert "braided" in again.stderr
+
+
+@pytest.mark.slow
+def test_the_rubbers_commands_lead_into_each_other(tmp_path, shared_data):
+    lines = re.findall(r"^(python .*)$", section("Rubber alone"), re.MULTILINE)
+    assert len(lines) == 3
+    folder = shared_data / "rubber" / "treloar_1944"
+    for line in lines:
+        for short, name in (("UT", "uniaxial"), ("ET", "equibiaxial"), ("PS", "pure_shear")):
+            line = line.replace(f"{short}={name}.csv", f"{short}={folder / short}.csv")
+        words = line.replace("outputs/rubber", str(tmp_path / "rubber")).split()
+        words += [f"hydra.run.dir={tmp_path / 'run'}"] if "train.py" in words else []
+        words += ["--out", str(tmp_path / "compared")] if "--compare" in words else []
+        done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "run" / "results.json").read_text())["fit"] == "none"
+
+
+def test_the_model_it_shows_is_the_one_that_is_tested():
+    text = section("Your own model")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    tested = (ROOT / "tests" / "support" / "braided.py").read_text()
+    assert tested.endswith(code)
 
 
 def test_every_picture_and_page_it_points_to_is_there():
