@@ -14,7 +14,7 @@ from freelearn.inference.accuracy import repeat_scale
 from freelearn.inference.before_after import errors_by_set
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
-from freelearn.inference.next_experiment import next_states
+from freelearn.inference.next_experiment import next_states, telling
 from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.remainder import remainder
 from freelearn.inference.search import Findings
@@ -65,6 +65,8 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
         "splits": splits.to_dict("records"),
         "data": task.loaded.provenance.plain(),
     }
+    proposed, twins = telling(proposed)
+    notes += twins
     content = document(findings, failed, screens, proposed, left, notes, task.untestable, about)
     states = task.rows.states
     return Discovery(findings, seen, states, measured.accuracy, failed, splits, screens, proposed, left, notes, content)

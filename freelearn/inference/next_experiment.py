@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -17,6 +17,8 @@ from freelearn.measurements.states import States
 from freelearn.models.prediction import Status
 
 ELONGATIONS, TWISTS, PRESSURES = 9, 13, 5
+# A difference below this many standard deviations of one row is not worth a mounting.
+TELLING = 1.0
 
 
 @dataclass(frozen=True)
@@ -78,3 +80,14 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
             )
         )
     return sorted(found, key=lambda p: -p.expected_z)
+
+
+def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
+    """Those states that would tell something, and a sentence for each pair of effects that none would split."""
+    useful = [p for p in proposed if p.expected_z >= TELLING]
+    twins = [
+        f"no state within the bed's reach would tell {' from '.join(p.separates)} (by {p.expected_z:.1f} σ at most)"
+        for p in proposed
+        if p.expected_z < TELLING
+    ]
+    return useful, twins

@@ -50,6 +50,15 @@ def next_states(proposed: Sequence[NextState], most: int | None = None) -> Displ
     )
 
 
+def next_state_lines(proposed: Sequence[NextState], most: int) -> list[str]:
+    """The same as sentences, for a terminal that is too narrow for the table."""
+    return [
+        f"measure sample {p.sample} at {signed(p.elongation_mm)} mm, {signed(p.twist_deg, 4)}°, "
+        f"{number(p.pressure_kpa, 3)} kPa: splits {' from '.join(p.separates)} by {fixed(p.expected_z, 1)} σ"
+        for p in proposed[:most]
+    ]
+
+
 def error_line(discovery: Discovery) -> str:
     """The held-out error before and after, and what measuring alone leaves."""
     error = discovery.content["error"]

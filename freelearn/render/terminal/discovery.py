@@ -15,7 +15,7 @@ from freelearn.results.discovery_tables import (
     error_line,
     failure_lines,
     final_parameters,
-    next_states,
+    next_state_lines,
     note_lines,
     remainder_lines,
     screen_lines,
@@ -65,8 +65,7 @@ class DiscoveryView:
         if discovery.findings.final.effects:
             self.console.print(rich_table(final_parameters(discovery)))
         self._say([discovery.content["says"], error_line(discovery)])
-        if discovery.proposed:
-            self.console.print(rich_table(next_states(discovery.proposed, SHOWN)))
+        self._say(next_state_lines(discovery.proposed, SHOWN), before="  → ")
         self._say(remainder_lines(discovery), before="  ")
         self._say(note_lines(discovery), before="! ")
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
