@@ -32,7 +32,7 @@ def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
         except HydraException as problem:
             raise UserError(str(problem)) from None
     content: Any = OmegaConf.to_container(config, resolve=True)
-    return content
+    return dict(content)
 
 
 def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:

@@ -111,7 +111,8 @@ def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.
         picked = pick_states(own)
         if not picked:
             raise UserError(f"No kinematic state of {train} has usable rows to draw.")
-        return own.index.to_numpy()[picked[len(picked) // 2]]
+        place: np.ndarray = own.index.to_numpy()[picked[len(picked) // 2]]
+        return place
     where = places(table)
     of_sample = where[where["sample"] == state[0]]
     if not len(of_sample):

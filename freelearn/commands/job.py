@@ -75,8 +75,8 @@ def _matches(config: Mapping[str, Any], combination: Mapping[str, Any]) -> bool:
 
 def _results(folder: Path) -> dict[str, Any] | None:
     try:
-        return json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return dict(json.loads((folder / "results.json").read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
         return None
 
 

@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.optimizers import Option, make_optimizer
+from freelearn.fit.optimizers import make_optimizer
+from freelearn.fit.options import Option
 from freelearn.fit.problem import Problem
 from freelearn.fit.solver import Termination, take
 
@@ -132,7 +133,7 @@ class GradientEpochs:
         """A stride of epochs."""
         for _ in range(min(self.STRIDE, self.max_epochs - self.epochs)):
             order = torch.randperm(len(self.problem.rows), generator=self.generator)
-            for rows in order.split(self.batch_size):  # type: ignore[no-untyped-call]
+            for rows in order.split(self.batch_size):
                 self._step(Problem(self.problem.model, self.problem.rows[rows], self.problem.scale))
             self.epochs += 1
 
@@ -144,7 +145,7 @@ class GradientEpochs:
 
         alone = len(self.parameter) == 1
         total = loss(self.parameter[0]) if alone else torch.func.vmap(loss)(self.parameter).sum()
-        total.backward()  # type: ignore[no-untyped-call]
+        total.backward()
         self.optimizer.step()
         self.schedule.step()
         with torch.no_grad():

@@ -62,7 +62,7 @@ class Problem:
         members, size = vectors.shape
         count = len(self.rows)
         blocks = []
-        for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):  # type: ignore[no-untyped-call]
+        for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):
             states = self.rows.states[rows % count]
             with torch.enable_grad():
                 copies = vectors.detach()[rows // count].requires_grad_()

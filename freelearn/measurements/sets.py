@@ -29,18 +29,24 @@ def samples_of(name: str, available: np.ndarray) -> np.ndarray:
 
 
 def _samples_of(name: str, present: np.ndarray) -> np.ndarray:
+    chosen: np.ndarray
     if name == "all":
-        return present
-    if name == "even":
-        return present[present % 2 == 0]
-    if match := re.fullmatch(r"sample(\d+)", name):
+        chosen = present
+    elif name == "even":
+        chosen = present[present % 2 == 0]
+    elif match := re.fullmatch(r"sample(\d+)", name):
         chosen = present[present == int(match.group(1))]
         if not len(chosen):
             raise _no_rows(name, present)
-        return chosen
-    if match := re.fullmatch(r"without(\d+)", name):
-        return present[present != int(match.group(1))]
-    raise UserError(
+    elif match := re.fullmatch(r"without(\d+)", name):
+        chosen = present[present != int(match.group(1))]
+    else:
+        raise _unknown(name)
+    return chosen
+
+
+def _unknown(name: str) -> UserError:
+    return UserError(
         f"Unknown set {name!r}: choose sampleN, withoutN (all samples but N), even, all, several joined by + "
         "(or, for training, constituent)."
     )

@@ -142,7 +142,8 @@ def severity(table: pd.DataFrame) -> np.ndarray:
     stretch = 1 + table["elongation_mm"].to_numpy(np.float64) * MM / length
     shear = outer * table["twist_deg"].to_numpy(np.float64) * DEG / length
     hoop = table["pressure_kpa"].to_numpy(np.float64) * KPA * (inner + outer) / 2 / (outer - inner) / HOOP_MODULUS
-    return stretch**2 + 2 / stretch - 3 + shear**2 / stretch + 4 * hoop**2
+    values: np.ndarray = stretch**2 + 2 / stretch - 3 + shear**2 / stretch + 4 * hoop**2
+    return values
 
 
 def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
-from typing import Any, ClassVar, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, get_args, get_origin
 
 from torch import Tensor
+from typing_extensions import TypeVar
 
 from freelearn.models.parameter import Parameter
 
@@ -84,7 +85,8 @@ class Parameters:
         return type(self)(**{name: value.detach() for name, value in vars(self).items()})
 
 
-P = TypeVar("P", bound=Parameters)
+# Where nothing is said of the parameters, any will do: `Model` is `Model[Any]`.
+P = TypeVar("P", bound=Parameters, default=Any)
 
 
 def misnamed(cls: type, parameter_class: type[Parameters]) -> str | None:

@@ -96,8 +96,7 @@ def document(
         "notes": notes,
         **about,
     }
-    finite: dict[str, Any] = _finite(content)
-    return finite
+    return {name: _finite(value) for name, value in content.items()}
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:

@@ -66,7 +66,7 @@ class Session:
     @property
     def sets(self) -> list[str]:
         if self.question.data == "csv":
-            return self.table.get("sets", [])
+            return list(self.table.get("sets", []))
         return VIRTUAL_SETS
 
     @property
@@ -188,8 +188,8 @@ class Session:
 
     def read(self, run: Run, name: str) -> dict[str, Any] | None:
         try:
-            return json.loads((self.folder / run["folder"] / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return dict(json.loads((self.folder / run["folder"] / name).read_text(encoding="utf-8")))
+        except (OSError, ValueError, TypeError):
             return None
 
 
