@@ -28,7 +28,9 @@ def csv_text(table: pd.DataFrame, numbers: str = "%.10g") -> str:
             else:
                 place = numbers
         elif not (is_integer_dtype(column.dtype) or is_bool_dtype(column.dtype)):
-            values = [_quoted(v) for v in values]
+            # A column of words has few different ones.
+            words = {v: _quoted(v) for v in set(values)}
+            values = [words[v] for v in values]
         columns.append(values)
         places.append(place)
     line = ",".join(places) + "\n"

@@ -35,7 +35,7 @@ def timed(call: Callable[[], object], repeats: int = 5) -> float:
 
 
 def table(effects: dict | None = None) -> pd.DataFrame:
-    """The virtual bed of a continuum tube whose fibres go slack."""
+    """The virtual bed of a continuum tube whose fibers go slack."""
     return simulate({"C1": 1e6, "C2": 4e7}, effects or {"fiber_tension_only": {"share": 0.7}}, ACCURACY, 0.45, seed=0)
 
 

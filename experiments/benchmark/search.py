@@ -31,9 +31,9 @@ def discovery(report: Report) -> None:
 
     library, _ = candidates(build([]), [], part.columns, rows)
     began = time.perf_counter()
-    found = search(Question(build, library, rows, Accuracy.engineering(**ACCURACY), 0))
+    findings = search(Question(build, library, rows, Accuracy.engineering(**ACCURACY), 0))
     ours = time.perf_counter() - began
-    base, began = found.steps[0], time.perf_counter()
+    base, began = findings.steps[0], time.perf_counter()
     for name in library:
         model = build([name])
         problem = WhiteProblem(model, rows, base.whiten)
@@ -48,6 +48,6 @@ def discovery(report: Report) -> None:
         inside = np.clip(start.numpy(), lower + 1e-9, upper - 1e-9)
         least_squares(residual, inside, bounds=(lower, upper), x_scale="jac", max_nfev=50)
     peer = time.perf_counter() - began
-    what = f"discovery on {len(rows)} rows: {found.verdict}, {', '.join(found.effects)}"
+    what = f"discovery on {len(rows)} rows: {findings.verdict}, {', '.join(findings.effects)}"
     report(what, f"{ours:.1f} s", "≤ 20 s", f"{len(library)} candidates")
     report("  SciPy refitting each candidate once / the whole discovery", f"{peer / ours:.1f} ×", "", f"{peer:.0f} s")

@@ -33,16 +33,16 @@ def hidden_effects(hidden: Any, seed: int) -> Hidden:
         chosen = {str(name): {} for name in hidden}
     else:
         raise UserError(f"data.hidden = {hidden!r}: give a list of effect names, for example [end_clamps], or random.")
-    found = {}
+    sizes = {}
     for effect in make_effects(list(chosen), "continuum"):
         known = [p.name for p in effect.declared_parameters()]
         for name in chosen[effect.name]:
             if name not in known:
                 raise UserError(f"Effect {effect.name!r} has no parameter {name!r}: it has {', '.join(known)}.")
-        found[effect.name] = {
+        sizes[effect.name] = {
             p.name: float(chosen[effect.name].get(p.name, _noticeable(p))) for p in effect.declared_parameters()
         }
-    return found
+    return sizes
 
 
 def _noticeable(p: Parameter) -> float:

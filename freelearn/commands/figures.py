@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,11 +29,11 @@ from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.load_vectors import load_vector_table
+from freelearn.results.record import RunRecord, read_records
 from freelearn.results.run_files import check_folder
+from freelearn.results.spread import design_table, fitted_parameters, parameter_spread
 from freelearn.results.states import pick_states, places, rows_of_set, state_title
 from freelearn.results.tables import DisplayTable
-
-DESIGN = ["sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm"]
 
 
 def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | None, console: Console) -> None:
@@ -44,64 +43,53 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
     elongation [mm] and twist [deg], None for the middling one. Raises UserError.
     """
     load_own_code()
-    runs = _runs(folder)
+    records = _records(folder)
     check_folder(out)
-    table = pd.read_csv(runs[0]["folder"] / "predictions.csv")
-    simulated = bool(runs[0]["data"]["simulated"])
+    table = pd.read_csv(records[0].folder / "predictions.csv")
+    simulated = records[0].provenance.simulated
     save(admissible(table, simulated), admissible_table(table), out / "admissible.png")
     save(load_vectors(table, simulated), load_vector_table(table), out / "load_vectors.png")
-    train = train or str(runs[0]["train"])
-    models = _models(runs, train)
+    train = train or records[0].train
+    models = _models(records, train)
     rows = _rows(table, state, train)
     ((measured, lines),) = state_curves(models, table, [rows])
     title = f"fitted on {train}: {state_title(measured)}"
     save(curves(measured, lines, title, simulated), curve_numbers(measured, lines), out / "curves.png")
 
-    designs = table[DESIGN].drop_duplicates("sample").sort_values("sample")
-    counts = table.groupby("sample")["buckled"].agg(rows="size", unbuckled=lambda b: int((b == 0).sum()))
-    designs = designs.merge(counts, left_on="sample", right_index=True)
+    designs = design_table(table)
     _write(designs, out / "designs.csv")
     console.print(_shown(designs, "designs"))
-    fitted = parameters(runs)
+    fitted = fitted_parameters(records)
     _write(fitted, out / "parameters.csv")
     if len(fitted):
         console.print(_shown(fitted, "fitted parameters"))
-        moved = spread(fitted)
+        moved = parameter_spread(fitted)
         console.print(_shown(moved, "how far they move between training sets"))
         _write(moved, out / "spread.csv")
     for name in ("admissible", "load_vectors", "curves"):
         console.print(f"picture: {out / name}.png", markup=False, highlight=False, soft_wrap=True)
 
 
-def _runs(folder: Path) -> list[dict[str, Any]]:
-    """results.json of every run, each with its folder."""
-    paths = [folder / "results.json"] if (folder / "results.json").exists() else sorted(
-        folder.glob("*/results.json"), key=lambda path: path.parent.name.zfill(12)
-    )  # fmt: skip
-    if not paths:
-        raise UserError(f"No results in {folder}: name the folder of a run or of a sweep.")
-    try:
-        runs = [json.loads(path.read_text(encoding="utf-8")) | {"folder": path.parent} for path in paths]
-    except ValueError as problem:
-        raise UserError(f"{folder}: a results.json is not JSON ({problem}).") from None
-    if len({run["data"].get("sha256") or str(run["data"].get("seed")) for run in runs}) > 1:
+def _records(folder: Path) -> list[RunRecord]:
+    """The runs in the folder, about one table."""
+    records = read_records(folder)
+    if len({record.provenance.sha256 or record.provenance.seed for record in records}) > 1:
         raise UserError(
             f"The runs in {folder} are about different data: name one run's folder, or a sweep over one table."
         )
-    return runs
+    return records
 
 
-def _models(runs: Sequence[dict[str, Any]], train: str) -> dict[str, Model]:
+def _models(records: Sequence[RunRecord], train: str) -> dict[str, Model[Any]]:
     """One model per label that was fitted on the training set."""
-    found: dict[str, Model] = {}
-    for run in runs:
-        if run["train"] == train:
-            label = " + ".join([run["model"], *run["effects"]])
-            found.setdefault(label, load_model(run["folder"] / "checkpoint.ckpt"))
-    if not found:
-        held = ", ".join(dict.fromkeys(str(run["train"]) for run in runs))
-        raise UserError(f"No run was trained on {train!r}: there are {held}.")
-    return found
+    models: dict[str, Model[Any]] = {}
+    for record in records:
+        if record.train == train and record.title not in models:
+            models[record.title] = load_model(record.folder / "checkpoint.ckpt")
+    if not models:
+        there = ", ".join(dict.fromkeys(record.train for record in records))
+        raise UserError(f"No run was trained on {train!r}: there are {there}.")
+    return models
 
 
 def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.ndarray:
@@ -121,32 +109,6 @@ def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.
     distance = ((of_sample["elongation_mm"] - state[1]) / apart[0]) ** 2
     distance += ((of_sample["twist_deg"] - state[2]) / apart[1]) ** 2
     return np.flatnonzero(kinematic_state(table) == distance.idxmin())
-
-
-def parameters(runs: Sequence[dict[str, Any]]) -> pd.DataFrame:
-    """One row per run and physical parameter: model, train, seed, parameter, value, stderr, unit."""
-    rows = [
-        [
-            " + ".join([run["model"], *run["effects"]]),
-            run["train"],
-            run["seed"],
-            name,
-            p["value"],
-            p["stderr"],
-            p["unit"],
-        ]
-        for run in runs
-        for name, p in run["parameters"].items()
-        if p["unit"] and run["fit"] != "none"
-    ]
-    return pd.DataFrame(rows, columns=["model", "train", "seed", "parameter", "value", "stderr", "unit"])
-
-
-def spread(fitted: pd.DataFrame) -> pd.DataFrame:
-    """How far each parameter moves between runs: least, median and largest value, and the largest over the least."""
-    found = fitted.groupby(["model", "parameter", "unit"], sort=False)["value"].agg(["min", "median", "max", "size"])
-    found["max / min"] = (found["max"] / found["min"]).where(found["min"] > 0)
-    return found.rename(columns={"size": "fits"}).reset_index()
 
 
 def _write(table: pd.DataFrame, path: Path) -> None:

@@ -27,7 +27,7 @@ Function = Callable[[Tensor], Tensor]
 
 
 class LevenbergMarquardt:
-    """Minimiser of ‖r(x)‖² for a vector of residuals r, optionally within a box.
+    """Minimizer of ‖r(x)‖² for a vector of residuals r, optionally within a box.
 
     Args:
         residual: r, from parameters (p,) to residuals (m,), in pure torch, float64.
@@ -96,7 +96,7 @@ class LevenbergMarquardt:
         residual = self._evaluate(self.residual, x)
         if residual.ndim != 2:
             raise ValueError(f"residual must return a vector (m,), not shape {tuple(residual.shape[1:])}")
-        point, valid = self._linearise(x, residual, torch.zeros_like(x))
+        point, valid = self._linearize(x, residual, torch.zeros_like(x))
         distance = torch.linalg.vector_norm(point.model.scale * x, dim=-1)
         counts = torch.zeros(x.shape[0], dtype=torch.int64, device=x.device)
         status = torch.where(valid, self._stationary(point, counts), int(Termination.INVALID_START))
@@ -131,18 +131,18 @@ class LevenbergMarquardt:
     def _move(self, old: Point, x: Tensor, residual: Tensor, better: Tensor) -> tuple[Point, Tensor]:
         """Trial points of members where they are better and finite, old points of the rest; who moved."""
         if better.all():
-            point, valid = self._linearise(x, residual, old.norms)
+            point, valid = self._linearize(x, residual, old.norms)
             if valid.all():
                 return point, valid
         rows = better.nonzero().squeeze(-1)
         if not len(rows):
             return old, better
-        point, valid = self._linearise(x[rows], residual[rows], old.norms[rows])
+        point, valid = self._linearize(x[rows], residual[rows], old.norms[rows])
         moved = better.clone()
         moved[rows] = valid
         return put(old, rows[valid], take(point, valid)), moved
 
-    def _linearise(self, x: Tensor, residual: Tensor, norms: Tensor) -> tuple[Point, Tensor]:
+    def _linearize(self, x: Tensor, residual: Tensor, norms: Tensor) -> tuple[Point, Tensor]:
         """Point at x (members, p) and whether all there is finite; where it is not the model is all zeros.
 
         `norms` are the largest column norms so far: as in MINPACK the scale D of a parameter never falls.

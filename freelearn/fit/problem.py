@@ -1,17 +1,19 @@
-"""What a fit minimises: the error metric of a model over training rows, as residuals of a raw vector."""
+"""What a fit minimizes: the error metric of a model over training rows, as residuals of a raw vector."""
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import torch
 from torch import Tensor
 
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Rows
-from freelearn.models.base import BLOCK, Model
+from freelearn.models.base import BLOCK, Bound, Model
 
 
 class Problem:
-    """Residuals of a model over rows, normalised so that their sum of squares is N·E².
+    """Residuals of a model over rows, normalized so that their sum of squares is N·E².
 
     residual: raw vector (p,) → (2N,), force and moment of a row side by side. scale: (2,), the loads that count as
     one; by default the largest of the rows.
@@ -21,7 +23,11 @@ class Problem:
         self.model = model
         self.rows = rows
         self.scale = load_scale(rows.loads) if scale is None else scale
-        self.bound = model.bind(rows.states)
+
+    @cached_property
+    def bound(self) -> Bound | None:
+        """The model at these rows, where it has something to make once."""
+        return self.model.bind(self.rows.states)
 
     def residual(self, vector: Tensor) -> Tensor:
         """Residuals at one raw vector, (p,) → (2N,), differentiable."""

@@ -60,9 +60,9 @@ class RubberFit:
 def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()) -> RubberFit:
     """Fits all modes of a table (mode, stretch, stress_mpa) together but those held out.
 
-    Minimises Σ ((P̂ − P)/P_max)² over the fitted rows, P_max the largest |P| of the row's mode, so that every mode
+    Minimizes Σ ((P̂ − P)/P_max)² over the fitted rows, P_max the largest |P| of the row's mode, so that every mode
     counts by its shape and number of rows, not by its stress. Standard errors are s² (JᵀJ)⁻¹, which takes the
-    misfits of neighbouring rows as independent; other parameters' are those at the bound where one sits on a bound.
+    misfits of neighboring rows as independent; other parameters' are those at the bound where one sits on a bound.
     The start is looked for on a grid. Raises UserError where too few rows or no modes are left to fit.
     """
     data = {mode: _Rows.of(table[table["mode"] == mode]) for mode in MODES if (table["mode"] == mode).any()}

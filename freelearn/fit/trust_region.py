@@ -1,9 +1,9 @@
 """The trust-region subproblem of nonlinear least squares, solved in the basis of a small factor.
 
-Around a point the residuals are modelled as r + J p.  The step sought minimises ‖r + J p‖ over ‖D p‖ ≤ Δ,
+Around a point the residuals are modelled as r + J p.  The step sought minimizes ‖r + J p‖ over ‖D p‖ ≤ Δ,
 which is the least-squares solution of the stacked system [J; √λ D] p ≈ [-r; 0] for the λ ≥ 0 that meets the
 radius Δ (Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics
-630, 1978).  The normal matrix JᵀJ is never formed: one QR factorisation reduces J to R (at most p × p), and
+630, 1978).  The normal matrix JᵀJ is never formed: one QR factorization reduces J to R (at most p × p), and
 one singular value decomposition of R D⁻¹ makes the stacked system diagonal for every λ.  The leading axis of
 all arrays is `members`.
 """
@@ -34,7 +34,7 @@ class LinearModel(NamedTuple):
 
     `factor` is R (members, k, p) with k = min(m, p); `projection` is Qᵀ r (members, k); `scale` is the
     diagonal of D (members, p), positive; `free` (members, p) tells which parameters may move; `basis`
-    diagonalises the model restricted to the free parameters.
+    diagonalizes the model restricted to the free parameters.
     """
 
     factor: Tensor
@@ -90,7 +90,7 @@ def decompose(factor: Tensor, projection: Tensor, scale: Tensor, free: Tensor) -
     """Basis of R D⁻¹ restricted to the free parameters.
 
     Directions whose singular value is zero to rounding are given no right-hand side: the step has no
-    component in them, which makes it the shortest of all minimisers.
+    component in them, which makes it the shortest of all minimizers.
     """
     scaled = factor * (free / scale).unsqueeze(-2)
     left, singular, right = torch.linalg.svd(scaled, full_matrices=False)

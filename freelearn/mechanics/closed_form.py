@@ -44,6 +44,7 @@ class NeoHookeanWall:
     hoop: Tensor
     tension: Tensor
     shear: tuple[Tensor, Tensor]
+    stiffens = True
 
     @classmethod
     def of(cls, tube: Tube) -> NeoHookeanWall:
@@ -92,7 +93,7 @@ class NeoHookeanWall:
         pressure = addcmul(self.hoop, self.half, addcmul(ratio.log(), part, thinner))
         return Carried(pressure, (self.half * thinner / u) * (2.0 - part * (1.0 + ratio)))
 
-    def expansion(self, u: Tensor) -> Expansion | None:
+    def expansion(self, u: Tensor) -> Expansion:
         """See wall.Wall. u² d²P/du² = −C1/(2λz) (1 − ρ) (3 (1 + ρ) − 2 ξ (1 + ρ + ρ²))."""
         ratio, part = u / (u + self.solid), (u - self.rest) / u
         thinner, outer = 1.0 - ratio, 1.0 + ratio
@@ -123,6 +124,7 @@ class FiberWall:
     pressure: tuple[Tensor, ...]
     tension: tuple[Tensor, ...]
     shear: tuple[Tensor, ...]
+    stiffens = True
 
     @classmethod
     def of(cls, tube: Tube) -> FiberWall:
@@ -159,7 +161,7 @@ class FiberWall:
         start, slope = self.pressure
         return Carried(addcmul(start, slope, u - self.rest), slope)
 
-    def expansion(self, u: Tensor) -> Expansion | None:
+    def expansion(self, u: Tensor) -> Expansion:
         """See wall.Wall."""
         start, slope = self.pressure
         return Expansion(addcmul(start, slope, u - self.rest), slope * u, u.new_zeros(()))

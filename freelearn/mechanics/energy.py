@@ -15,7 +15,8 @@ import torch
 from torch import Tensor
 
 from freelearn.mechanics.closed_form import FiberWall, NeoHookeanWall
-from freelearn.mechanics.quadrature import Layers, QuadratureWall
+from freelearn.mechanics.layers import Layers
+from freelearn.mechanics.quadrature import QuadratureWall
 from freelearn.mechanics.tube import Tube
 from freelearn.mechanics.wall import Wall, WallSum
 

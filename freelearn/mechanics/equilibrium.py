@@ -80,8 +80,9 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     """
     ceiling = (BALLOON**2 * reference).expand_as(pressure)
     start = start.expand_as(pressure)
-    u, settled = _halley(wall, start, ceiling, pressure, near)
-    if settled is None:
+    if wall.stiffens:
+        u, settled = _halley(wall, start, ceiling, pressure, near)
+    else:
         u, settled = _newton(wall, start, ceiling, pressure)
     if settled is None:
         return _search(wall, reference, start, ceiling, pressure)
@@ -91,7 +92,7 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
 def _halley(
     wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False
 ) -> tuple[Tensor, Tensor | None]:
-    """u and which rows settled, by Halley's third-order steps; None where the wall has no expansion or not all did.
+    """u and which rows settled, by Halley's third-order steps on a wall that stiffens; None where not all did.
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
@@ -99,8 +100,6 @@ def _halley(
     everyone: bool | None = False
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
-        if expansion is None:
-            return u, None
         lack, rise = pressure - expansion.pressure, expansion.rise
         square = rise * rise
         # At most twice Newton's step: far below the root the parabola has none.

@@ -21,5 +21,6 @@ class LinearMaterial(Energy):
     depends_on: ClassVar[tuple[str, ...]] = ("i1", "i2")
 
     def psi(self, *invariants: Tensor) -> Tensor:
+        """Ψ [Pa] at I₁ and I₂."""
         i1, i2 = invariants
         return self.C1 / 4 * (i1 * i1 - 2 * i2 - 2 * i1 + 3)

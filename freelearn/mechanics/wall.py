@@ -33,11 +33,15 @@ class Resultants(NamedTuple):
 class Wall(Protocol):
     """An energy in the wall of N tubes, as a function of u = r_i² (N,) m²."""
 
+    @property
+    def stiffens(self) -> bool:
+        """Whether the pressure carried is known to rise with u everywhere; only then is there an expansion."""
+
     def carried(self, u: Tensor) -> Carried:
         """The pressure that the stresses balance, and how it grows with u."""
 
-    def expansion(self, u: Tensor) -> Expansion | None:
-        """The pressure to second order, for a wall whose pressure always rises with u; None for any other."""
+    def expansion(self, u: Tensor) -> Expansion:
+        """The pressure to second order."""
 
     def resultants(self, u: Tensor) -> Resultants:
         """The stresses' axial and twisting resultants."""
@@ -59,14 +63,16 @@ class WallSum:
             total = Carried(total.pressure + other.pressure, total.slope + other.slope)
         return total
 
-    def expansion(self, u: Tensor) -> Expansion | None:
-        """The sum of the parts' expansions; None where one has none."""
-        total: Expansion | None = None
-        for part in self.parts:
-            other = part.expansion(u)
-            if other is None:
-                return None
-            total = Expansion(*map(Tensor.add, total, other)) if total else other
+    @property
+    def stiffens(self) -> bool:
+        """Whether all parts do."""
+        return all(part.stiffens for part in self.parts)
+
+    def expansion(self, u: Tensor) -> Expansion:
+        """The sum of the parts' expansions."""
+        total, *others = (part.expansion(u) for part in self.parts)
+        for other in others:
+            total = Expansion(total.pressure + other.pressure, total.rise + other.rise, total.bend + other.bend)
         return total
 
     def resultants(self, u: Tensor) -> Resultants:

@@ -39,7 +39,7 @@ class Model(Chain, Generic[P]):
     # Which effects it can take (freelearn.models.effect.FAMILIES).
     family: ClassVar[str] = OWN
     # Whether ∂F/∂φ = ∂M/∂l at fixed pressure, and whether the unloaded, unpressurized actuator carries no load.
-    # Said by the author of a model, held by freelearn.testing.ModelContract.
+    # Said by the author of a model, checked by freelearn.testing.models.ModelContract.
     conservative: ClassVar[bool] = False
     relaxed_at_rest: ClassVar[bool] = False
     # Whether a fit needs validation rows to know when to stop.

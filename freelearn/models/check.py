@@ -21,13 +21,14 @@ def check_model(model: Model[Any], states: States) -> None:
     loads through which no derivative by its parameters passes.
     """
     few = states[: min(ROWS, len(states))]
-    said = f"Model {model.name!r}: its structure"
-    if type(model).bare is not Model.bare:
-        return
+    method = "structure" if type(model).bare is Model.bare else "bare"
+    said = f"Model {model.name!r}: its {method}"
     vector = model.vector().detach().requires_grad_()
     try:
         with torch.enable_grad():
-            returned = model.structure(few, model.own(model.physical(vector)))
+            values = model.physical(vector)
+            # `bare` of the base class would hide what is not finite.
+            returned = model.structure(few, model.own(values)) if method == "structure" else model.bare(few, values)
     except Exception as problem:
         raise UserError(f"{said} failed with {type(problem).__name__}: {problem}".splitlines()[0]) from None
     loads: object = returned.loads if isinstance(returned, Prediction) else returned

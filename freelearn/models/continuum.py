@@ -38,8 +38,9 @@ class Continuum(Model[Material]):
     # Quadrature points through the wall; None integrates in closed form where an energy has one.
     points: int | None = None
 
-    def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect[Any]] = ()) -> None:
-        super().__init__(effects, C1=C1, C2=C2)
+    def __init__(self, C1: float = 1e5, C2: float = 1e6, effects: Sequence[Effect[Any]] = (), **more: float) -> None:
+        """C1, C2: Pa. more: of the parameters that a derived class adds, SI. Raises UserError."""
+        super().__init__(effects, C1=C1, C2=C2, **more)
         self._energy = self._of(EnergyEffect)
 
     def base_energy(self, p: Material) -> list[Energy]:
@@ -59,8 +60,8 @@ class Continuum(Model[Material]):
 
     def bind(self, states: States) -> Bound | None:
         """Without effects both parameters are logarithms of moduli, and the rest is made once."""
-        exact = type(self).base_energy is Continuum.base_energy and not self.points and not self.effects
-        return _BoundContinuum(states) if exact else None
+        # A class derived from this one may be another wall.
+        return _BoundContinuum(states) if type(self) is Continuum and not self.effects else None
 
 
 class _BoundContinuum:

@@ -68,11 +68,12 @@ class MLP(Model[Parameters]):
         hidden = torch.tanh(_apply(values["hidden_weight"], x) + values["hidden_bias"])
         loads = _apply(values["load_weight"], hidden) + values["load_bias"]
         loads = loads * self.load_half_range + self.load_center
-        return Prediction(loads, torch.full((len(states),), Status.OK, dtype=torch.uint8))
+        return Prediction(loads, torch.full((len(states),), Status.OK, dtype=torch.uint8, device=loads.device))
 
     def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
         """By hand, several times quicker than autograd: ∂L_f/∂W_ji = U_fj (1 − h_j²) x_i, ∂L_f/∂U_fj = h_j."""
-        if self.effects:
+        # A class derived from this one may be another network.
+        if self.effects or type(self) is not MLP:
             return None
         with torch.no_grad():
             values = self.physical(vector)

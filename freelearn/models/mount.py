@@ -45,20 +45,20 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads) -> Sett
         at = _solve(states.detach(), lambda s: loads(s, fixed).loads, lambda s, carried: impose(s, carried, fixed))
     prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
-    step = torch.where(at.found[:, None], -_divide(at.q - imposed, at.jacobian), 0.0)
+    step = torch.where(at.settled[:, None], -_divide(at.q - imposed, at.jacobian), 0.0)
     moved = (at.stiffness * step[:, None, :]).sum(-1)
-    status = torch.where(at.found, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
+    status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
     agreed = states.replace(length=at.q[:, 0] + step[:, 0], twist=at.q[:, 1] + step[:, 1])
     return Settled(agreed, Prediction(prediction.loads + moved, status))
 
 
 class _Solution(NamedTuple):
-    """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; found (N,) bool. Cut from every derivative."""
+    """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative."""
 
     q: Tensor
     jacobian: Tensor
     stiffness: Tensor
-    found: Tensor
+    settled: Tensor
 
 
 def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[States, Tensor], States]) -> _Solution:
@@ -77,8 +77,8 @@ def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
         q = q + step
-    found = settled & (_determinant(jacobian) > 0)
-    return _Solution(q.detach(), jacobian.detach(), stiffness.detach(), found)
+    settled = settled & (_determinant(jacobian) > 0)
+    return _Solution(q.detach(), jacobian.detach(), stiffness.detach(), settled)
 
 
 def _place(states: States) -> Tensor:

@@ -33,17 +33,21 @@ class Parameter:
     scale: float | None = None
 
     def to_raw(self, value: float) -> Tensor:
+        """The raw number, (), of a value in SI: its logarithm where the fit moves that."""
         raw = math.log(value) if self.log else value
         return torch.tensor(raw, dtype=torch.float64)
 
     def to_physical(self, raw: Tensor) -> Tensor:
+        """The value in SI of a raw number, differentiable."""
         return raw.exp() if self.log else raw
 
     def allows(self, value: float) -> bool:
+        """Whether the parameter may have this value in SI."""
         return math.isfinite(value) and self.lower <= value <= self.upper and not (self.log and value <= 0)
 
     @property
     def raw_bounds(self) -> tuple[float, float]:
+        """Lower and upper bound of the raw number."""
         if self.log:
             return (math.log(self.lower) if self.lower > 0 else -math.inf), math.log(self.upper)
         return self.lower, self.upper

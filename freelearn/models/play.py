@@ -15,7 +15,7 @@ from freelearn.models.row_derivatives import rows_jacobian
 # Steps of the search for a zero of the moment; a bracketed one of ordinary walls takes three or four.
 MAX_ITERATIONS = 12
 # A last step this small [rad] leaves an error of about its power 1.6, which the differentiable step takes away besides.
-TOLERANCE = 1e-8
+TOLERANCE = 1e-7
 
 Values = dict[str, Tensor]
 # The loads of an actuator at a state, and the values of some rows (RawVector.rows_of).
@@ -54,17 +54,17 @@ def take_up(states: States, width: Tensor, values: Values, carried: Carried, row
         # A row without play stays where it is, even at a moment of zero: nothing there depends on a zero.
         inside = (bracketed | (start * behind <= 0)) & (reach > 0)
         turned = ~inside & (behind.abs() < ahead.abs())
-    found = _Band(start, ahead, behind, driven, inside)
+    band = _Band(start, ahead, behind, driven, inside)
     rows = _rows(inside | turned)
     if rows is None:
-        loads, status = _rest(states, width, found, values, carried)
+        loads, status = _rest(states, width, band, values, carried)
         elsewhere = inside | turned
         return Prediction(
             torch.where(elsewhere[:, None], loads, at_end.loads), torch.where(elsewhere, status, at_end.status)
         )
     if not len(rows):
         return at_end
-    loads, status = _rest(states[rows], width[rows], found.of(rows), rows_of(values, rows), carried)
+    loads, status = _rest(states[rows], width[rows], band.of(rows), rows_of(values, rows), carried)
     return Prediction(at_end.loads.index_copy(0, rows, loads), at_end.status.index_copy(0, rows, status))
 
 

@@ -96,7 +96,8 @@ def document(
         "notes": notes,
         **about,
     }
-    return {name: _finite(value) for name, value in content.items()}
+    finite: dict[str, Any] = _finite(content)
+    return finite
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:

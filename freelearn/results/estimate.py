@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from freelearn.fit.uncertainty import Uncertainty, interval
 from freelearn.models.parameter import Parameter
@@ -29,7 +30,14 @@ class Estimate:
     high: float = math.nan
     independent: float = math.nan
 
-    def numbers(self) -> dict[str, float | str | None]:
+    @classmethod
+    def from_plain(cls, name: str, entry: Mapping[str, Any]) -> Estimate:
+        """The estimate whose entry `plain` wrote."""
+        keys = {"stderr": "stderr", "low": "low", "high": "high", "independent": "stderr_independent"}
+        known = {field: entry[key] for field, key in keys.items() if entry.get(key) is not None}
+        return cls(name, entry["value"], entry["unit"], **known)
+
+    def plain(self) -> dict[str, float | str | None]:
         """The entry in results.json; what does not exist is null."""
         return {
             "value": self.value,

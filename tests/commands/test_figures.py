@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from small_runs import make_csv, run
 
-from freelearn.commands.figures import _rows, draw_folder, parameters, spread
+from freelearn.commands.figures import _rows, draw_folder
 from freelearn.errors import UserError
 from freelearn.results.admissible import admissible_table
 from freelearn.results.load_vectors import load_vector_table
@@ -76,13 +76,6 @@ def test_shares_and_vectors_are_those_of_the_rows():
     assert vectors.loc["low", "force_n"] == 3.0
     assert vectors.loc["high", "force_n"] == 2.0
     assert len(vectors) == 2
-
-
-def test_nothing_fitted_has_no_parameters():
-    runs = [{"model": "continuum", "effects": [], "train": "constituent", "seed": 0, "fit": "none",
-             "parameters": {"C1": {"value": 5e5, "stderr": None, "unit": "Pa"}}}]  # fmt: skip
-    assert not len(parameters(runs))
-    assert not len(spread(parameters(runs)))
 
 
 @pytest.mark.parametrize(("train", "sample"), [("even", 4), ("without4", 1), ("without1", 4), ("constituent", 1)])

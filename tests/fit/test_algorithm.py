@@ -11,6 +11,7 @@ from freelearn.fit.fitting import Fitting
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.optimizers import make_optimizer, optimizer_names
 from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
 from freelearn.fit.trainer import _trainer
 from freelearn.measurements.rows import Rows
 from freelearn.models.build import build_model
@@ -144,7 +145,7 @@ def test_a_fit_makes_no_tensor_where_the_model_is_not(name, effects, rows):
     """With a default device of another kind, every tensor made without saying where would end there and not fit."""
     model = build_model(name, {}, effects)
     model.prepare(rows.states, rows.loads)
-    start = model.starts(rows.states, rows.loads, 2 if name == "mlp" else 1, torch.Generator().manual_seed(0))
+    start = starts(model, rows.states, rows.loads, 2 if name == "mlp" else 1, torch.Generator().manual_seed(0))
     bounds = model.raw_bounds()
     with torch.device("meta"):
         problem = Problem(model, rows)

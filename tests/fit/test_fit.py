@@ -154,12 +154,12 @@ def test_the_network_recovers_loads_that_a_network_made():
     true = truth.vector().detach()
     near = true + 0.02 * torch.randn(62, dtype=torch.float64, generator=torch.Generator().manual_seed(4))
     problem = Problem(truth, rows)
-    found = LevenbergMarquardt(problem.residuals, problem.jacobians, batched=True).solve(near)
+    known = LevenbergMarquardt(problem.residuals, problem.jacobians, batched=True).solve(near)
     # All but the weights of the removed input (the inner radius is the same in every sample), which stay put.
     active = torch.ones(62, dtype=torch.bool)
     active[:42] = (truth.input_gain != 0).repeat(6)
-    torch.testing.assert_close(found.x[active], true[active], rtol=1e-6, atol=1e-6)
-    assert torch.equal(found.x[~active], near[~active])
+    torch.testing.assert_close(known.x[active], true[active], rtol=1e-6, atol=1e-6)
+    assert torch.equal(known.x[~active], near[~active])
 
 
 @pytest.mark.parametrize("name", ["adam", "adamw", "nadam"])
@@ -236,7 +236,7 @@ def test_independent_standard_errors_equal_lmfits():
     rows = rows_from(Continuum(3e5, 2e7), noise=0.05)
     model = Continuum()
     fit(model, rows, nothing(rows), LM, seed=0)
-    found = uncertainty(Problem(model, rows))
+    known = uncertainty(Problem(model, rows))
     problem = Problem(model, rows)
 
     def residual(parameters: lmfit.Parameters) -> np.ndarray:
@@ -249,10 +249,10 @@ def test_independent_standard_errors_equal_lmfits():
     start.add("C2", value=1.5, min=0.01)
     peer = lmfit.minimize(residual, start)
     for i, (name, unit) in enumerate((("C1", 1e5), ("C2", 1e7))):
-        assert found.values[i] == pytest.approx(peer.params[name].value * unit, rel=1e-4)
+        assert known.values[i] == pytest.approx(peer.params[name].value * unit, rel=1e-4)
         # lmfit differentiates by finite differences: two digits are what it offers.
-        assert found.stderr_independent[i] == pytest.approx(peer.params[name].stderr * unit, rel=0.02)
-    assert found.chi_square == pytest.approx(peer.chisqr, rel=1e-6)
+        assert known.stderr_independent[i] == pytest.approx(peer.params[name].stderr * unit, rel=0.02)
+    assert known.chi_square == pytest.approx(peer.chisqr, rel=1e-6)
 
 
 def test_standard_errors_cover_when_rows_of_a_state_err_together():
@@ -274,8 +274,8 @@ def test_standard_errors_cover_when_rows_of_a_state_err_together():
         model = Linear()
         # The start of a fit of K is its answer.
         model.set_vector(starts(model, rows.states, rows.loads, 1, torch.Generator())[0])
-        found = uncertainty(Problem(model, rows))
-        results.append((found.values, found.stderr, found.stderr_independent))
+        known = uncertainty(Problem(model, rows))
+        results.append((known.values, known.stderr, known.stderr_independent))
     values, clustered, naive = (np.array(column) for column in zip(*results, strict=True))
     # 150 samples know a standard deviation to about 6 %; ten shared rows make the naive errors √10 too small.
     np.testing.assert_allclose(clustered.mean(0) / values.std(0), 1.0, atol=0.2)

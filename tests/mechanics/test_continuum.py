@@ -13,8 +13,8 @@ from freelearn.bed.virtual import DESIGNS
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
 from freelearn.mechanics.equilibrium import BALLOON, _halley, _search, inflate
+from freelearn.mechanics.layers import QUADRATURE_POINTS
 from freelearn.mechanics.loads import tube_loads
-from freelearn.mechanics.quadrature import QUADRATURE_POINTS
 from freelearn.mechanics.tube import Tube
 from freelearn.models.build import build_model
 from freelearn.models.continuum import Continuum
@@ -66,11 +66,11 @@ def test_agrees_with_the_textbook(random_states):
     states = random_states(60, seed=3)
     expected = textbook_rows(states, C1=C1, C2=C2)
     loads, status = Continuum(C1, C2)(states)
-    found = np.array([row is not None for row in expected])
-    assert found.sum() > 40
-    np.testing.assert_array_equal(status.numpy() == Status.OK, found)
+    balanced = np.array([row is not None for row in expected])
+    assert balanced.sum() > 40
+    np.testing.assert_array_equal(status.numpy() == Status.OK, balanced)
     truth = np.array([row[:2] for row in expected if row is not None])
-    error = np.abs(loads.detach().numpy()[found] - truth).max(0) / np.abs(truth).max(0)
+    error = np.abs(loads.detach().numpy()[balanced] - truth).max(0) / np.abs(truth).max(0)
     assert error.max() < 1e-7
 
 
@@ -107,7 +107,7 @@ def test_reciprocity(sample, elongation, twist, pressure, c1, c2):
 @settings(max_examples=25, deadline=None)
 @given(sample, elongation, twist, pressure, *stiff)
 def test_mirror_image(sample, elongation, twist, pressure, c1, c2):
-    """The mirror image of a tube (fibre wound the other way, twisted the other way) has the mirror image's loads."""
+    """The mirror image of a tube (fiber wound the other way, twisted the other way) has the mirror image's loads."""
     states = one_state(sample, elongation, twist, pressure)
     mirrored = states.replace(fiber_angle=-states.fiber_angle, twist=-states.twist)
     model = Continuum(c1, c2)

@@ -290,3 +290,37 @@ def test_rows_without_an_answer_are_marked_and_break_no_derivative(said, tmp_pat
     torch.testing.assert_close(torch.func.jacfwd(problem.residual)(vector), jacobian)
     together = problem.residuals(torch.stack([vector, vector]))
     torch.testing.assert_close(together[0], problem.residual(vector))
+
+
+WALL = """
+from torch import Tensor
+from freelearn.mechanics.energy import NeoHookean
+from freelearn.models.continuum import Continuum
+from freelearn.models.material import Material
+from freelearn.models.parameters import parameter
+
+class Coated(Material):
+    C3: Tensor = parameter("C₃", "Pa", start=1e5, lower=0.0, log=True)
+
+class CoatedTube(Continuum):
+    name = "coated"
+    parameter_class = Coated
+
+    def base_energy(self, p):
+        return [*super().base_energy(p), NeoHookean(p.C3)]
+"""
+
+
+def test_a_wall_of_ones_own_derives_from_the_continuum_and_takes_energies_too(tmp_path):
+    """C1 and C3 add up, so the loads are those of the paper's wall with their sum; fits must not take a short cut."""
+    load_own([written(tmp_path, WALL)])
+    states = States.from_table(visits())
+    coated = build_model("coated", {"C1": 7e5, "C2": 4e7, "C3": 3e5}, ["wall_stiffening"])
+    check_model(coated, states)
+    plain = build_model("continuum", TRUTH["continuum"], ["wall_stiffening"])
+    torch.testing.assert_close(coated(states).loads, plain(states).loads, rtol=1e-9, atol=1e-10)
+    rows = rows_of(build_model("continuum", TRUTH["continuum"]))
+    model = build_model("coated", {"C3": 3e5})
+    jacobian = Problem(model, rows).jacobians(model.vector().detach()[None])[0]
+    assert jacobian.shape == (2 * len(rows), 3)
+    assert float(jacobian[:, 2].abs().max()) > 0

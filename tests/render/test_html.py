@@ -53,7 +53,7 @@ def test_its_numbers_are_those_of_the_run(fitted):
     for name, p in results["parameters"].items():
         shown = [
             name,
-            *(f"{p[key]:.{digits}g}" for key, digits in (("value", 5), ("stderr", 2), ("low", 5), ("high", 5))),
+            *(f"{p[key]:.{digits}g}" for key, digits in (("value", 5), ("stderr", 2), ("low", 4), ("high", 4))),
         ]
         place = cells.index(name)
         assert cells[place : place + 5] == shown

@@ -23,7 +23,7 @@ class Relaxation(WallEffect[Prony]):
 
     name = "relaxation"
     place = 2
-    suspect = "Loads decay while a state is held, so that late readings of a state are lower than early ones."
+    suspect = "Loads decay while a state lasts, so that late readings of a state are lower than early ones."
     source = "one term of a Prony series: Christensen (1982)"
     needs = ("time_s",)
     parameter_class = Prony

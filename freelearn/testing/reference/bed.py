@@ -106,7 +106,7 @@ def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple
         slope = wall_energy(length, twist, u + 1j * STEP, *design).imag / STEP
         return slope / (np.pi * length) - pressure
 
-    found = (excess(low) < 0) & ~(excess(high) <= 0)
+    balanced = (excess(low) < 0) & ~(excess(high) <= 0)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         above = ~(excess(middle) <= 0)
@@ -118,7 +118,7 @@ def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple
 
     force = -potential(length + 1j * STEP, twist).imag / STEP
     moment = -potential(length + 0j, twist + 1j * STEP).imag / STEP
-    return np.stack([force, moment], axis=1), found
+    return np.stack([force, moment], axis=1), balanced
 
 
 def wall_share(s: dict[str, Array], fx: Effects) -> Array:
@@ -134,10 +134,10 @@ def wall_share(s: dict[str, Array], fx: Effects) -> Array:
 
 def handed_on(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) that actuators hand on at the states that they take, friction included, and equilibrium, (N,)."""
-    loads, found = ideal_loads(s, c1, c2, fx)
+    loads, balanced = ideal_loads(s, c1, c2, fx)
     rub = fx.get("friction_hysteresis", {})
     friction = np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
-    return loads - s["direction"][:, None] * friction, found
+    return loads - s["direction"][:, None] * friction, balanced
 
 
 def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
@@ -195,13 +195,13 @@ def bed_loads(
         return handed_on(taken, c1, c2, fx)
 
     soft_l, soft_t = get("length_compliance", "compliance"), get("twist_compliance", "compliance")
-    loads, found = on_the_rig()
+    loads, balanced = on_the_rig()
     if soft_l or soft_t:
         length, twist = t["length"], t["twist"]
         for _ in range(60):
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
             before = loads
-            loads, found = on_the_rig()
+            loads, balanced = on_the_rig()
             if np.abs(loads - before).max() < 1e-9:
                 break
     if extra:
@@ -215,7 +215,7 @@ def bed_loads(
     moment = shown[1] * (1 + get("moment_gain", "gain")) + get("moment_offset", "moment")
     force = force + get("sensor_drift", "force_rate") * s["clock"]
     moment = moment + get("sensor_drift", "moment_rate") * s["clock"]
-    return np.stack([force, moment], axis=1), found
+    return np.stack([force, moment], axis=1), balanced
 
 
 def nominal(samples: Sequence[int], share: float, generator: np.random.Generator) -> pd.DataFrame:
@@ -300,9 +300,9 @@ def measure(
     actual["elongation_mm"] += np.repeat(generator.normal(0, accuracy["elongation_mm"], states), 10)
     actual["twist_deg"] += np.repeat(generator.normal(0, accuracy["twist_deg"], states), 10)
     s = state_of(table) | {n: v for n, v in state_of(actual).items() if n in ("length", "twist")}
-    loads, found = bed_loads(s, c1, c2, fx, extra)
+    loads, balanced = bed_loads(s, c1, c2, fx, extra)
     table["pressure_kpa"] += generator.normal(0, accuracy["pressure_kpa"], len(table))
     table["force_n"] = loads[:, 0] + generator.normal(0, accuracy["force_n"], len(table))
     table["moment_nmm"] = loads[:, 1] / MM + generator.normal(0, accuracy["moment_nmm"], len(table))
-    table["buckled"] = (~found).astype(int)
+    table["buckled"] = (~balanced).astype(int)
     return table

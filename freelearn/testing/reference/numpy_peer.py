@@ -46,7 +46,7 @@ def continuum(
         return base + slope0 * x - part.sum(0), slope0 + 2 * (part * inverse).sum(0)
 
     low, high = (0.02 * Ri) ** 2, (BALLOON * Ri) ** 2
-    found = excess(high)[0] >= 0
+    balanced = excess(high)[0] >= 0
     x = Ri**2 / stretch
     for _ in range(100):
         value, slope = excess(x)
@@ -55,7 +55,7 @@ def continuum(
         new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
         done = np.abs(new - x) <= 1e-11 * x
         x = new
-        if np.all(done | ~found):
+        if np.all(done | ~balanced):
             break
 
     r2 = offset + x
@@ -66,7 +66,7 @@ def continuum(
     twisting = r2 * stretch * (C1 * k + 2 * fiber * g * cos)  # σθz r
     force = -np.pi * (weight * (2 * szz - srr - stt)).sum(0)
     moment = -2 * np.pi * (weight * twisting).sum(0)
-    return np.where(found, force, np.nan), np.where(found, moment, np.nan)
+    return np.where(balanced, force, np.nan), np.where(balanced, moment, np.nan)
 
 
 def continuum_plain(
@@ -96,7 +96,7 @@ def continuum_plain(
         return np.asarray(((tt - rr) / r * width).sum(0) - P)
 
     low, high = 0.02 * Ri, BALLOON * Ri
-    found = excess(high) >= 0
+    balanced = excess(high) >= 0
     ri = Ri / np.sqrt(stretch)
     for _ in range(100):
         value = excess(ri)
@@ -106,12 +106,12 @@ def continuum_plain(
         new = np.where((new >= low) & (new <= high), new, (low + high) / 2)
         done = np.abs(new - ri) <= 1e-10 * ri
         ri = new
-        if np.all(done | ~found):
+        if np.all(done | ~balanced):
             break
     r, width, rr, tt, zz, tz = stresses(ri)
     force = -np.pi * ((2 * zz - rr - tt) * r * width).sum(0)
     moment = -2 * np.pi * (tz * r**2 * width).sum(0)
-    return np.where(found, force, np.nan), np.where(found, moment, np.nan)
+    return np.where(balanced, force, np.nan), np.where(balanced, moment, np.nan)
 
 
 def linear(
