@@ -145,6 +145,15 @@ class EffectEnergy(Energy):
     def depends_on(self) -> tuple[str, ...]:  # type: ignore[override]
         return self.effect.depends_on
 
+    @property
+    def idle(self) -> bool:
+        """Whether every parameter that can stand for no effect does; False inside vmap, where nobody can know."""
+        telling = [p for p in self.effect.parameters if p.none is not None]
+        try:
+            return bool(telling) and all(bool((getattr(self.p, p.name) == p.none).all()) for p in telling)
+        except RuntimeError:
+            return False
+
     def psi(self, *invariants: Tensor) -> Tensor:
         return self.effect.psi(*invariants, p=self.p, material=self.material)
 
