@@ -47,6 +47,11 @@ class Energy:
         derivative = torch.func.jvp(self.gradient, invariants, rates)
         return derivative[0], derivative[1]
 
+    @property
+    def idle(self) -> bool:
+        """Whether the parameters are known to make Ψ zero everywhere."""
+        return False
+
     def closed_form(self, tube: Tube) -> Wall | None:
         """The wall that this term makes of N tubes, integrated exactly; None leaves it to quadrature."""
         return None

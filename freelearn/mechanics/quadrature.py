@@ -19,6 +19,10 @@ class Term(Protocol):
     def depends_on(self) -> tuple[str, ...]:
         """The names of its invariants: i1, i2, i4."""
 
+    @property
+    def idle(self) -> bool:
+        """Whether it is known to be zero everywhere."""
+
     def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
         """∂Ψ/∂I [Pa] for each of them."""
 
@@ -58,12 +62,16 @@ class QuadratureWall:
 
     @property
     def stiffens(self) -> bool:
-        """Nobody knows: an energy of any form may soften."""
-        return False
+        """An energy of any form may soften, unless it is idle.
+
+        A wall with idle terms is then solved just as one without them, to the last bit.
+        """
+        return all(term.idle for term in self.terms)
 
     def expansion(self, u: Tensor) -> Expansion:
-        """Not known."""
-        raise NotImplementedError("an energy of any form has no expansion")
+        """Zero, that of idle terms."""
+        zero = torch.zeros_like(u)
+        return Expansion(zero, zero, zero)
 
     def resultants(self, u: Tensor) -> Resultants:
         """σ = 2Ψ₁B + 2Ψ₂(I₁B − B²) + 2Ψ₄ a⊗a, without the Lagrange multiplier."""

@@ -176,6 +176,15 @@ class EffectEnergy(Energy):
         # A class variable of every other energy: here each instance has its effect's.
         object.__setattr__(self, "depends_on", self.effect.depends_on)
 
+    @property
+    def idle(self) -> bool:
+        """Whether every parameter that can stand for no effect does; False inside vmap, where nobody can know."""
+        telling = [p for p in self.effect.parameters if p.none is not None]
+        try:
+            return bool(telling) and all(bool((getattr(self.p, p.name) == p.none).all()) for p in telling)
+        except RuntimeError:
+            return False
+
     def psi(self, *invariants: Tensor) -> Tensor:
         """The effect's strain energy [Pa]."""
         return self.effect.psi(*invariants, p=self.p, material=self.material)
