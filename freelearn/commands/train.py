@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
 from freelearn.fit.store import FitStore
 from freelearn.inference.misfit import misfit
+from freelearn.inference.testable import assumptions
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
@@ -85,7 +86,7 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
     mistakes = Mistakes()
     # Names and values before the work of making a table.
     mistakes.check(lambda: build_model(settings.model.name, settings.model.values, settings.effects))
-    constituents = mistakes.check(lambda: _constituents(settings.constituent))
+    constituents = mistakes.check(lambda: _constituents(settings.constituent, settings.effects))
     device = mistakes.check(lambda: resolve_device(settings.device))
     mistakes.check(lambda: check_folder(folder))
     mistakes.tell()
@@ -137,7 +138,7 @@ def _run(
 
 
 def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> tuple[Run, list[str]]:
-    """The run with what its residuals say, and notes on how accurate the measuring was, where that is estimated."""
+    """The run with what its residuals say, and notes on what was estimated or assumed."""
     settings = task.settings
     if settings.effects and settings.fit and settings.train != CONSTITUENT_SET:
 
@@ -147,9 +148,10 @@ def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> 
         outcome = replace(outcome, comparison=compare(one, folder))
     own = training_samples(outcome, predictions(outcome))
     measured = measuring(outcome.model, own, settings.data.accuracy)
+    notes = assumptions(settings.effects, task.loaded.table.columns)
     if measured is None:
-        return outcome, []
-    return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), measured.notes
+        return outcome, notes
+    return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), [*measured.notes, *notes]
 
 
 def _origin(task: _Task, notes: list[str], key: str) -> Origin:
@@ -197,10 +199,17 @@ def _bar(console: Console | None, settings: TrainSettings, progress: Progress | 
     return bar
 
 
-def _constituents(path: Path | None) -> Mapping[str, float]:
+def _constituents(path: Path | None, effects: Sequence[str]) -> Mapping[str, float]:
     """Values of train=constituent: the paper's, or those of a specimen.json. Raises UserError."""
     if path is None:
         return CONSTITUENT
     from freelearn.results.specimen import load_parameters
 
-    return CONSTITUENT | load_parameters(path)
+    parameters = load_parameters(path)
+    lacking = sorted({name.split(".")[0] for name in parameters if "." in name} - set(effects))
+    if lacking:
+        raise UserError(
+            f"{path} holds constants of {', '.join(lacking)}, which the model lacks: "
+            f"add effects=[{','.join([*effects, *lacking])}]."
+        )
+    return CONSTITUENT | parameters

@@ -64,15 +64,23 @@ def _linear(model: Linear, states: States, loads: Tensor, members: int, generato
     scale = load_scale(loads)
     values = {name: value.detach() for name, value in model.values().items()}
 
-    def scaled(k: Tensor) -> Tensor:
+    def scaled(k: Tensor, at: States = states) -> Tensor:
         named = values | {"ka": k[0], "kb": k[1], "kc": k[2]}
-        predicted: Prediction = model(states, named)
+        predicted: Prediction = model(at, named)
         return (predicted.loads / scale).reshape(-1)
 
     origin = torch.zeros(3, dtype=torch.float64)
-    usable = (model(states).status == Status.OK).repeat_interleave(2)
-    target = ((loads / scale).reshape(-1) - scaled(origin))[usable]
-    ka, kb, kc = best_stiffness(torch.func.jacfwd(scaled)(origin)[usable], target)
+    with torch.no_grad():
+        fluid: Prediction = model(states, values | dict.fromkeys(("ka", "kb", "kc"), origin[0]))
+    usable = (fluid.status == Status.OK).repeat_interleave(2)
+    target = ((loads - fluid.loads) / scale).reshape(-1)[usable]
+    if model.effects:
+        columns = torch.func.jacfwd(scaled)(origin)
+    else:
+        # The wall's loads are linear in K, and without pressure there is nothing else.
+        slack = states.replace(pressure=torch.zeros_like(states.pressure))
+        columns = torch.stack([scaled(k, slack) for k in torch.eye(3, dtype=torch.float64)], dim=-1)
+    ka, kb, kc = best_stiffness(columns[usable], target)
     ka, kb = max(ka, FLOOR["ka"]), max(kb, FLOOR["kb"])
     limit = math.sqrt(ka * kb)
     return _at(model, {"ka": ka, "kb": kb, "kc": min(max(kc, -limit), limit)}, members)

@@ -179,7 +179,7 @@ class EffectEnergy(Energy):
     @property
     def idle(self) -> bool:
         """Whether every parameter that can stand for no effect does; False inside vmap, where nobody can know."""
-        telling = [p for p in self.effect.parameters if p.none is not None]
+        telling = [p for p in self.effect.declared_parameters() if p.none is not None]
         try:
             return bool(telling) and all(bool((getattr(self.p, p.name) == p.none).all()) for p in telling)
         except RuntimeError:

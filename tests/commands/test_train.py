@@ -13,13 +13,9 @@ import pandas as pd
 import pytest
 import torch
 from conftest import ROOT
-from rich.console import Console
 from small_runs import make_csv, run
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.measurements.sets import samples_of, set_names, split_rows
 from freelearn.measurements.states import States, kinematic_state
@@ -235,22 +231,6 @@ def test_sets_by_name():
     assert set_names(np.array([70, 70])) == ["sample70", "all"]
 
 
-def written(folder: Path) -> dict:
-    """results.json without what differs between any two runs."""
-    content = json.loads((folder / "results.json").read_text())
-    return {name: value for name, value in content.items() if name not in ("seconds", "fit_seconds")}
-
-
-def test_what_is_written_does_not_depend_on_who_looks_on(csv, tmp_path):
-    options = ("train=all", "data=csv", f"data.path={csv}", "effects=[end_clamps]")
-    run(tmp_path / "alone", *options, "figures=false")
-    shown = Console(file=(tmp_path / "terminal.txt").open("w"), width=100)
-    train(settings(TrainSettings, ["fits=null", *options]), tmp_path / "shown", console=shown)
-    alone = written(tmp_path / "alone")
-    assert alone == written(tmp_path / "shown")
-    assert {"comparison", "failures", "noise_floor"} <= set(alone)
-
-
 def test_an_accuracy_to_be_estimated_still_gives_a_noise_floor_and_failures(csv, tmp_path):
     run(tmp_path / "run", "train=all", "data=csv", f"data.path={csv}", "data.accuracy=estimate")
     content = json.loads((tmp_path / "run" / "results.json").read_text())
@@ -293,3 +273,26 @@ def test_a_device_that_is_not_there_is_told():
         pytest.skip("this machine has a CUDA device")
     with pytest.raises(UserError, match="device=cuda"):
         run(Path("unused"), "device=cuda")
+
+
+def test_a_drift_without_times_says_what_it_assumes(csv, tmp_path):
+    run(tmp_path / "run", "train=all", "data=csv", f"data.path={csv}", "effects=[sensor_drift]")
+    notes = json.loads((tmp_path / "run" / "results.json").read_text())["notes"]
+    assert any("no time_s" in note and "20 s" in note for note in notes)
+
+
+def test_constants_of_an_effect_that_the_model_lacks_say_what_to_add(csv, tmp_path):
+    def entry(value: float, unit: str) -> dict:
+        return {"value": value, "stderr": None, "unit": unit}
+
+    specimen = {
+        "effects": ["wall_stiffening"],
+        "parameters": {"C1": entry(4e5, "Pa"), "wall_stiffening.C20": entry(1e4, "Pa")},
+        "modes": {},
+    }
+    (tmp_path / "specimen.json").write_text(json.dumps(specimen))
+    options = ("train=constituent", "data=csv", f"data.path={csv}", f"constituent={tmp_path / 'specimen.json'}")
+    with pytest.raises(UserError, match=r"add effects=\[wall_stiffening\]"):
+        run(tmp_path / "a", *options)
+    outcome = run(tmp_path / "b", *options, "effects=[wall_stiffening]")
+    assert outcome.model.scalars()["wall_stiffening.C20"] == pytest.approx(1e4)

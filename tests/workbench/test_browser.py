@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
 from freelearn.commands.train import train
 from freelearn.workbench.question import Question
-from freelearn.workbench.work import settings
 
 pytestmark = pytest.mark.slow
 
@@ -94,8 +95,8 @@ def tab(browser, address):
 @pytest.fixture(scope="module")
 def hidden(work):
     """One sample of the bed whose truth is the continuum model and friction, as a user's CSV."""
-    data = settings("train", ["data.hidden={friction_hysteresis:{force:3.0,moment:0.08}}", "data.seed=4"])["data"]
-    table, *_ = load_table(data)
+    hide = ["data.hidden={friction_hysteresis:{force:3.0,moment:0.08}}", "data.seed=4"]
+    table = load_table(settings(TrainSettings, hide).data).table
     path = work / "mine.csv"
     table[table["sample"] == 3].to_csv(path, index=False)
     return path
@@ -140,7 +141,7 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
 
     # The page only runs what the commands run: a direct call gives its numbers.
     question = Question.from_json(state["runs"][-1]["question"])
-    direct = settings("train", question.overrides("train")) | {"fits": None, "figures": False}
+    direct = settings(TrainSettings, [*question.overrides("train"), "fits=null", "figures=false"])
     assert pytest.approx(E, rel=1e-12) == train(direct, work / "direct").errors["sample3"].E
 
     # Reloading loses nothing.
