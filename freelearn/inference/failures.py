@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from sklearn.tree import DecisionTreeRegressor
 
+from freelearn.inference.regions import Region, regions
 from freelearn.measurements.states import pressure_direction
 from freelearn.units import NMM
 
@@ -80,19 +80,16 @@ def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, nois
     scaled = residual / scale
     leaf = max(10, int(SMALLEST * len(inputs)))
     least = SMALLEST_GAIN * float(scaled.var(0).mean())
-    tree = DecisionTreeRegressor(
-        max_depth=DEPTH, min_samples_leaf=leaf, min_impurity_decrease=least, random_state=0
-    ).fit(inputs, scaled)
-    region = tree.apply(inputs)
+    columns = {str(name): inputs[name].to_numpy(dtype=np.float64) for name in inputs.columns}
     squared = (scaled**2).sum(1)
-    found = []
-    for node in np.unique(region):
-        inside = region == node
+    regional = []
+    for region in regions(columns, scaled, DEPTH, leaf, least):
+        inside = region.inside
         mean = residual[inside].mean(0)
         sigma = mean / np.sqrt((noise[inside] ** 2).mean(0))
-        found.append(
+        regional.append(
             Failure(
-                _where(inputs, inside, tree, node),
+                _where(inputs, region),
                 int(inside.sum()),
                 float(inside.mean()),
                 float(squared[inside].sum() / squared.sum()) if squared.sum() else 0.0,
@@ -102,28 +99,12 @@ def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, nois
                 float(sigma[1]),
             )
         )
-    return sorted(found, key=lambda f: -f.share_of_squared_error)[:MOST]
+    return sorted(regional, key=lambda f: -f.share_of_squared_error)[:MOST]
 
 
-def _where(inputs: pd.DataFrame, inside: np.ndarray, tree: DecisionTreeRegressor, node: int) -> str:
-    """The region's conditions in words; only inputs that the way to the node splits on."""
-    low: dict[str, float] = {}
-    high: dict[str, float] = {}
-    structure, at = tree.tree_, 0
-    parents = {}
-    for parent in range(structure.node_count):
-        for child, left in ((structure.children_left[parent], True), (structure.children_right[parent], False)):
-            if child >= 0:
-                parents[child] = (parent, left)
-    at = node
-    while at in parents:
-        parent, left = parents[at]
-        name, threshold = inputs.columns[structure.feature[parent]], float(structure.threshold[parent])
-        if left:
-            high[name] = min(high.get(name, np.inf), threshold)
-        else:
-            low[name] = max(low.get(name, -np.inf), threshold)
-        at = parent
+def _where(inputs: pd.DataFrame, region: Region) -> str:
+    """The region's conditions in words; only inputs that bound it."""
+    low, high, inside = region.low, region.high, region.inside
     words = []
     for name in inputs.columns:
         if name not in low and name not in high:

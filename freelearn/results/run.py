@@ -18,7 +18,7 @@ from freelearn.results.comparison import Compared
 from freelearn.results.estimate import Estimate, fitted_estimates, plain_estimates
 
 if TYPE_CHECKING:
-    # For its type alone: what computes it imports scikit-learn, which a run that is only shown does not need.
+    # For its type alone.
     from freelearn.inference.misfit import Misfit
 
 # The training set of a run that fits nothing and takes the constituents' parameters.
