@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test bench lint installed workbench clean
+.PHONY: setup demo test durations bench lint installed workbench clean
 
 setup: $(READY)
 
@@ -22,9 +22,14 @@ lint: setup
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --no-cache
+	$(VENV)/bin/codespell freelearn experiments tests docs conf *.py *.md
 
 test: setup
-	$(RUN) -m pytest -n auto
+	$(RUN) -m pytest -n auto --dist worksteal
+
+# How long each test takes, so that the longest begin first.
+durations: setup
+	$(RUN) -m pytest -n auto --dist worksteal --record-durations
 
 # The wheel, built and run in an empty folder of a fresh environment.
 installed: setup

@@ -94,6 +94,7 @@ def picture(effect: Effect, table: pd.DataFrame) -> Figure:
 
 
 def main(names: list[str]) -> None:
+    """Runs the command."""
     torch.set_num_threads(1)
     console = Console()
     FOLDER.mkdir(parents=True, exist_ok=True)

@@ -19,6 +19,7 @@ PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}
 
 
 def main() -> None:
+    """Runs the command."""
     torch.set_num_threads(1)
     chosen = settings(TrainSettings)
     table = load_table(chosen.data).table

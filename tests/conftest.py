@@ -1,5 +1,6 @@
 """What several tests need: the shared measurements, and random states of the paper's samples."""
 
+import json
 import os
 from pathlib import Path
 
@@ -27,3 +28,42 @@ def random_states():
         return States.from_table(random_table(count, seed))
 
     return make
+
+
+# --- the longest tests begin first, so that no worker is left alone with one at the end -----------------------------
+
+DURATIONS = Path(__file__).with_name("durations.json")
+# Shorter tests are in nobody's way [s].
+LONG = 1.0
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--record-durations", action="store_true", help=f"write {DURATIONS.name} anew")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    seconds = json.loads(DURATIONS.read_text()) if DURATIONS.exists() else {}
+    # Tests of one module stay together: their fixtures are shared.
+    of_module: dict[str, float] = {}
+    for name, value in seconds.items():
+        module = name.split("::")[0]
+        of_module[module] = of_module.get(module, 0.0) + value
+    items.sort(key=lambda item: -of_module.get(item.nodeid.split("::")[0], 0.0))
+
+
+class _Durations:
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        long = {name: round(value, 1) for name, value in sorted(self.seconds.items()) if value >= LONG}
+        DURATIONS.write_text(json.dumps(long, indent=1) + "\n")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # Workers report to the one that started them, which alone writes.
+    if config.getoption("--record-durations") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(_Durations())

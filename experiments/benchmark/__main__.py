@@ -30,6 +30,7 @@ ALL = {
 
 
 def main() -> None:
+    """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/benchmark", description=__doc__)
     parser.add_argument("only", nargs="*", metavar="NAME", help=f"some of {', '.join(ALL)} (default: all)")
     chosen = parser.parse_args().only or list(ALL)

@@ -17,6 +17,7 @@ BARE = "import torch, lightning, hydra; from torch.utils.tensorboard import Summ
 
 
 def command(report: Report) -> None:
+    """`python train.py`, beside the bare imports."""
     with tempfile.TemporaryDirectory() as folder:
         run = [sys.executable, "train.py", "model=continuum", "train=sample3", f"hydra.run.dir={folder}/run"]
         ours = timed(lambda: subprocess.run(run, cwd=ROOT, check=True, capture_output=True), 3)
@@ -28,6 +29,7 @@ def command(report: Report) -> None:
 
 
 def study(report: Report) -> None:
+    """The paper's whole study, and its gathering."""
     with tempfile.TemporaryDirectory() as folder:
         run = [sys.executable, "train.py", "-m", "experiment=study", f"hydra.sweep.dir={folder}/s", f"fits={folder}/f"]
         began = time.perf_counter()
@@ -81,6 +83,7 @@ with tempfile.TemporaryDirectory() as folder:
 
 
 def reports(report: Report) -> None:
+    """Reports of a run and of a search over all eight samples."""
     from rich.console import Console
 
     from freelearn.commands.configuration import settings

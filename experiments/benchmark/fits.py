@@ -28,6 +28,7 @@ TOLERANCES = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-10)
 
 
 def fit_continuum(report: Report) -> None:
+    """One fit of C1 and C2, beside SciPy's."""
     rows = bed()
     arrays = [getattr(rows.states, name).numpy() for name in FIELDS]
     measured, scale = rows.loads.numpy(), Problem(Continuum(), rows).scale.numpy()
@@ -104,6 +105,7 @@ def _scipy(name: str, rows: Rows) -> None:
 
 
 def network(report: Report) -> None:
+    """Levenberg-Marquardt to the error that Adam ends at."""
     rows = bed()
     # The split is that of the command; both algorithms see the same rows and the same start.
     order = torch.randperm(len(rows), generator=torch.Generator().manual_seed(0))

@@ -23,6 +23,7 @@ FIVE = ["wall_stiffening", "end_clamps", "twist_offset", "friction_hysteresis", 
 
 
 def forward(report: Report) -> None:
+    """The continuum's forward pass."""
     table = random_table(20_000, 0)
     states = States.from_table(table)
     arrays = [getattr(states, name).numpy() for name in FIELDS]
@@ -35,13 +36,14 @@ def forward(report: Report) -> None:
     slow = timed(lambda: [textbook.continuum_row(*row, C1=2e5, C2=1e6) for row in rows], 1) / len(rows)
     report("continuum forward, 20,000 rows", f"{1e6 * ours:.2f} µs/row", "≤ 0.5 µs/row")
     report(
-        "  vectorised NumPy, equations as typed / ours", f"{plain / ours:.1f} ×", "≥ 8 ×", f"{1e6 * plain:.1f} µs/row"
+        "  vectorized NumPy, equations as typed / ours", f"{plain / ours:.1f} ×", "≥ 8 ×", f"{1e6 * plain:.1f} µs/row"
     )
-    report("  NumPy specialised for this energy / ours", f"{peer / ours:.1f} ×", "", f"{1e6 * peer:.2f} µs/row")
+    report("  NumPy specialized for this energy / ours", f"{peer / ours:.1f} ×", "", f"{1e6 * peer:.2f} µs/row")
     report("  textbook (quad + brentq) / ours", f"{slow / ours:.0f} ×", "≥ 1000 ×", f"{1e6 * slow:.0f} µs/row")
 
 
 def effects(report: Report) -> None:
+    """The forward pass and the Jacobian with five effects."""
     states = States.from_table(random_table(20_000, 0))
     plain, five = Continuum(2e5, 1e6), build_model("continuum", {"C1": 2e5, "C2": 1e6}, FIVE)
     with torch.no_grad():
@@ -55,6 +57,7 @@ def effects(report: Report) -> None:
 
 
 def large(report: Report) -> None:
+    """Ten million rows, predicted block by block."""
     count = 10_000_000
     code = f"""
 import resource, sys, time

@@ -173,6 +173,7 @@ def amount(job: dict, names: list[str], material: tuple[float, float], noise: di
 
 
 def main() -> None:
+    """Runs the command."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan, about 139 data sets each")
     parser.add_argument("--workers", type=int, default=2)

@@ -14,7 +14,7 @@ from freelearn.models.effects.registry import make_effects
 from freelearn.models.prediction import Prediction, Status
 from freelearn.units import KPA, MM, NMM
 
-# The paper's Table of fibre angles and dimensions: Γ [deg], L, R_i, R_o [mm].
+# The paper's Table of fiber angles and dimensions: Γ [deg], L, R_i, R_o [mm].
 DESIGNS = (
     (15.0, 90.48, 4.77, 6.13),
     (25.0, 120.52, 4.77, 6.62),

@@ -13,9 +13,11 @@ class GatherSweep(Callback):
     """Gathers a multirun's results when it ends; exit code 1 when jobs failed."""
 
     def on_multirun_start(self, config: Any, **_: Any) -> None:
+        """Says where the sweep's files go."""
         print(f"sweep: {config.hydra.sweep.dir} (the same command with hydra.sweep.dir=… resumes it)", flush=True)
 
     def on_multirun_end(self, config: Any, **_: Any) -> None:
+        """Gathers; exits with code 1 where jobs failed."""
         from rich.console import Console
 
         from freelearn.commands.command_line import command_line, program

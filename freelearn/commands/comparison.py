@@ -18,7 +18,7 @@ WITHOUT, WITH = "without_effects", "with_effects"
 
 
 def compare(one: Callable[[bool, Path], Run], folder: Path) -> dict[str, Compared]:
-    """E of each test set without and with effects, whole kinematic states held out, over the rows that both answer.
+    """E of each test set without and with effects: whole kinematic states that neither fit saw, rows that both answer.
 
     one: with effects?, folder → the run. Both leave their TensorBoard curves in `folder`, in folders of their own, so
     that they show over each other.

@@ -87,7 +87,7 @@ def _closing_notes(last: Step, findings: Findings, kept: pd.DataFrame) -> list[s
     if not 1 / WRONG_NOISE < factor < WRONG_NOISE:
         size = f"{factor:.2g} times larger" if factor > 1 else f"{1 / factor:.2g} times smaller"
         notes.append(
-            f"the scatter is {size} than data.accuracy says; the tests take the scatter as found, the noise floor is "
+            f"the scatter is {size} than data.accuracy says; the tests take the scatter as it is, the noise floor is "
             "the stated one: correct data.accuracy, or use data.accuracy=estimate"
         )
     first, others = findings.steps[0].E_new_sample, last.E_new_sample

@@ -122,6 +122,7 @@ def _shown(table: pd.DataFrame, title: str) -> Table:
 
 
 def main() -> None:
+    """Runs the command on the words after its name."""
     parser = argparse.ArgumentParser(
         prog=" ".join(program("figures", ["python", "-m", "freelearn.figures"])),
         description="Draw a sweep's (or a run's) admissible data, load vectors over the kinematic plane and load "

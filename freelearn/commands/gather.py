@@ -55,6 +55,7 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
 
 
 def main() -> None:
+    """Runs the command on the words after its name."""
     parser = argparse.ArgumentParser(
         prog=" ".join(program("gather", ["python", "-m", "freelearn.gather"])),
         description="Gather the results of finished sweeps into heatmap.csv, summary.csv and heat maps. Several sweeps "

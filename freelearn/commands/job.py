@@ -88,7 +88,7 @@ def _fail(folder: Path, console: Console, label: str, asked: Mapping[str, Any], 
 
 
 def _own_error(tests: Mapping[str, Mapping[str, Any]], train_set: str) -> float | None:
-    """E on the training set's own test rows, or on the only test set; what a sweeper may minimise."""
+    """E on the training set's own test rows, or on the only test set; what a sweeper may minimize."""
     names = [train_set] if train_set in tests else list(tests)
     return tests[names[0]]["E"] if len(names) == 1 else None
 

@@ -84,13 +84,13 @@ def _effect_values(value: Any) -> Any:
     if value is None:
         return {}
     if isinstance(value, Mapping):
-        found = {
+        numbers = {
             str(effect): {str(n): tuple(x) if isinstance(x, list) else x for n, x in (values or {}).items()}
             for effect, values in value.items()
         }
-        every = [x for values in found.values() for x in values.values()]
+        every = [x for values in numbers.values() for x in values.values()]
         if all(_is_number(x) or (isinstance(x, tuple) and all(map(_is_number, x))) for x in every):
-            return found
+            return numbers
     raise ValueError("give {effect: {parameter: SI value, or a list of one value per sample}}")
 
 

@@ -69,6 +69,7 @@ def _mode(text: str) -> str:
 
 
 def main() -> None:
+    """Runs the command on the words after its name."""
     parser = argparse.ArgumentParser(
         prog=" ".join(program("specimens", ["python", "-m", "freelearn.specimens"])),
         description="Fit the rubber's strain energy to tests of rubber alone: uniaxial (UT), equibiaxial (ET), pure "

@@ -1,6 +1,6 @@
 """The trust-region subproblem of nonlinear least squares, solved in the basis of a small factor.
 
-Around a point the residuals are modelled as r + J p.  The step sought minimizes ‖r + J p‖ over ‖D p‖ ≤ Δ,
+Around a point the residuals are modeled as r + J p.  The step sought minimizes ‖r + J p‖ over ‖D p‖ ≤ Δ,
 which is the least-squares solution of the stacked system [J; √λ D] p ≈ [-r; 0] for the λ ≥ 0 that meets the
 radius Δ (Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics
 630, 1978).  The normal matrix JᵀJ is never formed: one QR factorization reduces J to R (at most p × p), and

@@ -10,7 +10,7 @@ from freelearn.inference.step import Step
 
 
 def parameter_covariance(step: Step) -> Tensor:
-    """Covariance of the declared physical parameters (SI), scaled by the noise that was found: (k, k)."""
+    """Covariance of the declared physical parameters (SI), scaled by the noise that was measured: (k, k)."""
     fit = step.fit
     if not fit.model.declared:
         return torch.zeros(0, 0)

@@ -1,4 +1,4 @@
-"""Where a model fails: regions of the inputs, found by a shallow tree and put in words."""
+"""Where a model fails: regions of the inputs, told by a shallow tree and put in words."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, nois
     """Regions by their share of the squared error, worst first.
 
     inputs: see `inputs_of`, N rows. residual: predicted − measured (N, 2) N, N·m. scale: (2,), largest loads, which the
-    error is normalised by. noise: (N, 2), one standard deviation of each load. The tree splits on the signed residuals,
+    error is normalized by. noise: (N, 2), one standard deviation of each load. The tree splits on the signed residuals,
     so a region is one where the model errs in one way.
     """
     scaled = residual / scale

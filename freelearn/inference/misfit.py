@@ -48,5 +48,5 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfi
     scored = held_out if bool(held_out.any()) else ~held_out
     floor = float((variance[scored] / load_scale(loads[scored]) ** 2).sum(1).mean().sqrt())
     inputs = inputs_of(predictions).iloc[rows].reset_index(drop=True)
-    found = failures(inputs, residual.numpy(), load_scale(loads).numpy(), variance.sqrt().numpy())
-    return Misfit(found, floor)
+    regional = failures(inputs, residual.numpy(), load_scale(loads).numpy(), variance.sqrt().numpy())
+    return Misfit(regional, floor)

@@ -64,12 +64,12 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
         with torch.no_grad():
             predicted[name], status = step.fit.model(states)
         usable &= status == Status.OK
-    found = []
+    proposed = []
     for one, other in combinations(alike, 2):
         z = whiten(predicted[one] - predicted[other]).square().sum(-1).sqrt()
         z = torch.where(usable, z, 0.0)
         best = grid.iloc[int(z.argmax())]
-        found.append(
+        proposed.append(
             NextState(
                 int(best["sample"]),
                 float(best["elongation_mm"]),
@@ -79,7 +79,7 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
                 float(z.max()),
             )
         )
-    return sorted(found, key=lambda p: -p.expected_z)
+    return sorted(proposed, key=lambda p: -p.expected_z)
 
 
 def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:

@@ -29,7 +29,7 @@ class Remainder:
 def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener, scale: float) -> Remainder:
     """Describes whitened residuals (N, 2), predicted − measured, of a fit with whitened Jacobian (N, 2, p).
 
-    scale: standard deviation of the noise that was found, in units of the stated one (see `Structure`). k columns
+    scale: standard deviation of the noise that was measured, in units of the stated one (see `Structure`). k columns
     explain k scale² of noise on average, which is not systematic and is taken off.
     """
     flat = residual.reshape(-1)

@@ -26,8 +26,8 @@ def compare(table: pd.DataFrame, modes: Sequence[str]) -> pd.DataFrame:
     rows = []
     for effects in wanted:
         for held_out in ["", *modes] if len(modes) > 1 else [""]:
-            found = fit_rubber(Rubber(effects), table, [held_out] if held_out else [])
-            for mode, e in found.modes.items():
+            fitted = fit_rubber(Rubber(effects), table, [held_out] if held_out else [])
+            for mode, e in fitted.modes.items():
                 row = {"effects": " ".join(effects) or NEO_HOOKEAN, "held_out": held_out, "mode": mode}
                 rows.append({**row, "error": e.error, "fitted": e.fitted, "n": e.n})
     return pd.DataFrame(rows)

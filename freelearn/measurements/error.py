@@ -18,7 +18,7 @@ class Error(NamedTuple):
 
 
 def load_scale(measured: Tensor) -> Tensor:
-    """Largest |force| and |moment| of a set, (2,) N, N·m: what E is normalised by. Zero loads scale by one."""
+    """Largest |force| and |moment| of a set, (2,) N, N·m: what E is normalized by. Zero loads scale by one."""
     largest = measured.abs().amax(0)
     return torch.where(largest > 0, largest, 1.0)
 

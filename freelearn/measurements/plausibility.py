@@ -28,16 +28,16 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
 def _lengths(used: pd.DataFrame) -> Iterator[str]:
     length, outer = used["length_mm"].median(), used["outer_radius_mm"].median()
     if length < 1:
-        yield f"length_mm looks like metres (median {length:.4g}): in mm it would be {1000 * length:.4g}."
+        yield f"length_mm looks like meters (median {length:.4g}): in mm it would be {1000 * length:.4g}."
     elif length < 20 and (outer < 1 or outer > length / 4):
         yield (
-            f"length_mm may be in inches or centimetres (median {length:.4g}, short for an actuator): "
+            f"length_mm may be in inches or centimeters (median {length:.4g}, short for an actuator): "
             f"in mm it would be {INCH_MM * length:.4g} or {10 * length:.4g}."
         )
     for column in ("inner_radius_mm", "outer_radius_mm"):
         radius = used[column].median()
         if radius < 0.05:
-            yield f"{column} looks like metres (median {radius:.4g}): in mm it would be {1000 * radius:.4g}."
+            yield f"{column} looks like meters (median {radius:.4g}): in mm it would be {1000 * radius:.4g}."
         elif outer < 1:
             in_mm = INCH_MM * radius
             yield f"{column} may be in inches (median {radius:.4g}): in mm it would be {in_mm:.4g}."
@@ -48,7 +48,7 @@ def _elongation(used: pd.DataFrame) -> Iterator[str]:
     # Several levels: a bed that holds the length shows one small number, or none.
     if 0 < size.max() < 0.03 and used["elongation_mm"].nunique() >= 3:
         yield (
-            f"elongation_mm may be in metres (largest {size.max():.4g}, below what beds resolve in mm): "
+            f"elongation_mm may be in meters (largest {size.max():.4g}, below what beds resolve in mm): "
             f"in mm it would be {1000 * size.max():.4g}."
         )
 

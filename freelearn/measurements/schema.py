@@ -75,7 +75,7 @@ RULES = (
         "gamma_deg",
         ("gamma_deg",),
         lambda t: (t["gamma_deg"] <= 0) | (t["gamma_deg"] >= 90),
-        "is outside 0 … 90 (both excluded): give the fibre angle to the axis in degrees, without a sign",
+        "is outside 0 … 90 (both excluded): give the fiber angle to the axis in degrees, without a sign",
     ),
     Rule(
         "length_mm",

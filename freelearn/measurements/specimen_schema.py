@@ -59,22 +59,24 @@ def _missing(name: str, header: Sequence[str]) -> str:
 
 def suspicions(table: pd.DataFrame) -> list[str]:
     """A sentence for each mode whose numbers suggest another unit or sign; nothing is converted."""
-    found = []
+    sentences = []
     for mode, rows in table.groupby("mode", sort=False):
         stretch, stress = rows["stretch"], rows["stress_mpa"]
         largest = stress.abs().max()
         if largest > LARGEST_MPA:
             unit, factor = ("Pa", 1e-6) if largest > 1e4 else ("kPa", 1e-3)
-            found.append(
+            sentences.append(
                 f"stress_mpa of mode {mode} looks like {unit} (largest {largest:.4g}, more than rubber carries): "
                 f"in MPa it would be {factor * largest:.4g}."
             )
         if stretch.max() > LARGEST_STRETCH:
-            found.append(f"stretch of mode {mode} looks like percent (largest {stretch.max():.4g}): at rest it is 1.")
+            sentences.append(
+                f"stretch of mode {mode} looks like percent (largest {stretch.max():.4g}): at rest it is 1."
+            )
         wrong = (np.sign(stretch - 1) * stress < -CLEAR * largest).sum()
         if wrong:
-            found.append(
+            sentences.append(
                 f"{wrong} rows of mode {mode} are in tension below stretch 1 or in compression above it: "
                 "look whether stretch holds strains, or the stress has the other sign."
             )
-    return found
+    return sentences

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Time from one row to the next where the table has no time_s: the paper averages 20 readings at 1 Hz.
 SECONDS_PER_ROW = 20.0
-# Hoop stiffness of rubber and fibre together, for the pressure's share in the severity of a state [Pa]. Nominal: it
+# Hoop stiffness of rubber and fiber together, for the pressure's share in the severity of a state [Pa]. Nominal: it
 # weighs pressure against stretch and twist, and so needs only its order of magnitude.
 HOOP_MODULUS = 1e7
 
@@ -61,12 +61,15 @@ class States:
         return States(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     def replace(self, **changes: Tensor) -> States:
+        """The same states with some fields, each (N,), exchanged."""
         return replace(self, **changes)
 
     def detach(self) -> States:
+        """The same states, cut from every derivative."""
         return States(**{f.name: getattr(self, f.name).detach() for f in fields(self)})
 
     def to(self, device: torch.device | str) -> States:
+        """The same states on a device."""
         return States(**{f.name: getattr(self, f.name).to(device) for f in fields(self)})
 
     @classmethod

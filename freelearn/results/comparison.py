@@ -11,7 +11,7 @@ from freelearn.results.tables import DisplayTable
 
 @dataclass(frozen=True)
 class Compared:
-    """E of one test set (fractions) without and with the effects, whole kinematic states held out of both fits.
+    """E of one test set (fractions) without and with the effects, whole kinematic states that neither fit saw.
 
     n: rows scored, those that both models answer: the same ones, or the model that answers less would look better.
     """
@@ -36,5 +36,5 @@ def comparison_table(comparison: Mapping[str, Compared]) -> DisplayTable:
         ["E without %", "E with effects %", "ratio", "rows"],
         rows,
         title="Without and with the effects",
-        caption="Whole kinematic states held out of both fits; scored on the rows that both answer.",
+        caption="Whole kinematic states that neither fit saw; scored on the rows that both answer.",
     )

@@ -125,7 +125,7 @@ def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
 
 
 def stderr(step: Step) -> dict[str, float]:
-    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was found."""
+    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was measured."""
     covariance = parameter_covariance(step)
     return dict(zip(step.fit.model.declared, torch.diagonal(covariance).clamp_min(0).sqrt().tolist(), strict=True))
 

@@ -10,6 +10,7 @@ from freelearn.commands.command_line import program
 
 
 def main() -> None:
+    """Serves the page until interrupted."""
     parser = argparse.ArgumentParser(
         prog=" ".join(program("workbench", ["python", "-m", "freelearn.workbench"])),
         description="A page on this machine: load measurements, fit, see where the model fails and which effect is "

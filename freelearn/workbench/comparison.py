@@ -40,6 +40,7 @@ class Fitted:
         self.places = places(self.table)
 
     def curve(self, rows: np.ndarray) -> pd.DataFrame:
+        """The model's loads along the pressures of these rows (see results.curve.model_curve)."""
         return model_curve(self.model, self.states[torch.as_tensor(rows)], self.buckled[rows])
 
 
@@ -61,7 +62,7 @@ class Comparison:
         # Bokeh's own: Panel's waits 50 ms for more before it tells of a move.
         self.slider = Slider(start=0, end=1, step=1, value=0, show_value=False, title="kinematic state", width=560)
         self.labels: dict[int, str] = {}
-        self.fixed = pn.widgets.Checkbox(name="map colours as in the first fit", value=True, width=220)
+        self.fixed = pn.widgets.Checkbox(name="map colors as in the first fit", value=True, width=220)
         self.curves = CurveCharts([FIRST, NOW], width=312, height=290)
         self.maps = ResidualCharts(width=312, height=290, tap=True)
         self.maps.source.selected.on_change("indices", self._tapped)

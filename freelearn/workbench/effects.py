@@ -37,19 +37,19 @@ class Effects:
             self.session.choose(effects=tuple(event.new))
 
     def _use(self) -> None:
-        found = self.session.discovery()
-        if found and not self.session.busy:
-            self.session.choose(effects=(*found["given_effects"], *found["effects"]))
+        search = self.session.discovery()
+        if search and not self.session.busy:
+            self.session.choose(effects=(*search["given_effects"], *search["effects"]))
             self.session.start("train")
 
     def refresh(self) -> None:
         """Shows the session as it is."""
-        runs, found = self.session.comparable(), self.session.discovery()
+        runs, search = self.session.comparable(), self.session.discovery()
         about = self.session.read(runs[-1], "results.json") if runs else None
         lines = [f["sentence"] for f in (about or {}).get("failures", [])]
         say(self.where, [f"• {line}" for line in lines] or ["Nothing fitted yet."], "" if lines else "quiet")
-        self._verdict(found)
-        options = _labels(found)
+        self._verdict(search)
+        options = _labels(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
         self.refreshing = True
         try:
@@ -57,38 +57,38 @@ class Effects:
         finally:
             self.refreshing = False
 
-    def _verdict(self, found: dict[str, Any] | None) -> None:
-        wanted = [*found["given_effects"], *found["effects"]] if found else []
+    def _verdict(self, search: dict[str, Any] | None) -> None:
+        wanted = [*search["given_effects"], *search["effects"]] if search else []
         self.use.visible = bool(wanted) and set(wanted) != set(self.session.question.effects)
         self.use.disabled = self.session.busy
-        if not found:
+        if not search:
             say(self.verdict, ["Tick effects by hand, or let the search rank them."], "quiet")
             say(self.hints, [])
             return
-        say(self.verdict, [found["says"]], "good")
-        hints = [f"{s['name']}: {s['says']}" for s in found["screens"]]
-        hints += [f"cannot be told apart: {', '.join(c)}" for c in found["classes"] if len(c) > 1]
+        say(self.verdict, [search["says"]], "good")
+        hints = [f"{s['name']}: {s['says']}" for s in search["screens"]]
+        hints += [f"cannot be told apart: {', '.join(c)}" for c in search["classes"] if len(c) > 1]
         hints += [
             f"measure next: sample {p['sample']}, {p['elongation_mm']:+.3g} mm, {p['twist_deg']:+.4g}°, "
             f"{p['pressure_kpa']:.3g} kPa would tell {' from '.join(p['separates'])} by {p['expected_z']:.1f} σ"
-            for p in found["next_experiment"][:3]
+            for p in search["next_experiment"][:3]
         ]
-        if found["remainder"]:
-            hints.append(f"what is left, a hint only: {found['remainder']['hint']}")
-        say(self.hints, [*hints, *found["notes"]])
+        if search["remainder"]:
+            hints.append(f"what is left, a hint only: {search['remainder']['hint']}")
+        say(self.hints, [*hints, *search["notes"]])
 
 
-def _labels(found: dict[str, Any] | None) -> dict[str, str]:
+def _labels(search: dict[str, Any] | None) -> dict[str, str]:
     """Every effect by what its box says: ranked, with its evidence, once there is a search."""
-    if not found:
+    if not search:
         return {name: name for name in sorted(EFFECTS)}
     labels = {}
-    for row in ranking_numbers(found["candidates"]).itertuples():
+    for row in ranking_numbers(search["candidates"]).itertuples():
         error = "" if pd.isna(row.E_heldout) else f", E held-out {100 * row.E_heldout:.3g} %"
         labels[f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"] = row.effect
-    for name in found["given_effects"]:
+    for name in search["given_effects"]:
         labels.setdefault(f"{name}: in the model from the start", name)
-    for c in found["candidates"]:
+    for c in search["candidates"]:
         if c["effect"] not in labels.values():
             labels[f"{c['effect']}: {c['status'].replace('_', ' ')}, {c['reason']}"] = c["effect"]
     for name in sorted(EFFECTS):

@@ -24,7 +24,7 @@ def warm_up() -> None:
 
 
 class Job:
-    """status: running, done, failed or cancelled. text: the latest progress or what went wrong. share: 0…1, or None
+    """status: running, done, failed or canceled. text: the latest progress or what went wrong. share: 0…1, or None
     while the length is unknown."""
 
     def __init__(self, kind: str, question: Question, folder: Path, fits: Path) -> None:
@@ -63,4 +63,4 @@ class Job:
         if self.status == "running":
             self.process.kill()
             self.process.join()
-            self.status, self.text = "cancelled", "cancelled"
+            self.status, self.text = "canceled", "canceled"

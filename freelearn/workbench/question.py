@@ -52,10 +52,12 @@ class Question:
         return replace(self, effects=()) == replace(other, effects=())
 
     def to_json(self) -> dict[str, Any]:
+        """As plain values."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Question:
+        """The question that `to_json` wrote."""
         return cls(**content | {"effects": tuple(content["effects"])})
 
 

@@ -24,7 +24,7 @@ class Session:
     """Kept in `folder`/state.json. version counts up at every change, so that a page sees when to draw anew.
 
     question: what is chosen. sets: training sets to choose from. table: what table.json says of the data. runs: each
-    {folder, question}, in the order of fitting. found: {folder, question} of the latest discovery.
+    {folder, question}, in the order of fitting. search: {folder, question} of the latest discovery.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -32,7 +32,7 @@ class Session:
         self.question, self.problem = Question(), ""
         self.table: dict[str, Any] = {}
         self.runs: list[Run] = []
-        self.found: Run | None = None
+        self.search: Run | None = None
         self.job: Job | None = None
         self.asked: Question | None = None
         self.then = ""
@@ -47,16 +47,17 @@ class Session:
             return
         self.question, self.table = Question.from_json(content["question"]), content["table"]
         self.problem = content["problem"]
-        self.runs, self.found = [_read(r) for r in content["runs"]], _read(content["found"])
+        self.runs, self.search = [_read(r) for r in content["runs"]], _read(content["search"])
 
     def save(self) -> None:
+        """Keeps the session on disk, whole or not at all, and counts its version up."""
         self.version += 1
         content = {
             "question": self.question.to_json(),
             "table": self.table,
             "problem": self.problem,
             "runs": [_plain(r) for r in self.runs],
-            "found": _plain(self.found),
+            "search": _plain(self.search),
         }
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / "state.json", json.dumps(content, indent=1) + "\n")
@@ -65,6 +66,7 @@ class Session:
 
     @property
     def sets(self) -> list[str]:
+        """Training sets to choose from; none before a table was read."""
         if self.question.data == "csv":
             return list(self.table.get("sets", []))
         return VIRTUAL_SETS
@@ -76,6 +78,7 @@ class Session:
 
     @property
     def busy(self) -> bool:
+        """Whether a job runs."""
         return self.job is not None and self.job.status == "running"
 
     def choose(self, **changes: Any) -> None:
@@ -135,6 +138,7 @@ class Session:
         self.save()
 
     def cancel(self) -> None:
+        """Stops the running job."""
         if self.busy:
             assert self.job is not None
             self.then = ""
@@ -155,7 +159,7 @@ class Session:
         elif self.job.status == "done" and self.job.kind == "train":
             self.runs = [r for r in self.runs if r["folder"] != ended["folder"]] + [ended]
         elif self.job.status == "done":
-            self.found = ended
+            self.search = ended
         self.save()
         if self.then and self.job is not None and self.job.status == "done":
             kind, self.then = self.then, ""
@@ -182,11 +186,12 @@ class Session:
 
     def discovery(self) -> dict[str, Any] | None:
         """discovery.json of the latest discovery, where it is about what is chosen."""
-        if self.found is None or not self.question.same_but_effects(self.found["question"]):
+        if self.search is None or not self.question.same_but_effects(self.search["question"]):
             return None
-        return self.read(self.found, "discovery.json")
+        return self.read(self.search, "discovery.json")
 
     def read(self, run: Run, name: str) -> dict[str, Any] | None:
+        """A JSON file of a run's folder; None where there is none."""
         try:
             return dict(json.loads((self.folder / run["folder"] / name).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):

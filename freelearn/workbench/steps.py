@@ -44,10 +44,10 @@ class Steps:
         self.doing = words()
         self.report = _download("report.html", "Report")
         self.checkpoint = _download("checkpoint.ckpt", "Fitted model")
-        self.found_report = _download("report.html", "Report of the search")
+        self.search_report = _download("report.html", "Report of the search")
         self.command = words()
         self.take = pn.Column(
-            heading("Take it with you"), self.report, self.checkpoint, self.found_report, self.command
+            heading("Take it with you"), self.report, self.checkpoint, self.search_report, self.command
         )
         self._watch()
         self.view = pn.Column(
@@ -125,19 +125,19 @@ class Steps:
             self.bar.value = -1 if job.share is None else max(1, min(100, round(100 * job.share)))
             say(self.doing, [f"{DOING[job.kind]}: {job.text}"], "quiet")
         else:
-            ended = {"done": "done", "cancelled": "cancelled", "failed": job.text}[job.status]
+            ended = {"done": "done", "canceled": "canceled", "failed": job.text}[job.status]
             say(self.doing, [f"{DOING[job.kind]}: {ended}"], "bad" if job.status == "failed" else "quiet")
 
     def _refresh_take(self) -> None:
-        runs, found = self.session.comparable(), self.session.found
-        self.take.visible = bool(runs) or found is not None
+        runs, search = self.session.comparable(), self.session.search
+        self.take.visible = bool(runs) or search is not None
         last = runs[-1] if runs else None
-        for button, run in ((self.report, last), (self.checkpoint, last), (self.found_report, found)):
+        for button, run in ((self.report, last), (self.checkpoint, last), (self.search_report, search)):
             button.visible = run is not None
             if run is not None:
                 button.file = str(self.session.folder / run["folder"] / button.filename)
         commands = [runs[-1]["question"].command("train")] if runs else []
-        commands += [found["question"].command("discover")] if found else []
+        commands += [search["question"].command("discover")] if search else []
         say(self.command, commands, code=True)
 
 

@@ -26,8 +26,9 @@ class Sweeps:
         self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps)
 
     def look(self) -> None:
-        found = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
-        options = {str(path.parent.relative_to(self.folder)): path for path in found}
+        """Looks for finished sweeps anew."""
+        sweeps = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
+        options = {str(path.parent.relative_to(self.folder)): path for path in sweeps}
         if not options:
             say(
                 self.note,
@@ -52,5 +53,5 @@ class Sweeps:
             return
         labels = list(dict.fromkeys(shown["label"]))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
-        say(self.note, [f"Error E of every training set on every test set; one colour scale.{more}"], "quiet")
+        say(self.note, [f"Error E of every training set on every test set; one color scale.{more}"], "quiet")
         self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label)) for label in labels[:MOST_MAPS]]

@@ -21,6 +21,7 @@ pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0; o
 
 
 def heading(text: str, level: int = 2) -> pn.pane.HTML:
+    """A heading of plain text."""
     return pn.pane.HTML(f"<h{level}>{escape(text)}</h{level}>", stylesheets=[STYLE], margin=(4, 8, 0, 8))
 
 

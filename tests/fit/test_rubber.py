@@ -193,7 +193,7 @@ def test_neo_hooke_fails_where_rubber_is_stretched_far_and_effects_mend_it(share
     far = table[(table["mode"] == "uniaxial") & (table["stretch"] > 7)]
     values = {"C1": tensor(alone.values["C1"])}
     predicted = alone.rubber.stress(values, "uniaxial", tensor(far["stretch"].to_numpy())) / 1e6
-    # Crystallising chains carry far more than a neo-Hookean solid.
+    # Crystallizing chains carry far more than a neo-Hookean solid.
     assert (predicted.numpy() < 0.75 * far["stress_mpa"]).all()
     for effect in ("wall_stiffening", "limited_extensibility"):
         assert fit_rubber(Rubber([effect]), table).error < alone.error / 2

@@ -247,9 +247,9 @@ def test_forbidden_file_is_a_users_mistake(tmp_path: Path, monkeypatch: pytest.M
 
 
 OTHER_UNITS = {
-    "m": ({"length_mm": 1e-3}, "length_mm looks like metres"),
-    "cm": ({"length_mm": 0.1}, "length_mm may be in inches or centimetres"),
-    "radius in m": ({"outer_radius_mm": 1e-3, "inner_radius_mm": 1e-3}, "outer_radius_mm looks like metres"),
+    "m": ({"length_mm": 1e-3}, "length_mm looks like meters"),
+    "cm": ({"length_mm": 0.1}, "length_mm may be in inches or centimeters"),
+    "radius in m": ({"outer_radius_mm": 1e-3, "inner_radius_mm": 1e-3}, "outer_radius_mm looks like meters"),
     "radius in inches": ({"outer_radius_mm": 1 / 25.4, "inner_radius_mm": 1 / 25.4}, "it would be 4.77"),
     "elongation in m": ({"elongation_mm": 1e-3}, "in mm it would be 5."),
     "gamma in rad": ({"gamma_deg": 0.0174533}, "gamma_deg looks like radians (largest 0.6981)"),

@@ -34,7 +34,7 @@ def test_scaled_inputs_and_loads_fill_minus_one_to_one(random_states):
     varying = model.input_gain != 0
     torch.testing.assert_close(x.amax(0)[varying], torch.ones(int(varying.sum())).double())
     torch.testing.assert_close(x.amin(0)[varying], -torch.ones(int(varying.sum())).double())
-    # With all weights zero the network says the centre of the loads' range.
+    # With all weights zero the network says the center of the loads' range.
     torch.testing.assert_close(model(states).loads[0], (loads.amin(0) + loads.amax(0)) / 2)
 
 

@@ -75,7 +75,7 @@ def test_a_thin_wall_needs_no_quadrature(random_states):
 
 
 def test_an_inextensible_fiber_without_a_wall_is_the_linear_models_fluid(random_states):
-    """The linear model's volume comes from an inextensible fibre; both must press and turn alike."""
+    """The linear model's volume comes from an inextensible fiber; both must press and turn alike."""
     states = random_states(80)
     bare = build_model("continuum_inextensible", {"C1": 1e-6})(states)
     fluid = build_model("linear", {"ka": 1e-9, "kb": 1e-12, "kc": 0.0})(states)
@@ -87,7 +87,7 @@ def test_an_inextensible_fiber_without_a_wall_is_the_linear_models_fluid(random_
 def test_stiff_fibers_become_inextensible_in_a_thin_wall(random_states):
     states = random_states(80)
     thin = states.replace(outer_radius=states.inner_radius * 1.01, pressure=states.pressure / 10)
-    # Only fibres that the state does not stretch: others would make the stiff model's loads grow without bound.
+    # Only fibers that the state does not stretch: others would make the stiff model's loads grow without bound.
     rigid = build_model("continuum_inextensible", {"C1": 1e5})(thin)
     stiff = build_model("continuum_thin_wall", {"C1": 1e5, "C2": 1e12})(thin)
     ok = (rigid.status == Status.OK) & (stiff.status == Status.OK)

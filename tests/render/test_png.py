@@ -147,7 +147,7 @@ def test_residual_map_marks_states_without_a_usable_row(predictions):
     assert [len(points.get_offsets()) for points in colored(figure)] == [5, 5]
     dot = figure.axes[0].lines[0]
     np.testing.assert_array_equal(dot.get_xydata(), [(-1.0, -10.0)])
-    # Markers of neighbouring states do not overlap: their side is less than the states' distance on paper.
+    # Markers of neighboring states do not overlap: their side is less than the states' distance on paper.
     side = np.sqrt(colored(figure)[0].get_sizes()[0]) * figure.dpi / 72
     here = np.sort(figure.axes[0].transData.transform([(e, 10.0) for e in (-1, 0, 1)])[:, 0])
     assert side < np.diff(here).min()

@@ -132,7 +132,7 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     first, last = (
         json.loads((folder(work, tab) / run["folder"] / "results.json").read_text()) for run in state["runs"]
     )
-    found = json.loads((folder(work, tab) / state["found"]["folder"] / "discovery.json").read_text())
+    found = json.loads((folder(work, tab) / state["search"]["folder"] / "discovery.json").read_text())
     E = last["tests"]["sample3"]["E"]
     assert first["tests"]["sample3"]["E"] / 3 > E
     assert found["error"]["after"] <= 1.1 * found["error"]["noise_floor"]
@@ -195,7 +195,7 @@ def test_two_tabs_do_not_mix_and_a_fit_can_be_cancelled(tab, browser, address):
     assert button(other, "Fit").is_enabled()
     assert not button(other, "Cancel").is_visible()
     button(tab, "Cancel").click()
-    tab.get_by_text("Fitting: cancelled").wait_for()
+    tab.get_by_text("Fitting: canceled").wait_for()
     assert button(tab, "Fit").is_enabled()
     other.close()
 

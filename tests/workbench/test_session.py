@@ -70,7 +70,7 @@ def test_a_cancelled_job_is_gone_at_once_and_the_next_one_runs(sessions):
     session.start("train")
     process = session.job.process
     session.cancel()
-    assert session.job.status == "cancelled"
+    assert session.job.status == "canceled"
     assert not process.is_alive()
     session.choose(model="linear", train="sample3")
     session.start("train")

@@ -8,7 +8,7 @@ from freelearn.models.ports import MountEffect
 
 
 class Spring(Parameters):
-    """compliance: twist for each newton metre."""
+    """compliance: twist for each newton meter."""
 
     compliance: Tensor = parameter("c_φ", "rad/(N·m)", start=1e-2, lower=0.0, upper=20.0, none=0.0, scale=0.3)
 

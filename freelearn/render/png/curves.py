@@ -47,7 +47,7 @@ def curves(
         axes.locator_params(nbins=6)
         if number == 1:
             if any(curve["extrapolated"].any() for curve in named.values()):
-                axes.plot([], [], "--", color="grey", lw=1.2, label="beyond the measured pressures")
+                axes.plot([], [], "--", color="gray", lw=1.2, label="beyond the measured pressures")
             # Below the panels: inside them every corner may hold data.
             handles, labels = axes.get_legend_handles_labels()
             figure.legend(handles, labels, loc="lower center", ncols=min(len(labels), 6), frameon=False, fontsize=9)

@@ -23,7 +23,7 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figu
     """A field per sample, a row each for force and moment: mean residual over pressure at each length and twist.
 
     Scales are symmetric about zero. Each field has its own, written above it, because samples differ a hundredfold in
-    load. Grey dots are states without a usable row. The two rows lie side by side where there is one sample.
+    load. Gray dots are states without a usable row. The two rows lie side by side where there is one sample.
     predictions: columns of predictions.csv.
     """
     samples, note = shown_samples(predictions)

@@ -40,7 +40,7 @@ def specimen_curves(curves: pd.DataFrame, fits: Mapping[str, RubberFit]) -> Figu
     # In the order of the legend of the first panel; the dashes are explained only where there are some.
     handles, labels = figure.axes[0].get_legend_handles_labels()
     if not all(about.fitted for about in modes.values()):
-        handles += figure.axes[0].plot([], [], "--", color="grey", lw=1.4)
+        handles += figure.axes[0].plot([], [], "--", color="gray", lw=1.4)
         labels.append("mode held out of the fit")
     figure.legend(handles, labels, loc="lower center", ncols=2 if len(modes) == 1 else 4, frameon=False, fontsize=9)
     return figure

@@ -1,4 +1,4 @@
-"""The continuum model in vectorised NumPy, as a good engineer would write it: the peer of the benchmarks.
+"""The continuum model in vectorized NumPy, as a good engineer would write it: the peer of the benchmarks.
 
 Eight Gauss-Legendre points through the reference wall; the inner radius by Newton's method with the exact
 slope, inside a bracket, all rows at once until the slowest has converged.
@@ -117,7 +117,7 @@ def continuum_plain(
 def linear(
     gamma: Array, L: Array, Ro: Array, length: Array, phi: Array, P: Array, ka: float, kb: float, kc: float
 ) -> tuple[Array, Array]:
-    """The linear model in vectorised NumPy: arrays (N,) in SI → F (N,) N, M (N,) N·m."""
+    """The linear model in vectorized NumPy: arrays (N,) in SI → F (N,) N, M (N,) N·m."""
     B2, turned = (L / np.cos(gamma)) ** 2, L / Ro * np.tan(gamma) + phi
     force = np.pi * (B2 - 3 * length**2) / turned**2 * P - ka * (length - L) - kc * phi
     moment = -2 * np.pi * length * (B2 - length**2) / turned**3 * P - kc * (length - L) - kb * phi

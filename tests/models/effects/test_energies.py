@@ -62,7 +62,7 @@ def test_neo_hooke_and_limited_extensibility_are_gent():
 
 
 def along_the_load(psi1, psi4) -> np.ndarray:
-    """2 (λ − λ⁻²) Ψ₁ + 2 λ Ψ₄: simple tension along the fibre, I₄ = λ²."""
+    """2 (λ − λ⁻²) Ψ₁ + 2 λ Ψ₄: simple tension along the fiber, I₄ = λ²."""
     return 2 * (STRETCH - STRETCH**-2) * psi1 + 2 * STRETCH * psi4
 
 
