@@ -14,7 +14,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from freelearn.commands.command_line import command_line, program
 from freelearn.commands.configuration import CONF, offer_own_models
-from freelearn.commands.settings import DiscoverSettings, TrainSettings, parse
+from freelearn.commands.parse import parse
+from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 
 

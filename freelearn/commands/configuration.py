@@ -13,7 +13,8 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
-from freelearn.commands.settings import Chosen, DiscoverSettings, TrainSettings, parse
+from freelearn.commands.parse import Chosen, parse
+from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 from freelearn.package import FOLDER
 

@@ -11,7 +11,8 @@ from typing import Any
 from rich.console import Console
 
 from freelearn.commands.key import job_key
-from freelearn.commands.settings import TrainSettings, parse
+from freelearn.commands.parse import parse
+from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.files import write_text
