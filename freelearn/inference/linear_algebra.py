@@ -11,6 +11,8 @@ DEPENDENT = 1e-11
 ROUNDING = 1e-6
 # Lengths are divided by; a column of zeros stays one.
 SMALLEST = 1e-300
+# A column of this length is one of zeros: its square is no number any more.
+VANISHING = 1e-150
 
 
 def norms(columns: Tensor) -> Tensor:
@@ -46,8 +48,17 @@ def clear(columns: Tensor, span: Tensor) -> Tensor:
 
 
 def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
-    """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out."""
-    length = norms(columns).clamp_min(SMALLEST)
+    """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out.
+
+    A column of zeros, of a parameter that has gone, gets zeros.
+
+    >>> normal_inverse(torch.tensor([[2.0, 0.0], [0.0, 0.0]]))
+    tensor([[0.2500, 0.0000],
+            [0.0000, 0.0000]])
+    """
+    length = norms(columns)
+    # Divided by twice: what rounding leaves must not grow beyond all bounds.
+    length = torch.where(length > VANISHING, length, 1.0)
     scaled = columns / length
     inverse: Tensor = torch.linalg.pinv(scaled.T @ scaled, hermitian=True, rtol=smallest)
     return inverse / length / length[:, None]

@@ -125,9 +125,13 @@ def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
 
 
 def stderr(step: Step) -> dict[str, float]:
-    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was measured."""
-    covariance = parameter_covariance(step)
-    return dict(zip(step.fit.model.declared, torch.diagonal(covariance).clamp_min(0).sqrt().tolist(), strict=True))
+    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was measured.
+
+    NaN for a parameter that no reading depends on any more, such as a stiffness that has gone to zero.
+    """
+    errors = torch.diagonal(parameter_covariance(step)).clamp_min(0).sqrt()
+    moved = step.fit.jacobian.flatten(0, 1).abs().amax(0)[-len(errors) :] > 0
+    return dict(zip(step.fit.model.declared, torch.where(moved, errors, torch.nan).tolist(), strict=True))
 
 
 def verdict_in_words(findings: Findings) -> str:

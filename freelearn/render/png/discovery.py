@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter
 from torch.utils.tensorboard import SummaryWriter
 
 from freelearn.inference.thresholds import ALPHA
@@ -85,7 +85,10 @@ def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     axes.set_xlim(-0.6, len(labels) - 0.4)
     axes.set_yscale("log")
     axes.set_ylim(stairs.low, stairs.high)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_major_formatter(plain)
+    # Within a decade one label may be all that the powers of ten leave.
+    axes.yaxis.set_minor_formatter(plain if stairs.high < 10 * stairs.low else NullFormatter())
     axes.legend(frameon=False, fontsize=9)
     return figure
 
