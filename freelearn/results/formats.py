@@ -45,12 +45,15 @@ def percent(value: float | None, digits: int = 2) -> str:
 
 
 def sentence(text: str) -> str:
-    """Words as a sentence of their own.
+    """Words as a sentence of their own. A name at its beginning stays as it is.
 
     >>> sentence("force is over-predicted")
     'Force is over-predicted.'
+    >>> sentence("force_gain.gain is at its bound")
+    'force_gain.gain is at its bound.'
     """
-    return f"{text[0].upper()}{text[1:]}."
+    name = "_" in text.split(" ")[0]
+    return f"{text if name else text[0].upper() + text[1:]}."
 
 
 def ascii_minus(text: str) -> str:
