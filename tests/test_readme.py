@@ -45,7 +45,10 @@ def test_an_effect_of_ones_own_as_written(tmp_path):
     assert done.returncode == 0, done.stderr
     results = json.loads((tmp_path / "run" / "results.json").read_text())
     assert results["effects"] == ["bent_gauge"]
-    assert results["comparison"]["sample3"]["with"] < 0.5 * results["comparison"]["sample3"]["without"]
+    without, together = (results["comparison"]["sample3"][name] for name in ("without", "with"))
+    assert together < 0.8 * without
+    # A fifth of the states are tested on: with some 25 position errors in it, E scatters by a tenth.
+    assert together < 1.3 * results["noise_floor"]
     assert "FREELEARN_EFFECTS=" in (tmp_path / "run" / "report.html").read_text()
     # Nothing but the environment variable runs the file.
     again = typed(fit, tmp_path / "other")

@@ -122,7 +122,8 @@ def test_one_trainer_serves_every_fit_and_keeps_nothing_of_them(rows):
     again = fit(Linear(), rows, nothing(rows), LM, seed=0)
     assert _trainer("cpu") is trainer
     assert counts.batches == seen
-    assert again.history == first.history
+    # Where a tensor lies in memory decides the order of a sum, and so its last bit.
+    np.testing.assert_allclose(again.history, first.history, rtol=1e-12)
 
 
 def test_a_trainer_that_broke_off_is_not_used_again(rows):
