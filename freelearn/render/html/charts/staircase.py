@@ -17,7 +17,7 @@ class StaircaseChart:
     def __init__(self, width: int = 480, height: int = 340, what: str = "held-out error") -> None:
         self.source = ColumnDataSource({name: [] for name in ("step", "E", "floor", "label")})
         self.panel: figure = chart(
-            f"{what}, whole kinematic states",
+            f"{what}, step by step",
             "",
             "E [%], logarithmic",
             width,
