@@ -19,8 +19,9 @@ from freelearn.commands.mistakes import Mistakes
 from freelearn.commands.search_task import Task
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import load_table, seal
+from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
-from freelearn.files import write_text, write_whole
+from freelearn.files import write_text
 from freelearn.fit.options import LEVENBERG_MARQUARDT
 from freelearn.inference.accuracy import estimate
 from freelearn.inference.candidate import StepRecord
@@ -165,4 +166,4 @@ def _write(discovery: Discovery, folder: Path, key: str) -> None:
 
 
 def _write_table(table: pd.DataFrame, path: Path) -> None:
-    write_whole(path, lambda p: table.to_csv(p, index=False, float_format="%.10g"))
+    write_text(path, csv_text(table))

@@ -75,8 +75,10 @@ def train(
     task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None
     outcome = _run(task, folder, _bar(console, settings, progress), store)
-    outcome, notes = _judged(task, outcome, folder, store)
-    _write(task, outcome, folder, _origin(task, notes, key), command, console)
+    predicted = predictions(outcome)
+    own = training_samples(outcome, predicted)
+    outcome, notes = _judged(task, outcome, own, folder, store)
+    _write(task, outcome, predicted, own, folder, _origin(task, notes, key), command, console)
     return outcome
 
 
@@ -104,8 +106,9 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
     model = task.build()
     if lacking := missing_columns(model.effects, loaded.table.columns):
         raise UserError(lacking)
-    check_model(model, States.from_table(loaded.table[:ROWS]))
-    check_effects(model.effects, model.values(), States.from_table(loaded.table[:ROWS]))
+    few = States.from_table(loaded.table[:ROWS])
+    check_model(model, few)
+    check_effects(model.effects, model.values(), few)
     return task
 
 
@@ -137,8 +140,13 @@ def _run(
     )
 
 
-def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> tuple[Run, list[str]]:
-    """The run with what its residuals say, and notes on what was estimated or assumed."""
+def _judged(
+    task: _Task, outcome: Run, own: pd.DataFrame, folder: Path, store: FitStore | None
+) -> tuple[Run, list[str]]:
+    """The run with what its residuals say, and notes on what was estimated or assumed.
+
+    own: predictions of the samples that were fitted.
+    """
     settings = task.settings
     if settings.effects and settings.fit and settings.train != CONSTITUENT_SET:
 
@@ -146,7 +154,6 @@ def _judged(task: _Task, outcome: Run, folder: Path, store: FitStore | None) -> 
             return _run(task, inside, None, store, with_effects, by_states=True)
 
         outcome = replace(outcome, comparison=compare(one, folder))
-    own = training_samples(outcome, predictions(outcome))
     measured = measuring(outcome.model, own, settings.data.accuracy)
     notes = assumptions(settings.effects, task.loaded.table.columns)
     if measured is None:
@@ -160,24 +167,30 @@ def _origin(task: _Task, notes: list[str], key: str) -> Origin:
     return Origin(task.loaded.provenance, settings.seed, split.name, shares, task.device, key, tuple(notes))
 
 
-def _write(task: _Task, outcome: Run, folder: Path, origin: Origin, command: str, console: Console | None) -> None:
+def _write(
+    task: _Task,
+    outcome: Run,
+    predicted: pd.DataFrame,
+    own: pd.DataFrame,
+    folder: Path,
+    origin: Origin,
+    command: str,
+    console: Console | None,
+) -> None:
     """The run's files, and what the terminal shows of it."""
-    predicted = predictions(outcome)
     # TensorBoard's and the report's libraries: not before there are results.
     from freelearn.render.html.run import report_run
     from freelearn.render.tensorboard.run import log_run
 
     log_run(outcome, folder)
-    own: pd.DataFrame | None = None
     shown: list[StateCurves] = []
     if task.settings.figures:
         # matplotlib costs a second to import: only when there is something to draw.
         from freelearn.render.tensorboard.figures import log_figures
 
-        own = training_samples(outcome, predicted)
         shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
         log_figures(outcome, own, shown, folder, origin.provenance.simulated)
-    report_run(outcome, folder, origin, command, own, shown)
+    report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown)
     write_run(outcome, predicted, folder, origin)
     if console:
         from freelearn.render.terminal.run import show_run

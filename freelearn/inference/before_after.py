@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from freelearn.inference.search import Findings
-from freelearn.measurements.error import load_scale
+from freelearn.measurements.error import common, load_scale, set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of, set_names
 from freelearn.models.base import Model
@@ -46,18 +46,12 @@ def common_errors(models: Sequence[Model], rows: Rows) -> list[float]:
 
     Compared on the rows that each of them answers, a model that answers more would look worse for it.
     """
-    answers = []
     with torch.no_grad():
-        for model in models:
-            answers.append(model(rows.states))
-    common = torch.ones(len(rows), dtype=torch.bool)
-    for _, status in answers:
-        common &= status == Status.OK
-    if not bool(common.any()):
+        answers = [model(rows.states) for model in models]
+    answered = common(*(status == Status.OK for _, status in answers))
+    if not bool(answered.any()):
         return []
-    scale = load_scale(rows.loads)
-    scaled = [(loads[common] - rows.loads[common]) / scale for loads, _ in answers]
-    return [float(residual.square().sum(-1).mean().sqrt()) for residual in scaled]
+    return [set_error(rows.loads, loads, answered).E for loads, _ in answers]
 
 
 def _heldout(findings: Findings, inside: np.ndarray) -> list[float]:

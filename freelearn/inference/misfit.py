@@ -44,8 +44,8 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfi
     states = States.from_table(predictions)[torch.as_tensor(rows)]
     state = torch.as_tensor(kinematic_state(predictions)[rows])
     variance = Whitener(sensitivities(model, states), state, accuracy).variance
-    held_out = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
-    scored = held_out if bool(held_out.any()) else ~held_out
+    tested = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
+    scored = tested if bool(tested.any()) else ~tested
     floor = float((variance[scored] / load_scale(loads[scored]) ** 2).sum(1).mean().sqrt())
     inputs = inputs_of(predictions).iloc[rows].reset_index(drop=True)
     regional = failures(inputs, residual.numpy(), load_scale(loads).numpy(), variance.sqrt().numpy())
