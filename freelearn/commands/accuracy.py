@@ -8,10 +8,8 @@ import pandas as pd
 import torch
 
 from freelearn.commands.settings import AccuracySettings
-from freelearn.fit.problem import Problem
 from freelearn.inference.accuracy import estimate
-from freelearn.inference.noise import sensitivities
-from freelearn.inference.white_fit import ONE
+from freelearn.inference.white_fit import WhiteFit, evaluated
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
@@ -44,19 +42,16 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
         return None
     rows = Rows(States.from_table(predictions), measured_loads(predictions), kinematic_state(predictions))
     rows = rows[torch.as_tensor(place)]
-    problem = Problem(model, rows, ONE)
-    vector = model.vector().detach()
-    with torch.no_grad():
-        raw = problem.residual(vector).reshape(-1, 2)
-    jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
-    accuracy = estimate(raw, jacobian, sensitivities(model, rows.states), rows.states, rows.state, PAPER)
-    return Measuring(accuracy, [estimated_note(accuracy)])
+    return estimated(evaluated(model, rows, model.vector().detach()), rows)
 
 
-def estimated_note(accuracy: Accuracy) -> str:
-    """What a reader should know of an accuracy that was estimated."""
-    return (
-        f"accuracy estimated from the scatter: elongation {accuracy.length / MM:.3g} mm and twist "
+def estimated(fit: WhiteFit, rows: Rows) -> Measuring:
+    """Judged from a fit's residuals over rows, with what a reader should know of it."""
+    accuracy, repeated = estimate(fit, rows, PAPER)
+    how = "how repeats of the same state differ" if repeated else "the scatter"
+    note = (
+        f"accuracy estimated from {how}: elongation {accuracy.length / MM:.3g} mm and twist "
         f"{accuracy.twist / DEG:.3g}° per state (their ratio is the paper's), "
         f"force {accuracy.force:.3g} N, moment {accuracy.moment / NMM:.3g} N·mm"
     )
+    return Measuring(accuracy, [note])

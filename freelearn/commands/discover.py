@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from freelearn.commands.accuracy import Measuring, estimated_note
+from freelearn.commands.accuracy import Measuring, estimated
 from freelearn.commands.device import resolve_device
 from freelearn.commands.examine import examine
 from freelearn.commands.key import job_key
@@ -23,9 +23,7 @@ from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.options import LEVENBERG_MARQUARDT
-from freelearn.inference.accuracy import estimate
 from freelearn.inference.candidate import StepRecord
-from freelearn.inference.noise import sensitivities
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
 from freelearn.inference.step import Step, record
@@ -34,12 +32,15 @@ from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.usable import usable_rows
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
 from freelearn.models.own import load_own_code
 from freelearn.results.discovery import Discovery
+from freelearn.results.origin import Provenance
 from freelearn.results.run_files import check_folder
+from freelearn.results.suspect_files import write_suspects
 from freelearn.threads import one_thread
 
 PROGRESS = "progress.json"
@@ -97,9 +98,11 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     if settings.test != "every":
         mistakes.check(lambda: samples_of(settings.test, sample))
     mistakes.tell()
-    place = np.flatnonzero(np.isin(sample, [] if members is None else members) & (table["buckled"] == 0).to_numpy())
+    place = np.flatnonzero(np.isin(sample, [] if members is None else members) & usable_rows(table))
     if not len(place):
-        raise UserError(f"Training set {settings.train!r} has no un-buckled rows: choose another one.")
+        raise UserError(
+            f"Training set {settings.train!r} has no rows to look at, all are buckled or left out: choose another one."
+        )
     everything = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
@@ -125,10 +128,7 @@ def _measuring(task: Task) -> Measuring:
     if stated is not None:
         return Measuring(stated.si(), [])
     prepared, base = prepare(replace(task.question(PAPER), candidates=[]))
-    fit, part = base.fit, prepared.rows
-    sensitivity = sensitivities(fit.model, part.states)
-    accuracy = estimate(fit.raw_residual, fit.raw_jacobian, sensitivity, part.states, part.state, PAPER)
-    return Measuring(accuracy, [estimated_note(accuracy)])
+    return estimated(base.fit, prepared.rows)
 
 
 def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simulated: bool) -> None:
@@ -159,6 +159,7 @@ def _write(discovery: Discovery, folder: Path, key: str) -> None:
         _write_table(table, folder / f"predictions_{name}.csv")
     _write_table(discovery.splits, folder / "splits.csv")
     save_checkpoint(findings.final.fit.model, folder / "checkpoint.ckpt")
+    write_suspects(discovery.suspects, Provenance.from_plain(discovery.content["data"]), folder)
     write_text(
         folder / "discovery.json", json.dumps(discovery.content | {"key": key}, indent=2, allow_nan=False) + "\n"
     )

@@ -112,7 +112,7 @@ def _fitted(
     training = torch.as_tensor(np.flatnonzero(inside & (labels == TRAIN)))
     validation = torch.as_tensor(np.flatnonzero(inside & (labels == VALIDATION)))
     if not len(training):
-        raise UserError(f"Training set {train!r} has no un-buckled rows to fit: choose another one.")
+        raise UserError(f"Training set {train!r} has no rows to fit, all are buckled or left out: choose another one.")
     parts = rows[training], rows[validation]
 
     def compute() -> tuple[FitOutcome, Uncertainty]:
@@ -143,7 +143,7 @@ def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Seque
     for name in names:
         pick = scored_rows(sample, labels, name)
         if not len(pick):
-            raise UserError(f"Test set {name!r} has no un-buckled rows: nothing can be scored on it.")
+            raise UserError(f"Test set {name!r} has no rows to score: all are buckled or left out.")
         errors[name] = set_error(rows.loads[pick], prediction.loads[pick], usable[pick])
     return errors
 

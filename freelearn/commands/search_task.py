@@ -15,15 +15,16 @@ from freelearn.inference.candidate import Candidate
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
+from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a search is about. everything: the whole table's rows, buckled ones included, which belong to a state and to
-    what it remembers. place: of the rows looked at, among them. library: effects to try; untestable: entries of
-    discovery.json for the others."""
+    """What a search is about. everything: the whole table's rows, buckled and left-out ones included, which belong to
+    a state and to what it remembers. place: of the rows looked at, among them. library: effects to try; untestable:
+    entries of discovery.json for the others."""
 
     settings: DiscoverSettings
     loaded: LoadedTable
@@ -45,8 +46,8 @@ class Task:
 
     @property
     def usable(self) -> Rows:
-        """Every un-buckled row of the table."""
-        return self.everything[torch.as_tensor(np.flatnonzero((self.loaded.table["buckled"] == 0).to_numpy()))]
+        """Every row of the table that is neither buckled nor left out."""
+        return self.everything[torch.as_tensor(np.flatnonzero(usable_rows(self.loaded.table)))]
 
     def build(self, effects: Sequence[str]) -> Model:
         """A fresh model with these effects."""

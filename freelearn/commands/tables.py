@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from freelearn.bed.hidden import Hidden, hidden_effects
@@ -15,6 +16,7 @@ from freelearn.bed.virtual import simulate
 from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.files import write_text
+from freelearn.measurements.table import TableFile, read_table
 from freelearn.results.origin import Provenance
 
 # Tables kept in memory, so that the jobs of a sweep in one process read or simulate each of them once.
@@ -25,9 +27,11 @@ KEPT = 4
 class LoadedTable:
     """A checked measurement table, shared between callers: none may change it in place.
 
+    lines: the line of each row in its file, or in the one that a simulated table would be written to, (N,) int64.
     warnings: sentences about it."""
 
     table: pd.DataFrame
+    lines: np.ndarray
     warnings: tuple[str, ...]
     provenance: Provenance
 
@@ -35,10 +39,12 @@ class LoadedTable:
 def load_table(data: DataSettings) -> LoadedTable:
     """The table, from its file or simulated. Raises UserError."""
     if isinstance(data, VirtualData):
-        return LoadedTable(_simulated(_bed(data)), (), Provenance("virtual", True, seed=data.seed))
+        table = _simulated(_bed(data))
+        return LoadedTable(table, np.arange(len(table)) + 2, (), Provenance("virtual", True, seed=data.seed))
     digest = data_version(data)
-    table, warnings = _read(str(data.path), digest)
-    return LoadedTable(table, warnings, Provenance("csv", False, path=str(data.path), sha256=digest))
+    read = _read(str(data.path), digest)
+    provenance = Provenance("csv", False, path=str(data.path), sha256=digest)
+    return LoadedTable(read.table, read.lines, tuple(read.warnings), provenance)
 
 
 def data_version(data: DataSettings) -> str:
@@ -78,9 +84,5 @@ def _simulated(bed: str) -> pd.DataFrame:
 
 
 @lru_cache(KEPT)
-def _read(path: str, digest: str) -> tuple[pd.DataFrame, tuple[str, ...]]:
-    # pandera takes a second to import: only for measured tables.
-    from freelearn.measurements.table import read_table
-
-    table, warnings = read_table(path)
-    return table, tuple(warnings)
+def _read(path: str, digest: str) -> TableFile:
+    return read_table(path)

@@ -32,6 +32,8 @@ START_ROWS = 64
 START_RANGE = (1e3, 1e9)
 # Smallest stiffness of a start [N/m, N·m/rad]: rubber is far stiffer, and the logarithm needs something.
 FLOOR = {"ka": 1e-6, "kb": 1e-12}
+# A share of the loads, the largest of which is their size: some may have slipped. Loads that are all zero have none.
+NEARLY_ALL, SMALLEST = 0.95, 1e-300
 LN10 = math.log(10.0)
 
 
@@ -148,13 +150,14 @@ def _grid(model: Model[Any], states: States, loads: Tensor, axes: Mapping[str, T
     candidates[1:, [labels.index(name) for name in axes]] = grid
     some = slice(None, None, max(1, len(states) // START_ROWS))
     states, loads = states[some], loads[some]
-    scale = loads.abs().amax(0)
+    scale = loads.abs().quantile(NEARLY_ALL, dim=0).clamp_min(SMALLEST)
     # All candidates in one batch: every row once for each, with the candidate's values.
     row = torch.arange(len(states)).repeat(len(candidates))
     values = model.physical(candidates.repeat_interleave(len(states), dim=0))
     with torch.no_grad():
         predicted = model.chain(states[row], values).loads
-    costs = ((predicted - loads[row]) / scale).square().reshape(len(candidates), -1).sum(-1)
+    # The logarithm bounds what a reading that slipped can do (Cauchy's loss).
+    costs = ((predicted - loads[row]) / scale).square().log1p().reshape(len(candidates), -1).sum(-1)
     return candidates[costs.nan_to_num(nan=torch.inf).argsort()]
 
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.inference.linear_algebra import orthonormal
-from freelearn.inference.noise import Whitener
-from freelearn.inference.shapes import bases, dense
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.inference.scatter import Scatter, scatter
+from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
+from freelearn.units import DEG, KPA, MM
 
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 # Repeats of a state count as such within these distances.
@@ -19,68 +23,111 @@ SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
 FEWEST_REPEATS = 10
 
 
-def estimate(
-    raw: Tensor, jacobian: Tensor, sensitivity: Tensor, states: States, state: np.ndarray, like: Accuracy
-) -> Accuracy:
-    """Accuracy from the scatter about everything smooth. raw: predicted − measured (N, 2) of some fit.
+def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]:
+    """Accuracy from repeats where there are enough of them, else from the scatter about everything smooth; and whether
+    it is from repeats. fit: of some model to the rows (N).
 
-    Smooth functions of the inputs are taken off the residuals first. In what is left, a state's common part along
-    ∂(F, M)/∂(l, φ) is its position error, and the rest the load cells' scatter. `like` gives the ratio of length to
-    twist error and the pressure error, which cannot be told from the load cells' own. Medians, so that a few odd states
-    do not decide.
+    `like` gives the ratio of length to twist error, and what the scatter is compared with; the pressure's error cannot
+    be told from the load cells' own. See `scatter`, which is not led astray by a few odd readings.
     """
-    scale = raw.abs().amax(0).clamp_min(1e-300)
-    flat = (raw / scale).reshape(-1)
-    basis = dense(bases(states)[-1], len(states))
-    zero = torch.zeros_like(basis)
-    both = torch.cat([torch.stack([basis, zero], 1), torch.stack([zero, basis], 1)], dim=2).flatten(0, 1)
-    own = (jacobian / scale[:, None]).flatten(0, 1)
-    span = orthonormal(torch.cat([both, own / own.norm(dim=0).clamp_min(1e-300)], dim=1))
-    left = ((flat - span @ (span.T @ flat)).reshape(-1, 2) * scale).numpy()
-    # Smooth functions took some of the scatter with them.
-    left = left / np.sqrt(1 - span.shape[1] / len(flat))
-    position = (sensitivity[:, :, :2] * torch.tensor([like.length, like.twist], dtype=torch.float64)).numpy()
+    sensitivity = sensitivities(fit.model, rows.states)
+    repeated = _from_repeats(fit.raw_residual, sensitivity, rows, like)
+    if repeated is not None:
+        return repeated, True
+    found = scatter(
+        fit.raw_residual,
+        fit.raw_jacobian,
+        rows.loads + fit.raw_residual,
+        sensitivity,
+        rows.states,
+        torch.as_tensor(rows.state),
+        replace(like, pressure=0.0),
+    )
+    return measured(found), False
+
+
+def measured(found: Scatter) -> Accuracy:
+    """Standard deviations as estimated; noise that grows with load or pressure at the middle of the way."""
+    place = found.position * found.tails.deviation
+    typical = found.deviations * (1 + found.growth.amount / 2)
+    force, moment = (
+        float(d) * stated for d, stated in zip(typical, (found.like.force, found.like.moment), strict=True)
+    )
+    return replace(
+        found.like, length=place * found.like.length, twist=place * found.like.twist, force=force, moment=moment
+    )
+
+
+def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) -> Accuracy | None:
+    """From how much visits of the same state and pressure differ: a model's own error is the same in each.
+
+    In the differences, a visit's common part along ∂(F, M)/∂(l, φ) is its position error, and the rest the load cells'
+    scatter. Medians, so that a few odd readings do not decide."""
+    groups = repeats(_places(rows.states), rows.state)
+    if len(groups) < FEWEST_REPEATS:
+        return None
+    residual = raw.numpy()
+    apart: dict[int, np.ndarray] = {}
+    for several in groups:
+        # Of n alike, one less is free.
+        spread = (residual[several] - residual[several].mean(0)) * np.sqrt(len(several) / (len(several) - 1))
+        apart.update(zip(several.tolist(), spread, strict=True))
+    scale = np.median(np.abs(list(apart.values())), axis=0).clip(1e-300)
+    position = sensitivity.numpy()[:, :, :2] * np.array([like.length, like.twist])
+    by_visit: dict[int, list[int]] = {}
+    for row in apart:
+        by_visit.setdefault(int(rows.state[row]), []).append(row)
     rests, moves = [], []
-    order = np.argsort(state, kind="stable")
-    unit = scale.numpy()
-    for rows in np.split(order, np.flatnonzero(np.diff(state[order])) + 1):
-        if len(rows) < 3:
+    for visit in by_visit.values():
+        target = np.array([apart[row] for row in visit]) / scale
+        design = (position[visit] / scale[:, None]).reshape(-1, 2)
+        if len(visit) < 3:
+            rests.append(target * scale)
             continue
-        design = (position[rows] / unit[:, None]).reshape(-1, 2)
-        target = (left[rows] / unit).reshape(-1)
-        move = np.linalg.lstsq(design, target, rcond=1e-8)[0]
-        rests.append(((target - design @ move).reshape(-1, 2) * unit) / np.sqrt(1 - 1 / len(rows)))
+        move = np.linalg.lstsq(design, target.reshape(-1), rcond=1e-8)[0]
+        rests.append((target - (design @ move).reshape(-1, 2)) * scale / np.sqrt(1 - 1 / len(visit)))
         moves.append(move)
-    if len(rests) < 5:
-        deviation = MAD * np.median(np.abs(left), axis=0)
-        return Accuracy(0.0, 0.0, 0.0, *(float(max(d, 1e-12)) for d in deviation))
-    deviation = MAD * np.median(np.abs(np.concatenate(rests)), axis=0)
-    ratio = float(MAD * np.median(np.abs(np.array(moves))))
-    force, moment = (float(max(d, 1e-12)) for d in deviation)
+    force, moment = (float(max(d, 1e-12)) for d in MAD * np.median(np.abs(np.concatenate(rests)), axis=0))
+    ratio = float(MAD * np.median(np.abs(moves))) if moves else 0.0
     return Accuracy(ratio * like.length, ratio * like.twist, 0.0, force, moment)
 
 
-def repeat_scale(table: pd.DataFrame, state: np.ndarray, residual: Tensor, whiten: Whitener) -> float | None:
-    """Scatter between repeats of one state and pressure, in units of the stated noise; None with too few repeats.
-
-    residual: predicted − measured (N, 2) N, N·m; a model's own error is the same in a repeat and drops out.
-    """
-    keys = pd.DataFrame(
+def _places(states: States) -> pd.DataFrame:
+    """Where each row was measured, rounded to what counts as the same."""
+    return pd.DataFrame(
         {
-            "sample": table["sample"].to_numpy(),
-            "l": (table["elongation_mm"].to_numpy() / SAME_MM).round(),
-            "t": (table["twist_deg"].to_numpy() / SAME_DEG).round(),
-            "p": (table["pressure_kpa"].to_numpy() / SAME_KPA).round(),
-            "step": table["step"].to_numpy(),
+            "sample": states.sample.numpy(),
+            "length": (states.length.numpy() / (SAME_MM * MM)).round(),
+            "twist": (states.twist.numpy() / (SAME_DEG * DEG)).round(),
+            "pressure": (states.pressure.numpy() / (SAME_KPA * KPA)).round(),
+            "direction": states.direction.numpy(),
         }
     )
-    z = (residual / whiten.variance.sqrt()).numpy()
-    squares = []
-    for _, rows in keys.groupby(list(keys.columns)).indices.items():
+
+
+def repeats(places: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
+    """Rows of each place that was visited more than once, one row of a visit. state: number of each row's visit."""
+    groups = []
+    for _, rows in places.groupby(list(places.columns)).indices.items():
         _, first = np.unique(state[rows], return_index=True)
         if len(first) > 1:
-            several = z[np.asarray(rows)[first]]
-            squares.append(((several - several.mean(0)) ** 2).sum(0) / (len(first) - 1))
+            groups.append(np.asarray(rows)[first])
+    return groups
+
+
+def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None:
+    """Scatter between repeats of one state and pressure, in units of the stated noise; None with too few repeats.
+
+    residual: predicted − measured (N, 2) N, N·m; a model's own error is the same in a repeat and drops out. Readings
+    that slipped are left out.
+    """
+    z = (residual / whiten.variance.sqrt()).numpy()
+    slipped = whiten.scatter.slipped.any(-1).numpy() if whiten.scatter else np.zeros(len(z), dtype=bool)
+    squares = []
+    for group in repeats(_places(rows.states), rows.state):
+        several = z[group[~slipped[group]]]
+        if len(several) > 1:
+            squares.append(((several - several.mean(0)) ** 2).sum(0) / (len(several) - 1))
     if len(squares) < FEWEST_REPEATS:
         return None
     return float(np.sqrt(np.mean(squares)))

@@ -20,8 +20,9 @@ EVERY = "every"
 def errors_by_set(findings: Findings, whole: Rows, test: str = EVERY) -> dict[str, dict[str, float]]:
     """The paper's error of the first and of the last model on test sets: {set: {before, after}}, fractions.
 
-    whole: every un-buckled row of the table. test: one set's name, or every. On samples that were fitted it is that of
-    held-out kinematic states, on others that of all rows; sets with both kinds of samples are left out.
+    whole: every usable row of the table. test: one set's name, or every. On samples that were fitted it is that of
+    held-out kinematic states, without readings that slipped, on others that of all rows; sets with both kinds of
+    samples are left out.
     """
     sample, fitted_sample = whole.states.sample.numpy(), findings.rows.states.sample.numpy()
     errors = {}
@@ -56,6 +57,8 @@ def common_errors(models: Sequence[Model], rows: Rows) -> list[float]:
 
 def _heldout(findings: Findings, inside: np.ndarray) -> list[float]:
     chosen = torch.as_tensor(np.flatnonzero(inside))
-    scale = load_scale(findings.rows.loads[chosen])
-    ends = (findings.steps[0], findings.final)
-    return [float((step.heldout.raw[chosen] / scale).square().sum(-1).mean().sqrt()) for step in ends]
+    found = findings.final.whiten.scatter
+    right = torch.ones(len(chosen), 2).double() if found is None else (~found.slipped[chosen]).double()
+    scale = load_scale(findings.rows.loads[chosen] * right)
+    squares = [(step.heldout.raw[chosen] / scale).square() * right for step in (findings.steps[0], findings.final)]
+    return [float((s.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt()) for s in squares]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 from freelearn.inference.crossval import paired
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.rank import rank
 from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import COINCIDE, COMPARABLE, EXCHANGES, WORTH_EXCHANGING
+from freelearn.inference.thresholds import BETTER, COINCIDE, COMPARABLE, EXCHANGES, WORTH_EXCHANGING
 
 # For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
 EquivalenceClass = dict[str, Step]
@@ -22,7 +23,7 @@ def classify(
 
     The classes are those of the model that is returned, also when the exchanges have run out."""
     for _ in range(EXCHANGES):
-        classes = []
+        classes: list[EquivalenceClass] = []
         for effect in prepared.question.added(final.effects):
             rivals = stand_ins(prepared, final, effect)
             best = min(rivals, key=lambda name: rivals[name].heldout.loss.sum())
@@ -32,9 +33,31 @@ def classify(
                 break
             classes.append(alike(effect, rivals))
         else:
-            return final, classes
-    added = prepared.question.added(final.effects)
-    return final, [alike(effect, stand_ins(prepared, final, effect)) for effect in added]
+            fewer = one_for_two(prepared, final, classes)
+            if fewer is None:
+                return final, classes
+            final = rewhitened(prepared, fewer).tried(final.candidates)
+            watch(final, f"{final.effects[-1]} in place of two")
+    return final, classes_of(prepared, final)
+
+
+def classes_of(prepared: Prepared, final: Step) -> list[EquivalenceClass]:
+    """The class of each effect that was added."""
+    return [alike(effect, stand_ins(prepared, final, effect)) for effect in prepared.question.added(final.effects)]
+
+
+def one_for_two(prepared: Prepared, final: Step, classes: list[EquivalenceClass]) -> Step | None:
+    """The model with one effect in the place of two that it stands in both classes of, if it predicts as well."""
+    for one, other in combinations(classes, 2):
+        first, second = next(iter(one)), next(iter(other))
+        for name in (set(one) & set(other)) - {first, second}:
+            # Without the second effect; the first has been exchanged for the shared one already.
+            fewer = without(prepared, one[name], second)
+            if fewer is not None:
+                mean, error = paired(final.heldout, fewer.heldout)
+                if mean < BETTER * error:
+                    return fewer
+    return None
 
 
 def stand_ins(prepared: Prepared, final: Step, effect: str) -> dict[str, Step]:

@@ -10,7 +10,9 @@ from freelearn.inference.step import Step
 
 
 def parameter_covariance(step: Step) -> Tensor:
-    """Covariance of the declared physical parameters (SI), scaled by the noise that was measured: (k, k)."""
+    """Covariance of the declared physical parameters (SI), scaled by the noise that was measured: (k, k).
+
+    Of heavy tails the weighted Jacobian promises more than they hold: divided by the errors' efficiency."""
     fit = step.fit
     if not fit.model.declared:
         return torch.zeros(0, 0)
@@ -21,5 +23,5 @@ def parameter_covariance(step: Step) -> Tensor:
         return torch.stack([values[name] for name in fit.model.declared])
 
     change = torch.func.jacfwd(declared)(fit.vector)
-    covariance: Tensor = change @ inverse @ change.T * step.left.scale**2
+    covariance: Tensor = change @ inverse @ change.T * step.left.scale**2 / step.whiten.efficiency
     return covariance

@@ -12,6 +12,8 @@ from freelearn.inference.linear_algebra import SMALLEST, norms
 from freelearn.inference.white_fit import WhiteFit
 
 FOLDS = 5
+# Differences in loss are drawn in to so many times their median size, and not below this much χ².
+FAR, LEAST_FAR = 10.0, 4.0
 # What the held-out errors of a search are, and are not, in a sentence.
 HELDOUT_IS = (
     "Held-out errors are cross-validated over whole kinematic states, left out of the fit by one linearized step; the "
@@ -61,8 +63,14 @@ def cross_validate(fit: WhiteFit, fold: np.ndarray, group: np.ndarray) -> HeldOu
 
 
 def paired(better: HeldOut, other: HeldOut) -> tuple[float, float]:
-    """Mean over groups of how much more loss `other` has, and its standard error."""
+    """Mean over groups of how much more loss `other` has, and its standard error.
+
+    Differences beyond FAR times their median size are drawn in to there: one group that stands out must neither make a
+    difference nor hide one.
+    """
     difference = other.loss - better.loss
     if len(difference) < 2:
         return float(difference.mean()), float("inf")
+    limit = max(FAR * float(np.median(np.abs(difference))), LEAST_FAR)
+    difference = difference.clip(-limit, limit)
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(len(difference)))

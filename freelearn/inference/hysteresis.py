@@ -75,7 +75,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     if len(pairs) < FEWEST:
         few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
         return Screen(NAME, None, None, few)
-    noise = torch.stack([whiten.force, (whiten.moment**2 + whiten.slant**2).sqrt()], -1).numpy()
+    noise = whiten.own.numpy()
     residual = raw.numpy()
     place = np.array([pair.falling for pair in pairs])
     difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from freelearn.inference.scatter import Scatter
+from freelearn.inference.shapes import both_loads
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
@@ -33,26 +35,44 @@ class Whitener:
     is its rows', plus a position error (δl, δφ) that all its rows share, seen through ∂(F, M)/∂(l, φ). With L Lᵀ the
     covariance of a row, A = L⁻¹ ∂(F, M)/∂(l, φ) diag(σ_l, σ_φ), and V diag(w) Vᵀ = Σ AᵀA over a state's rows, the
     state's covariance is I + A Aᵀ in units of L, and its inverse root I − A V diag((1 − (1 + w)^−½)/w) Vᵀ Aᵀ.
+
+    Where the scatter is known, every reading counts with its own precision: L is divided by its root, so that a reading
+    that slipped becomes zero and takes no part in its state's position error.
     """
 
-    def __init__(self, sensitivity: Tensor, state: Tensor, accuracy: Accuracy) -> None:
+    def __init__(self, sensitivity: Tensor, state: Tensor, accuracy: Accuracy, scatter: Scatter | None = None) -> None:
         """sensitivity: (N, 2, 3), see `sensitivities`. state: (N,) int64, number of each row's kinematic state."""
+        self.scatter = scatter
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2] * accuracy.pressure
         force = accuracy.force**2 + by_pressure[:, 0] ** 2
         moment = accuracy.moment**2 + by_pressure[:, 1] ** 2
         both = by_pressure[:, 0] * by_pressure[:, 1]
-        self.force, self.slant = force.sqrt(), both / force.sqrt()
-        self.moment = (moment - self.slant**2).sqrt()
+        slant = both / force.sqrt()
+        self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
+        self.lean = slant / self.moment
         position = sensitivity[:, :, :2] * torch.tensor([accuracy.length, accuracy.twist], dtype=torch.float64)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not.
         self.variance = torch.stack([force, moment], dim=-1) + position.square().sum(-1)
+        if scatter is not None:
+            root = scatter.reading.sqrt()
+            self.force, self.moment = self.force / root[:, 0], self.moment / root[:, 1]
+            position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
+        # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
+        self.own = torch.stack([force, moment], dim=-1).sqrt()
+        if scatter is not None:
+            self.own = self.own / scatter.reading.sqrt()
         self.shared = self._rows(position)
         size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
         self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
+
+    @property
+    def efficiency(self) -> float:
+        """Information of a whitened number, as a share of a normal one's: heavy tails hold less."""
+        return self.scatter.tails.efficiency if self.scatter else 1.0
 
     def part(self, rows: Tensor) -> Whitener:
         """The whitener of some rows (n,) int64 alone. Raises ValueError unless they are whole kinematic states."""
@@ -63,7 +83,8 @@ class Whitener:
             raise ValueError("a part to whiten must hold whole kinematic states")
         part = object.__new__(Whitener)
         part.state, part.states, part.shrink = state, len(chosen), self.shrink[chosen]
-        part.force, part.slant, part.moment = self.force[rows], self.slant[rows], self.moment[rows]
+        part.force, part.moment = self.force[rows], self.moment[rows]
+        part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
         part.variance, part.shared = self.variance[rows], self.shared[rows]
         return part
 
@@ -87,9 +108,15 @@ class Whitener:
         rows = torch.empty(columns.shape, dtype=columns.dtype)
         torch.div(columns[:, 0], self.force[:, None], out=rows[:, 0])
         torch.div(columns[:, 1], self.moment[:, None], out=rows[:, 1])
-        rows[:, 1].addcmul_(rows[:, 0], (self.slant / self.moment)[:, None], value=-1)
+        rows[:, 1].addcmul_(rows[:, 0], self.lean[:, None], value=-1)
         return rows
 
     def _sum(self, rows: Tensor) -> Tensor:
         """Sum over the rows of each state: (N, …) → (states, …)."""
         return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)
+
+
+def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
+    """Basis (N, k) given to force and to moment in turn, whitened: (2N, 2k). Columns of length one before that."""
+    force, moment = whiten.variance.sqrt().mean(0)
+    return whiten(both_loads(basis * force, basis * moment)).flatten(0, 1)

@@ -12,9 +12,10 @@ from freelearn.fit.starts import starts
 from freelearn.inference.crossval import cross_validate, folds_of
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.question import Question
+from freelearn.inference.scatter import Scatter, huber, scatter
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import WHITENINGS
-from freelearn.inference.white_fit import WhiteFit, white_fit
+from freelearn.inference.thresholds import BOUNDED, NEARLY_ALL, WHITENINGS
+from freelearn.inference.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Rows
@@ -36,50 +37,74 @@ class Prepared:
     scale: Tensor
     fold: np.ndarray
 
-    def whitener(self, model: Model) -> Whitener:
-        """Of the noise that the model's own stiffness implies."""
-        return _whitener(model, self.rows, self.question.accuracy)
+    def whitener(self, step: Step) -> Whitener:
+        """Of the noise that the step's own stiffness implies, and of the scatter about its model."""
+        return _whitener(step.fit, self.rows, self.question.accuracy, step.whiten.scatter)
 
     def step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         """The step of a fitted model."""
         heldout = cross_validate(fit, self.fold, self.rows.state)
         floor = float((whiten.variance / self.scale**2).sum(-1).mean().sqrt())
-        within, outside = self._error(fit.raw_residual), self._error(heldout.raw)
-        return Step(effects, fit, whiten, heldout, self.rows.states, within, outside, self._new_sample(fit), floor)
+        step = Step(effects, fit, whiten, heldout, self.rows.states, 0.0, 0.0, None, floor)
+        return self.judged(step, whiten.scatter.slipped if whiten.scatter else None)
 
-    def _new_sample(self, fit: WhiteFit) -> float | None:
+    def judged(self, step: Step, slipped: Tensor | None) -> Step:
+        """The step with its errors on all readings but those that slipped, (N, 2) bool."""
+        within, outside = (self._error(raw, slipped) for raw in (step.fit.raw_residual, step.heldout.raw))
+        return step.with_errors(within, outside, self._new_sample(step.fit, slipped))
+
+    def _new_sample(self, fit: WhiteFit, slipped: Tensor | None) -> float | None:
         sample = self.rows.states.sample.numpy()
         count = len(np.unique(sample))
         if count < 2 or any(p.per_sample for p in fit.model.declared.values()):
             return None
-        return self._error(cross_validate(fit, folds_of(sample, self.question.seed, count), sample).raw)
+        return self._error(cross_validate(fit, folds_of(sample, self.question.seed, count), sample).raw, slipped)
 
-    def _error(self, raw: Tensor) -> float:
-        return float((raw / self.scale).square().sum(-1).mean().sqrt())
+    def _error(self, raw: Tensor, slipped: Tensor | None) -> float:
+        squares = (raw / self.scale).square()
+        right = torch.ones_like(squares) if slipped is None else (~slipped).double()
+        return float(((squares * right).sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
 
 
 def prepare(question: Question) -> tuple[Prepared, Step]:
     """Fits the model with the given effects, which settles the rows, and their whitening, in a few rounds."""
     model, rows = question.build(list(question.given)), question.rows
-    scale = load_scale(rows.loads)
     model.prepare(rows.states, rows.loads)
     start = starts(model, rows.states, rows.loads, 1, torch.Generator().manual_seed(question.seed))[0]
     kept = torch.ones(len(rows), dtype=torch.bool)
-    # Noise in proportion to the largest loads: the paper's error, for a first look.
-    even = Accuracy(0.0, 0.0, 0.0, float(scale[0]), float(scale[1]))
-    whiten = Whitener(torch.zeros(len(rows), 2, 3, dtype=torch.float64), torch.as_tensor(rows.state), even)
-    fit = white_fit(model, rows, whiten, start)
+    fit = _first_fit(model, rows, start)
+    found: Scatter | None = None
     for _ in range(WHITENINGS):
         with torch.no_grad():
             answered = model(question.rows.states).status == Status.OK
-        if int(answered.sum()) > 2 * len(fit.vector):
-            kept = answered
-        rows = question.rows[torch.nonzero(kept)[:, 0]]
-        whiten = _whitener(model, rows, question.accuracy)
+        if int(answered.sum()) > 2 * len(fit.vector) and not torch.equal(answered, kept):
+            rows, kept, found = question.rows[torch.nonzero(answered)[:, 0]], answered, None
+            fit = evaluated(model, rows, fit.vector)
+        whiten = _whitener(fit, rows, question.accuracy, found)
+        found = whiten.scatter
         fit = white_fit(model, rows, whiten, fit.vector)
+    assert found is not None
+    scale = load_scale(torch.where(found.slipped, 0.0, rows.loads))
     prepared = Prepared(question, rows, kept.numpy(), scale, folds_of(rows.state, question.seed))
     return prepared, prepared.step(list(question.given), fit, whiten)
 
 
-def _whitener(model: Model, rows: Rows, accuracy: Accuracy) -> Whitener:
-    return Whitener(sensitivities(model, rows.states), torch.as_tensor(rows.state), accuracy)
+def _first_fit(model: Model, rows: Rows, start: Tensor) -> WhiteFit:
+    """Noise in proportion to the largest loads: the paper's error, for a first look. No reading has more than bounded
+    influence, and the largest loads are those below which nearly all are: some may have slipped."""
+    largest = rows.loads.abs().quantile(NEARLY_ALL, dim=0).clamp_min(1e-300)
+    even = Accuracy(0.0, 0.0, 0.0, *(float(x) for x in largest))
+    still, state = torch.zeros(len(rows), 2, 3, dtype=torch.float64), torch.as_tensor(rows.state)
+    fit = evaluated(model, rows, start)
+    for power in BOUNDED:
+        bounded = huber(fit.raw_residual, even, power)
+        fit = white_fit(model, rows, Whitener(still, state, even, bounded), fit.vector)
+    return fit
+
+
+def _whitener(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | None) -> Whitener:
+    """Of the noise that the model's own stiffness implies, and of the scatter about it."""
+    sensitivity, state = sensitivities(fit.model, rows.states), torch.as_tensor(rows.state)
+    predicted = rows.loads + fit.raw_residual
+    found = scatter(fit.raw_residual, fit.raw_jacobian, predicted, sensitivity, rows.states, state, accuracy, before)
+    return Whitener(sensitivity, state, accuracy, found)

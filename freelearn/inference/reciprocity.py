@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.linear_algebra import clear, orthonormal
-from freelearn.inference.noise import Whitener
+from freelearn.inference.noise import Whitener, whitened_basis
 from freelearn.inference.screens import ALPHA, Screen
-from freelearn.inference.shapes import bins, both_loads, elongation, monomials, rows_of_samples, scaled, whitened_basis
+from freelearn.inference.shapes import bins, both_loads, elongation, monomials, rows_of_samples, scaled
 from freelearn.inference.structure import f_test
 from freelearn.measurements.states import States
 

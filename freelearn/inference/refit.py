@@ -55,7 +55,7 @@ def without(prepared: Prepared, step: Step, effect: str) -> Step | None:
 
 def rewhitened(prepared: Prepared, step: Step) -> Step:
     """The same model with the noise that its own stiffness implies."""
-    whiten = prepared.whitener(step.fit.model)
+    whiten = prepared.whitener(step)
     fit = white_fit(step.fit.model, prepared.rows, whiten, step.fit.vector)
     return prepared.step(step.effects, fit, whiten)
 

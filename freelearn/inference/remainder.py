@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.linear_algebra import clear, orthonormal
-from freelearn.inference.noise import Whitener
-from freelearn.inference.shapes import bases, dense, monomials, whitened_basis
+from freelearn.inference.noise import Whitener, whitened_basis
+from freelearn.inference.shapes import bases, dense, monomials
 from freelearn.measurements.states import States
 
 INPUTS = ("elongation", "twist", "pressure", "direction of the pressure change")

@@ -31,7 +31,8 @@ class EffectScore:
     status: tested, not_testable or failed, the latter two with a reason. gain: reduction of χ² that it promises, and
     evidence the same as a normal deviate, see `evidence`. p_value: chance that the most promising of all effects would
     promise as much if there were nothing to find. start: raw parameters (p,) of the model with the effect, from which a
-    full fit sets out. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k).
+    full fit sets out. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k). low, high:
+    bounds of their coefficients, (k,).
     """
 
     effect: str
@@ -42,6 +43,8 @@ class EffectScore:
     p_value: float = 1.0
     start: Tensor | None = None
     signature: Tensor | None = None
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
 
 
 # A score, and its evidence in each draw of the bootstrap; None where it could not be tested.
@@ -129,7 +132,13 @@ class _View:
         deviates = evidence(gains / self.variance, len(labels))
         start = self._start(trial, labels, seen, torch.as_tensor(steps[0]) / length[seen])
         score = EffectScore(
-            trial.effect, gain=float(gains[0]), evidence=float(deviates[0]), start=start, signature=signature
+            trial.effect,
+            gain=float(gains[0]),
+            evidence=float(deviates[0]),
+            start=start,
+            signature=signature,
+            low=low,
+            high=high,
         )
         return score, deviates[1:]
 

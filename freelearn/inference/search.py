@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
 
+from freelearn.inference.blocks import Block, blocks
 from freelearn.inference.candidate import StepRecord
-from freelearn.inference.classify import EquivalenceClass, classify
+from freelearn.inference.classify import EquivalenceClass, classes_of, classify
 from freelearn.inference.crossval import paired
+from freelearn.inference.look_ahead import look_ahead
+from freelearn.inference.order import DRIFT, confounded
 from freelearn.inference.prepare import Prepared, prepare
 from freelearn.inference.prune import prune
 from freelearn.inference.question import Question
 from freelearn.inference.rank import outcomes, rank
-from freelearn.inference.refit import refit, rewhitened
+from freelearn.inference.refit import refit, rewhitened, without
+from freelearn.inference.smallest import smallest
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import ALPHA, BETTER, LEFT, MOST_EFFECTS
+from freelearn.inference.suspects import Suspect, suspects
+from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, LEFT, MOST_EFFECTS, REGROWN, UNASKED
 from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.rows import Rows
 
@@ -34,7 +39,9 @@ class Findings:
     verdict: adequate, named, class or unexplained. effects: those that were missing, in the order in which they were
     added, without those given. classes: for each of them all that the data cannot tell from it, itself first, with its
     fit. steps: the models on the way, the first with the given effects alone. rows: those with an answer; kept: which
-    of the question's rows these are. noise_floor: the error of a perfect model, a fraction."""
+    of the question's rows these are. noise_floor: the error of a perfect model, a fraction. suspects: readings that
+    slipped, perhaps. sorted_by: inputs of which, for the order of measuring, an unknown function would explain as much
+    as the drift that was found."""
 
     verdict: str
     effects: list[str]
@@ -43,6 +50,8 @@ class Findings:
     rows: Rows
     kept: np.ndarray
     noise_floor: float
+    suspects: list[Suspect] = field(default_factory=list)
+    sorted_by: list[str] = field(default_factory=list)
 
     @property
     def final(self) -> Step:
@@ -55,27 +64,81 @@ def search(
 ) -> Findings:
     """Adds the missing effects one by one.
 
-    prepare → (rank → refit → prune) for each effect → classify. known: records of the steps of an interrupted search of
-    the same question (see `record`), which are taken up again instead of being searched for.
+    prepare → (rank → refit → prune) for each effect → classify, and once more where that exchanged an effect and
+    something is left. What stays unexplained keeps only the effects that the error needs. known: records of the steps
+    of an interrupted search of the same question (see `record`), which are taken up again instead of searched for.
     """
     watch, keep = watch or (lambda step, text: None), keep or (lambda steps: None)
     prepared, first = prepare(question)
     steps = resumed(prepared, first, known)
     watch(steps[-1], "base model" if len(steps) == 1 else "resumed")
+    for _ in range(REGROWN):
+        grow(prepared, steps, watch, keep)
+        before = steps[-1]
+        steps[-1], classes = classify(prepared, before, watch)
+        if steps[-1].left.p_value >= LEFT or set(steps[-1].effects) == set(before.effects):
+            break
+    if steps[-1].left.p_value < LEFT and question.added(steps[-1].effects):
+        reduced = smallest(prepared, steps[-1])
+        if reduced is not steps[-1]:
+            steps[-1] = reduced.tried(steps[-1].candidates)
+            watch(steps[-1], "what the error needs")
+            classes = classes_of(prepared, steps[-1])
+    together, without_drift = slipped_together(prepared, steps[-1])
+    if without_drift is not steps[-1]:
+        steps[-1] = without_drift
+        watch(steps[-1], f"{DRIFT} out: a block of readings slipped")
+        classes = classes_of(prepared, steps[-1])
+    final = steps[-1]
+    pointed_out = [block.suspect(prepared.rows, prepared.kept) for block in together]
+    pointed_out += suspects(final, prepared.rows, prepared.kept)
+    sorted_by = confounded(prepared, final)
+    slipped = final.whiten.scatter.slipped if final.whiten.scatter else None
+    steps = [prepared.judged(step, slipped) for step in steps]
+    return Findings(
+        verdict(final, classes, sorted_by),
+        question.added(final.effects),
+        classes,
+        steps,
+        prepared.rows,
+        prepared.kept,
+        final.floor,
+        pointed_out,
+        sorted_by,
+    )
+
+
+def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step]:
+    """Blocks of readings that explain what is left, or more than a drift does, and the last model, without the drift
+    then."""
+    if DRIFT in prepared.question.added(final.effects):
+        reduced = without(prepared, final, DRIFT)
+        found = blocks(reduced, prepared.rows) if reduced else None
+        if reduced and found and found.explain and found.gain > reduced.fit.chi2 - final.fit.chi2:
+            return found.found, reduced.tried(final.candidates)
+    elif final.left.p_value < LEFT:
+        found = blocks(final, prepared.rows)
+        if found.explain:
+            return found.found, final
+    return [], final
+
+
+def grow(prepared: Prepared, steps: list[Step], watch: Watch, keep: Keep) -> None:
+    """Adds to the last of the steps one effect after another, or two at once where no single one helps."""
+    question = prepared.question
     while len(question.added(steps[-1].effects)) < MOST_EFFECTS:
         steps[-1], best = advance(prepared, steps[-1], len(steps) - 1)
+        if best is None and steps[-1].left.p_value < LEFT:
+            best = look_ahead(prepared, steps[-1])
         if best is None:
             break
         best = prune(prepared, best)
         if any(set(best.effects) == set(step.effects) for step in steps):
             break
+        added = [effect for effect in best.effects if effect not in steps[-1].effects]
         steps.append(best)
-        watch(best, f"added {best.effects[-1]}")
+        watch(best, f"added {', '.join(added)}")
         keep(steps)
-    steps[-1], classes = classify(prepared, steps[-1], watch)
-    final = steps[-1]
-    effects = question.added(final.effects)
-    return Findings(verdict(final, classes), effects, classes, steps, prepared.rows, prepared.kept, final.floor)
 
 
 def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | None]:
@@ -83,7 +146,9 @@ def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | N
     states best; None when none is significant. number: the step's place in the trail."""
     others = [name for name in prepared.question.candidates if name not in step.effects]
     scores = rank(prepared, step, others, step.left.scale)
-    significant = {s.effect for s in scores if s.status == "tested" and s.p_value <= ALPHA}
+    asked = not prepared.question.added(step.effects) or step.left.p_value < ASKED
+    alpha = ALPHA if asked else UNASKED
+    significant = {s.effect for s in scores if s.status == "tested" and s.p_value <= alpha}
     fitted: dict[str, Step] = {}
     if significant:
         fitted, scores = refit(prepared, step, scores)
@@ -112,10 +177,12 @@ def resumed(prepared: Prepared, first: Step, known: Sequence[StepRecord]) -> lis
     return steps
 
 
-def verdict(final: Step, classes: Sequence[EquivalenceClass]) -> str:
-    """adequate, named, class or unexplained: what the last model and its classes amount to."""
+def verdict(final: Step, classes: Sequence[EquivalenceClass], sorted_by: Sequence[str] = ()) -> str:
+    """adequate, named, class or unexplained: what the last model and its classes amount to.
+
+    sorted_by: inputs of which an unknown function would do as well as a drift."""
     if final.left.p_value < LEFT:
         return "unexplained"
     if not classes:
         return "adequate"
-    return "class" if any(len(members) > 1 for members in classes) else "named"
+    return "class" if sorted_by or any(len(members) > 1 for members in classes) else "named"

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import torch
 from torch import Tensor
 
-from freelearn.inference.noise import Whitener
 from freelearn.measurements.states import States
 
 # Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
 POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
 # Bins of length and of twist in which a misfit of any shape may show, and half-waves over a sample's run.
 BINS, WAVES = 24, 6
+# Rows or kinematic states for each shape where single readings and position errors are to be told from it, and fewest
+# bins that are worth having.
+SHARING, FEWEST_BINS = 4, 4
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,24 @@ def rows_of_samples(states: States) -> list[Tensor]:
     return [torch.nonzero(states.sample == n)[:, 0] for n in torch.unique(states.sample)]
 
 
+def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
+    """Shapes that something missing may leave in one sample's residuals, (n, k), and the kind of each, (k,) int64.
+
+    visits: number of its kinematic states. As many shapes as the rows bear: SHARING rows for each polynomial, and as
+    many states for each bin and wave, or they would take their position errors and single readings.
+    """
+    degree = max(d for d in range(POOLED_DEGREE + 1) if comb(d + 3, 3) * SHARING <= len(states) or d == 0)
+    low, _ = monomials(states, 1)
+    order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
+    kinds = [monomials(states, degree)[0], torch.cat([states.direction[:, None] * low, order], dim=1)]
+    bearable = min(visits // SHARING, BINS)
+    if bearable >= FEWEST_BINS:
+        kinds += [binned(elongation(states), states, bearable), binned(states.twist, states, bearable)]
+    kinds.append(_waves(states, min(bearable, WAVES)))
+    kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
+    return torch.cat(kinds, dim=1), kind
+
+
 def dense(basis: Basis, count: int) -> Tensor:
     """The shapes as one matrix over all rows, (count, k)."""
     parts = []
@@ -103,26 +124,20 @@ def bins(x: Tensor, most: int = BINS) -> Tensor:
     return torch.nn.functional.one_hot(level).double()
 
 
-def binned(x: Tensor, states: States) -> Tensor:
+def binned(x: Tensor, states: States, most: int = BINS) -> Tensor:
     """A constant and a slope over pressure in each bin of x: what polynomials are too smooth for, (N, 2 bins)."""
-    inside = bins(x)
+    inside = bins(x, most)
     return torch.cat([inside, inside * scaled(states.pressure)[:, None]], dim=1)
 
 
-def _waves(states: States) -> Tensor:
-    """Slow waves over each sample's run, in the order of measuring: (N, WAVES × samples)."""
-    columns = []
+def _waves(states: States, most: int = WAVES) -> Tensor:
+    """Slow waves over each sample's run, in the order of measuring: (N, most × samples)."""
+    columns = [torch.zeros(len(states), 0, dtype=torch.float64)]
     for n in torch.unique(states.sample):
         inside = states.sample == n
         place = (torch.cumsum(inside, 0) - 0.5).double() / inside.sum()
-        columns += [torch.cos(torch.pi * k * place) * inside for k in range(1, WAVES + 1)]
-    return torch.stack(columns, dim=1)
-
-
-def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:
-    """Basis (N, k) given to force and to moment in turn, whitened: (2N, 2k). Columns of length one before that."""
-    force, moment = whiten.variance.sqrt().mean(0)
-    return whiten(both_loads(basis * force, basis * moment)).flatten(0, 1)
+        columns += [(torch.cos(torch.pi * k * place) * inside)[:, None] for k in range(1, most + 1)]
+    return torch.cat(columns, dim=1)
 
 
 def both_loads(force: Tensor, moment: Tensor) -> Tensor:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from freelearn.inference.candidate import Candidate, StepRecord
 from freelearn.inference.crossval import HeldOut
@@ -42,7 +43,14 @@ class Step:
 
     def tried(self, candidates: Sequence[Candidate], scores: Sequence[EffectScore] = ()) -> Step:
         """The same step with what was tried on it."""
-        step = replace(self, candidates=candidates, scores=scores)
+        return self._with(candidates=candidates, scores=scores)
+
+    def with_errors(self, train: float, heldout: float, new_sample: float | None) -> Step:
+        """The same step with other errors."""
+        return self._with(E_train=train, E_heldout=heldout, E_new_sample=new_sample)
+
+    def _with(self, **changes: Any) -> Step:
+        step = replace(self, **changes)
         if "left" in vars(self):  # known already, and dear
             vars(step)["left"] = self.left
         return step

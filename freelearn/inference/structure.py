@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +11,16 @@ from scipy.special import fdtrc
 from torch import Tensor
 
 from freelearn.inference.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal
-from freelearn.inference.noise import Whitener
-from freelearn.inference.shapes import Basis, bases, whitened_basis
+from freelearn.inference.noise import Whitener, whitened_basis
+from freelearn.inference.shapes import Basis, bases
 from freelearn.measurements.states import States
 
 # Standard deviations beyond which a residual counts as an outlier.
 OUTLYING = 4.0
 # Fewer degrees of freedom than this tell nothing of the noise.
 FEWEST_FREE = 10
+# A p-value below this is looked at again without each of the states.
+LOOKED_AT = 0.05
 
 
 @dataclass(frozen=True)
@@ -35,23 +38,33 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
     the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
     multiplied by the number of bases (Bonferroni). Residuals beyond OUTLYING standard deviations are drawn in to there:
-    a few rows on a kink of the model, or a few bad readings, are not a systematic misfit.
+    a few rows on a kink of the model are not a systematic misfit, and neither is one odd state: where the F-test sees
+    something, it has to see it without any one of the states too.
     """
     flat = winsorized(residual.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
-    spans, explained = [], []
-    for basis in bases(states):
-        rank, part = _explained(basis, absorbed, flat, whiten)
-        spans.append(rank)
-        explained.append(part)
+    views = [_view(basis, absorbed, flat, whiten) for basis in bases(states)]
+    views = [view for view in views if view.rank]
     total = float(flat.square().sum())
-    finest = int(np.argmax(spans))
-    freedom = len(flat) - absorbed.shape[1] - spans[finest]
+    finest = max(views, key=lambda view: view.rank)
+    freedom = len(flat) - absorbed.shape[1] - finest.rank
     if freedom < FEWEST_FREE:
         return Structure(1.0, float((total / max(len(flat) - absorbed.shape[1], 1)) ** 0.5))
-    variance = max(total - explained[finest], SMALLEST) / freedom
-    p_values = [f_test(e / k / variance, k, freedom) for e, k in zip(explained, spans, strict=True) if k]
-    return Structure(min(1.0, len(p_values) * min(p_values, default=1.0)), variance**0.5)
+    every = torch.ones(1, whiten.states, dtype=torch.float64)
+    variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
+    # What shapes explain of heavy-tailed errors is less than their variance.
+    explainable = variance * whiten.efficiency
+
+    def least(explained: Sequence[np.ndarray]) -> np.ndarray:
+        chances = [fdtrc(v.rank, freedom, e / v.rank / explainable) for v, e in zip(views, explained, strict=True)]
+        smallest: np.ndarray = np.minimum(1.0, len(views) * np.min(chances, axis=0))
+        return smallest
+
+    p_value = float(least([view.explained(every) for view in views])[0])
+    if p_value < LOOKED_AT:
+        without = 1 - torch.eye(whiten.states, dtype=torch.float64)
+        p_value = float(least([view.explained(without) for view in views]).max())
+    return Structure(p_value, variance**0.5)
 
 
 def f_test(ratio: float, of: int, over: int) -> float:
@@ -63,27 +76,52 @@ def f_test(ratio: float, of: int, over: int) -> float:
     return float(fdtrc(of, over, ratio))
 
 
-def _explained(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> tuple[int, float]:
-    """Rank of a basis cleared of an orthonormal span (2N, r), and what of |flat|² (2N,) it explains.
+@dataclass(frozen=True)
+class _View:
+    """A basis of some rank, cleared of what the fit absorbs: axes (k, rank) that make its columns orthonormal, their
+    products with the residuals summed over each kinematic state, (states, k), and the share of these that is absorbed:
+    products of the absorbed span (states, r) and with the columns (r, k)."""
+
+    rank: int
+    axes: Tensor
+    along: Tensor
+    taken: Tensor
+    shared: Tensor
+
+    def explained(self, states: Tensor) -> np.ndarray:
+        """What the basis explains of the squared residuals, (cases,), if each state's count as often as states
+        (cases, states) says."""
+        slope = states @ self.along - (states @ self.taken) @ self.shared
+        explained: np.ndarray = (slope @ self.axes).square().sum(1).numpy()
+        return explained
+
+
+def _view(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _View:
+    """A basis seen beside an orthonormal span (2N, r) and residuals (2N,).
 
     All from inner products, block by block: the cleared columns themselves would cost several passes over them."""
     span, residual = absorbed.reshape(len(flat) // 2, 2, -1), flat.reshape(-1, 2)
-    grams, taken, along = [], [], []
+    grams, shared, along = [], [], []
     for block in basis:
         columns = whitened_basis(block.columns, whiten.part(block.rows))
         length = norms(columns)
         columns = columns[:, length > 0] / length[length > 0]
         grams.append(columns.T @ columns)
-        taken.append(span[block.rows].flatten(0, 1).T @ columns)
-        along.append(columns.T @ residual[block.rows].reshape(-1))
-    shared = torch.cat(taken, dim=1)
-    if not shared.shape[1]:
-        return 0, 0.0
-    together: Tensor = torch.block_diag(*grams)
-    size, axes = torch.linalg.eigh(together - shared.T @ shared)
-    slope = axes.T @ (torch.cat(along) - shared.T @ (absorbed.T @ flat))
+        shared.append(span[block.rows].flatten(0, 1).T @ columns)
+        along.append(_by_state(columns, residual[block.rows], whiten.state[block.rows], whiten.states))
+    together, taken = torch.block_diag(*grams), torch.cat(shared, dim=1)
+    size, axes = torch.linalg.eigh(together - taken.T @ taken)
     kept = size > DEPENDENT
-    return int(kept.sum()), float((slope[kept].square() / size[kept]).sum())
+    axes = axes[:, kept] / size[kept].sqrt()
+    return _View(
+        int(kept.sum()), axes, torch.cat(along, 1), _by_state(absorbed, residual, whiten.state, whiten.states), taken
+    )
+
+
+def _by_state(columns: Tensor, residual: Tensor, state: Tensor, states: int) -> Tensor:
+    """Products of columns (2n, k) with residuals (n, 2), summed over each kinematic state: (states, k)."""
+    products = (columns * residual.reshape(-1)[:, None]).reshape(len(state), 2, -1).sum(1)
+    return torch.zeros(states, products.shape[1], dtype=products.dtype).index_add_(0, state, products)
 
 
 def winsorized(residual: Tensor) -> Tensor:

@@ -4,11 +4,19 @@
 
 # Chance of naming an effect, in one step, where there is nothing to find.
 ALPHA = 0.01
+# The same where an effect has been added already and what is left looks systematic with no less chance than the
+# second of these: then nothing asks for one more.
+UNASKED, ASKED = 0.003, 0.05
 # Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so smaller.
 LEFT = 0.002
 # An added effect has to lower the held-out loss by this many standard errors of the paired difference, and an effect
 # that raises it by less when it is taken out again is idle.
 BETTER = 2.0
+# Two effects that are added together were chosen from hundreds of pairs.
+TOGETHER = 3.0
+# Share by which the error of held-out states may rise when an effect is taken out of a model that stays unexplained:
+# what explains less than this of the error that is shown stands for something else, or does not matter.
+SAME_ERROR = 0.05
 
 # --- how far to look ---------------------------------------------------------------------------------------------
 
@@ -18,8 +26,15 @@ MOST_EFFECTS = 6
 REFITTED = 6
 # Rounds in which an effect already in may be exchanged for one that explains more.
 EXCHANGES = 3
+# Pairs that are fitted in full when no single effect helps, and rounds of growing and exchanging.
+PAIRS, REGROWN = 3, 3
+# Effects added beyond which no pairs are tried: they stand for something else already.
+MOST_AHEAD = 3
 # Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.
 WHITENINGS = 3
+# Powers of Huber's weights in the reweighted fits of the first model, after which no reading decides what is looked at
+# (from the second power on, influence falls with distance). The share of the loads below what counts as their size.
+BOUNDED, NEARLY_ALL = (1, 1, 1, 2, 2), 0.95
 
 # --- what need not be computed -----------------------------------------------------------------------------------
 
@@ -37,6 +52,11 @@ COINCIDE = 4.0
 COMPARABLE = 0.25
 # Mean gain per kinematic state, in χ², for which an effect is exchanged.
 WORTH_EXCHANGING = 0.5
+
+# Share of the clock's variance that an input explains where the states were measured in its order.
+SORTED = 0.8
+# Reduction of χ² that a block of slipped readings has to explain: there are hundreds of places for one.
+BLOCK = 30.0
 
 # --- whitened fits -----------------------------------------------------------------------------------------------
 

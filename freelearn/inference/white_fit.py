@@ -20,6 +20,8 @@ from freelearn.models.base import Model
 TOLERANCE = 1e-7
 # Reduction of χ² that a fit does not pursue, in units of χ² per number: it moves a parameter by 0.001 σ.
 SETTLED = 1e-6
+# χ² per number beyond which a model is so wrong that a share of it decides nothing: its fit need not be pursued.
+HOPELESS, ROUGHLY = 8.0, 1e-5
 MAX_ITERATIONS = 60
 ONE = torch.ones(2, dtype=torch.float64)
 
@@ -110,13 +112,22 @@ def white_fit(
     return _ended(problem, result.x, Termination(int(result.status)), message or state.result().message(0))
 
 
+def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:
+    """A model at a raw vector (p,) on other rows than it was fitted to: nothing whitened."""
+    problem = Problem(model, rows, ONE)
+    with torch.no_grad():
+        raw = problem.residual(vector).reshape(-1, 2)
+    jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+    return WhiteFit(model, vector, raw, jacobian, raw, jacobian, False, "Not fitted.")
+
+
 GIVEN_UP = "Given up: another model fits far better than this one can."
 
 
 def _enough(state: State, count: int, rival: float | None) -> str:
     """Why a search need not go on, if so: nothing left to gain, or no chance to match the rival."""
     loss, promised = float(state.point.loss[0]), float(state.point.model.attainable()[0])
-    if promised <= SETTLED * loss / count:
+    if promised <= SETTLED * loss / count or (loss > HOPELESS * count and promised <= ROUGHLY * loss):
         return "Converged: what the linear model still promises decides nothing."
     if rival is not None and loss - TRUST * promised > BEHIND * rival:
         return GIVEN_UP

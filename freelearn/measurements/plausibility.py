@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pandas as pd
 
+from freelearn.measurements.usable import usable_rows
 from freelearn.units import DEG
 
 INCH_MM = 25.4
@@ -20,7 +21,7 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
 
     Suspicions only: nothing is converted, and an unusual actuator may be right as it is.
     """
-    used = table[table["buckled"] == 0]
+    used = table[usable_rows(table)]
     checks = (_lengths, _elongation, _angles, _pressure, _moment, _step)
     return [warning for check in checks for warning in check(used)]
 

@@ -8,15 +8,16 @@ from difflib import get_close_matches
 import pandas as pd
 
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
+from freelearn.measurements.usable import LEFT_OUT
 
 DESIGN = ("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm")
 STATE = ("elongation_mm", "twist_deg", "step", "pressure_kpa")
-INTEGERS = ("sample", "step", "buckled")
+INTEGERS = ("sample", "step", "buckled", LEFT_OUT)
 REQUIRED = (
     *("sample", *DESIGN, "step", "elongation_mm", "twist_deg"),
     *("pressure_kpa", "force_n", "moment_nmm", "buckled"),
 )
-OPTIONAL = ("time_s", "temperature_c")
+OPTIONAL = ("time_s", "temperature_c", LEFT_OUT)
 # The standard atmosphere is 101.325 kPa; gauges err and weather changes little below it.
 VACUUM_KPA = -101.4
 # Sample and step numbers beyond this are typing errors; below it float64 holds every integer exactly.
@@ -44,6 +45,10 @@ def _differs(column: str) -> Callable[[pd.DataFrame], pd.Series]:
         return usual.notna() & (table[column] != usual)
 
     return differs
+
+
+def _no_mark(column: str) -> Callable[[pd.DataFrame], pd.Series]:
+    return lambda table: ~table[column].isin([0, 1])
 
 
 _SAME = ("sample", *STATE, "force_n", "moment_nmm")
@@ -113,7 +118,10 @@ RULES = (
         lambda t: t["pressure_kpa"] < VACUUM_KPA,
         "is below a vacuum: give the gauge pressure in kPa",
     ),
-    Rule("buckled", ("buckled",), lambda t: ~t["buckled"].isin([0, 1]), "is neither 0 nor 1: write one of them"),
+    *(
+        Rule(column, (column,), _no_mark(column), "is neither 0 nor 1: write one of them")
+        for column in ("buckled", LEFT_OUT)
+    ),
     *(
         Rule(
             column,

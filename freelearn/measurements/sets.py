@@ -9,6 +9,7 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.usable import usable_rows
 
 TRAIN, VALIDATION, TEST = "train", "validation", "test"
 # The paper's shares: 64 % training, 16 % validation, 20 % test.
@@ -67,13 +68,13 @@ def set_names(available: np.ndarray) -> list[str]:
 
 
 def split_rows(table: pd.DataFrame, seed: int, by_states: bool, shares: tuple[float, float] = SHARES) -> np.ndarray:
-    """Label of every row, "train", "validation", "test", or "" for a buckled one: (N,) str.
+    """Label of every row, "train", "validation", "test", or "" for a buckled or left-out one: (N,) str.
 
     Each sample is split on its own, with a generator of its own, so a sample's test rows are the same whatever
     else is in the table or the training set. by_states keeps the rows of one kinematic state together. shares: of
     training and of validation.
     """
-    usable = (table["buckled"] == 0).to_numpy()
+    usable = usable_rows(table)
     sample = table["sample"].to_numpy()
     unit = kinematic_state(table) if by_states else np.arange(len(table))
     label = np.full(len(table), "", dtype="<U10")

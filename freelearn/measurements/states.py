@@ -76,7 +76,7 @@ class States:
     def from_table(cls, table: pd.DataFrame) -> States:
         """From a measurement table in engineering units, one row per configuration in the order of measuring.
 
-        The memory (direction, clock, dwell, past_severity) is that of the rows given, buckled ones included.
+        The memory (direction, clock, dwell, past_severity) is that of all rows given, buckled and left-out ones too.
         """
 
         def column(name: str, factor: float = 1.0) -> Tensor:

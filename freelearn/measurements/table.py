@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -14,17 +15,30 @@ from freelearn.measurements.faults import TableError
 from freelearn.measurements.plausibility import unit_warnings
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
 from freelearn.measurements.schema import INTEGERS, OPTIONAL, REQUIRED, find_faults
+from freelearn.measurements.usable import LEFT_OUT, usable_rows
 
 SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
-def read_table(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
-    """Read and check a measurement table: its frame, and warnings about units that look wrong.
+@dataclass(frozen=True)
+class TableFile:
+    """A checked measurement table.
 
-    The frame holds the file's columns and rows in their order: sample, step and buckled as int64, the contract's
-    other columns as float64 in the units that their names say, further columns as the text in the file. Blank
-    lines are skipped. Raises TableError with all faults of the rows and columns, and UserError where the file as
-    a whole is not such a table. Nothing is executed or written.
+    table: the file's columns and N rows in their order: sample, step, buckled and left_out (blank: 0) as int64, the
+    contract's other columns as float64 in the units that their names say, further columns as the text in the file.
+    lines: the line in the file at which each row begins, (N,) int64. warnings: about units that look wrong.
+    """
+
+    table: pd.DataFrame
+    lines: np.ndarray
+    warnings: list[str]
+
+
+def read_table(path: str | Path) -> TableFile:
+    """Reads and checks a measurement table. Blank lines are skipped.
+
+    Raises TableError with all faults of the rows and columns, and UserError where the file as a whole is not such a
+    table. Nothing is executed or written.
     """
     records = read_records(path)
     header = [name.strip() for name in records.header]
@@ -42,16 +56,23 @@ def read_table(path: str | Path) -> tuple[pd.DataFrame, list[str]]:
         text.setdefault(name, column)
 
     known = [name for name in (*REQUIRED, *OPTIONAL) if name in text]
-    numbers = pd.DataFrame({name: numbers_of(text[name]) for name in known}, index=pd.Index(lines, dtype=np.int64))
+    columns_read = {name: numbers_of(_unmarked(text[name]) if name == LEFT_OUT else text[name]) for name in known}
+    numbers = pd.DataFrame(columns_read, index=pd.Index(lines, dtype=np.int64))
     faults += find_faults(numbers, text, records.header_line)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
 
-    numbers = numbers.astype(dict.fromkeys(INTEGERS, np.int64)).reset_index(drop=True)
-    if numbers["buckled"].all():
-        raise UserError(f"Every row of {path} is marked as buckled, so none can be fitted or scored.")
+    numbers = numbers.astype({name: np.int64 for name in INTEGERS if name in numbers}).reset_index(drop=True)
+    if not usable_rows(numbers).any():
+        marked = "buckled" if numbers["buckled"].all() else "buckled or left out"
+        raise UserError(f"Every row of {path} is marked as {marked}, so none can be fitted or scored.")
     frame = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in header})
-    return frame, [*_near_optional(header), *unit_warnings(frame)]
+    return TableFile(frame, np.array(lines, dtype=np.int64), [*_near_optional(header), *unit_warnings(frame)])
+
+
+def _unmarked(cells: Sequence[str]) -> list[str]:
+    """The cells of a column of marks; one that is blank marks nothing."""
+    return [cell if cell.strip() else "0" for cell in cells]
 
 
 def _refuse_other_formats(path: str | Path, header: list[str]) -> None:

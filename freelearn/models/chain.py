@@ -70,7 +70,7 @@ class Chain(RawVector):
         """`forward` in one block, with values that may differ from row to row."""
         states = self.imposed(states, values)
         if self._mounts:
-            states, (loads, status) = settle(states, values, self._mounted, self._rested)
+            states, (loads, status) = settle(states, values, self._mounted, self._rested, self.rows_of)
         else:
             loads, status = self._rested(states, values)
         return Prediction(self.sensed(loads, states, values), status)

@@ -13,6 +13,8 @@ from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
 
 MAX_ITERATIONS = 15
+# Iterations after which only the rows that have not settled go on.
+EARLY = 5
 # Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
 # differentiable step takes away besides.
 TOLERANCE = 1e-7
@@ -23,6 +25,8 @@ Values = dict[str, Tensor]
 # The state imposed by a mount that carries these loads, and the loads of an actuator at a state.
 Impose = Callable[[States, Tensor, Values], States]
 Loads = Callable[[States, Values], Prediction]
+# The values of some rows (RawVector.rows_of).
+RowsOf = Callable[[Values, Tensor], Values]
 
 
 class Settled(NamedTuple):
@@ -32,7 +36,7 @@ class Settled(NamedTuple):
     prediction: Prediction
 
 
-def settle(states: States, values: Values, impose: Impose, loads: Loads) -> Settled:
+def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> Settled:
     """Solves q = impose(τ(q)) for q = (l, φ), row by row, with exact first derivatives of any kind.
 
     With the mismatch g(q) = q − impose(τ(q)), A = ∂τ/∂q and J = ∂g/∂q (2 × 2 a row), Newton's method finds q without
@@ -42,7 +46,7 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads) -> Sett
     """
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach(), lambda s: loads(s, fixed).loads, lambda s, carried: impose(s, carried, fixed))
+        at = _solve(states.detach(), fixed, impose, loads, rows_of)
     prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
     step = torch.where(at.settled[:, None], -_divide(at.q - imposed, at.jacobian), 0.0)
@@ -61,14 +65,29 @@ class _Solution(NamedTuple):
     settled: Tensor
 
 
-def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[States, Tensor], States]) -> _Solution:
-    q = _place(states)
+def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
+    at = _newton(states, _place(states), values, impose, loads, EARLY)
+    left = _unsettled(at.settled)
+    if left is None:  # inside vmap
+        at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
+    elif len(left):
+        # Most rows settle in a few steps; only the others go on.
+        rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
+        at = _Solution(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
+    settled = at.settled & (_determinant(at.jacobian) > 0)
+    return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
+
+
+def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Loads, iterations: int) -> _Solution:
+    """At most so many iterations of Newton's method from q (N, 2)."""
     size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
     largest = size * torch.tensor(LARGEST, dtype=size.dtype, device=size.device)
     identity = torch.eye(2, dtype=size.dtype, device=size.device)
-    for _ in range(MAX_ITERATIONS):
-        carried, stiffness = rows_jacobian(lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1])), q)
-        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given)), carried)
+    for _ in range(iterations):
+        carried, stiffness = rows_jacobian(
+            lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1]), values).loads, q
+        )
+        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
         jacobian = identity - yielding @ stiffness
         step = -_divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
@@ -77,8 +96,15 @@ def _solve(states: States, loads: Callable[[States], Tensor], impose: Callable[[
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
         q = q + step
-    settled = settled & (_determinant(jacobian) > 0)
-    return _Solution(q.detach(), jacobian.detach(), stiffness.detach(), settled)
+    return _Solution(q, jacobian, stiffness, settled)
+
+
+def _unsettled(settled: Tensor) -> Tensor | None:
+    """Numbers of the rows that have not settled, (n,) int64; None inside vmap, where nobody can know."""
+    try:
+        return torch.nonzero(~settled)[:, 0]
+    except RuntimeError:
+        return None
 
 
 def _place(states: States) -> Tensor:

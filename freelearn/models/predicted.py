@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.usable import usable_rows
 from freelearn.models.prediction import Prediction, Status
 from freelearn.units import NMM
 
@@ -21,5 +22,5 @@ def predicted_table(table: pd.DataFrame, split: str | np.ndarray, prediction: Pr
 
 
 def usable(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Rows that are fitted or scored: not buckled, and with a valid prediction."""
-    return predictions[(predictions["buckled"] == 0) & (predictions["status"] == "ok")]
+    """Rows that are fitted or scored: neither buckled nor left out, and with a valid prediction."""
+    return predictions[usable_rows(predictions) & (predictions["status"] == "ok").to_numpy()]

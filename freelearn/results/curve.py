@@ -10,6 +10,7 @@ import pandas as pd
 import torch
 
 from freelearn.measurements.states import States
+from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 from freelearn.units import KPA, NMM
@@ -30,20 +31,20 @@ def state_curves(
     what the sample went through before.
     """
     states = States.from_table(table) if states is None else states
-    buckled = (table["buckled"] == 1).to_numpy()
+    usable = usable_rows(table)
     return [
-        (table.iloc[rows], {n: model_curve(m, states[torch.as_tensor(rows)], buckled[rows]) for n, m in models.items()})
+        (table.iloc[rows], {n: model_curve(m, states[torch.as_tensor(rows)], usable[rows]) for n, m in models.items()})
         for rows in picked
     ]
 
 
-def model_curve(model: Model[Any], states: States, buckled: np.ndarray) -> pd.DataFrame:
+def model_curve(model: Model[Any], states: States, usable: np.ndarray) -> pd.DataFrame:
     """Predicted loads along the path that the pressure took: from zero to the first step, then from step to step.
 
-    states: one kinematic state's rows in time order; buckled: (N,) of them. Points between two steps remember what
+    states: one kinematic state's rows in time order; usable: (N,) bool of them. Points between two steps remember what
     the later one does (its direction, its times), so that rising and falling pressure draw two branches.
     Columns, in the order of the path: pressure_kpa, force_pred_n, moment_pred_nmm (blank without an equilibrium),
-    extrapolated (outside the measured, un-buckled pressures).
+    extrapolated (outside the pressures of usable rows).
     """
     per_step = max(1, round(POINTS / len(states)))
     step = np.repeat(np.arange(len(states)), per_step)
@@ -55,7 +56,7 @@ def model_curve(model: Model[Any], states: States, buckled: np.ndarray) -> pd.Da
     with torch.no_grad():
         loads, status = model(path)
     loads[status == Status.NO_EQUILIBRIUM] = torch.nan
-    fitted = pressure[~buckled] if not buckled.all() else pressure
+    fitted = pressure[usable] if usable.any() else pressure
     slack = 1e-9 * np.abs(pressure).max()
     return pd.DataFrame(
         {

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import torch
 
@@ -15,22 +16,25 @@ from freelearn.inference.covariance import parameter_covariance
 from freelearn.inference.crossval import HELDOUT_IS
 from freelearn.inference.failures import Failure
 from freelearn.inference.next_experiment import NextState
+from freelearn.inference.order import DRIFT, unknown
 from freelearn.inference.remainder import Remainder
 from freelearn.inference.screens import Screen
 from freelearn.inference.search import Findings
 from freelearn.inference.step import Step
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.states import States
+from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table
 from freelearn.results.curve import StateCurves, state_curves
 from freelearn.results.states import pick_states
+from freelearn.results.suspects import SuspectedReading, flagged
 
 
 @dataclass
 class Discovery:
     """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
-    findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails."""
+    findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails.
+    suspects: readings that slipped, perhaps, the worst first."""
 
     findings: Findings
     table: pd.DataFrame
@@ -43,6 +47,7 @@ class Discovery:
     left: Remainder | None
     notes: list[str]
     content: dict[str, Any]
+    suspects: list[SuspectedReading] = field(default_factory=list)
 
     @cached_property
     def predictions(self) -> dict[str, pd.DataFrame]:
@@ -52,12 +57,24 @@ class Discovery:
         return {when: _predicted(self.table, self.states, step.fit.model) for when, step in ends.items()}
 
     @cached_property
+    def trusted(self) -> dict[str, pd.DataFrame]:
+        """The same, with the suspects' rows left out and marked (suspects.flagged): what pictures are drawn from."""
+        return {when: flagged(table, self.findings.suspects) for when, table in self.predictions.items()}
+
+    @cached_property
     def curves(self) -> list[StateCurves]:
-        """Curves of the first and the last model at a middling and at the worst state of the first."""
+        """Curves of the first and the last model at a middling and at the worst state of the first, and at that of the
+        worst suspect."""
         models = {"before": self.findings.steps[0].fit.model, "after": self.findings.final.fit.model}
-        table = self.predictions["before"]
+        table = self.trusted["before"]
+        picked = pick_states(table)[1:]
+        if self.findings.suspects:
+            worst = max(self.findings.suspects, key=lambda suspect: abs(suspect.sigmas))
+            if not any(worst.row in rows for rows in picked):
+                state = kinematic_state(table)
+                picked.append(np.flatnonzero(state == state[worst.row]))
         # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
-        return state_curves(models, table, pick_states(table)[1:], self.states)
+        return state_curves(models, table, picked, self.states)
 
 
 def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFrame:
@@ -71,6 +88,7 @@ def document(
     screens: list[Screen],
     proposed: list[NextState],
     left: Remainder | None,
+    suspects: list[SuspectedReading],
     notes: list[str],
     untestable: list[Candidate],
     about: dict[str, Any],
@@ -82,22 +100,43 @@ def document(
         "verdict": findings.verdict,
         "says": verdict_in_words(findings),
         "effects": findings.effects,
-        "classes": [list(c) for c in findings.classes],
+        "classes": classes_of(findings),
         "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
         "trail": [_entry(step, previous) for previous, step in pairs],
         "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
         "failures": [f.numbers() for f in failed],
         "next_experiment": [vars(p) for p in proposed],
+        "suspects": [s.plain() for s in suspects],
         "screens": [vars(s) for s in screens],
         "remainder": vars(left) if left else None,
-        "noise_scale": last.left.scale,
+        "noise_scale": noise_scale(last),
         "structure_p_value": last.left.p_value,
         "notes": notes,
         **about,
     }
     finite: dict[str, Any] = _finite(content)
     return finite
+
+
+def classes_of(findings: Findings) -> list[list[str]]:
+    """For each effect all that the data cannot tell from it, itself first; for a drift also an unknown function of what
+    the states were measured in the order of."""
+    others = [unknown(name) for name in findings.sorted_by]
+    return [[*c, *(others if DRIFT in c else [])] for c in findings.classes]
+
+
+def sigmas_heldout(step: Step) -> float:
+    """Root mean square of the held-out residuals, each in standard deviations of its own noise as measured: one is
+    noise. What the search makes fall; E weighs the same residuals by the largest loads."""
+    return float(step.heldout.white.square().mean().sqrt())
+
+
+def noise_scale(step: Step) -> float:
+    """How many times the stated noise is what scatters about a step's model, smooth structure and slips taken off: the
+    geometric mean of force and moment."""
+    found = step.whiten.scatter
+    return step.left.scale * (float(found.deviations.prod()) ** 0.5 if found else 1.0)
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
@@ -108,6 +147,7 @@ def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
         "E_train": step.E_train,
         "E_heldout": step.E_heldout,
         "E_new_sample": step.E_new_sample,
+        "sigmas_heldout": sigmas_heldout(step),
         "parameters": step.fit.values(),
         "stderr": stderr(step),
         "noise_floor": step.floor,
@@ -116,12 +156,14 @@ def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
 
 
 def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
-    """The staircase of a discovery.json: step (what was added), E_heldout, E_train, noise_floor (fractions)."""
-    table = pd.DataFrame(content["trail"])[["effect", "E_heldout", "E_train", "noise_floor"]]
+    """The staircase of a discovery.json: step (what was added), E_heldout, E_train, noise_floor (fractions), and
+    sigmas_heldout."""
+    shown = ["E_heldout", "E_train", "noise_floor", "sigmas_heldout"]
+    table = pd.DataFrame(content["trail"])[["effect", *shown]]
     added = table["effect"].map(lambda effect: f"+ {effect.replace('+', ' + ')}", na_action="ignore")
     names = added.fillna("exchanged")
     names.iloc[0] = "model alone" if pd.isna(table["effect"].iloc[0]) else f"model {added.iloc[0]}"
-    return table.assign(step=names)[["step", "E_heldout", "E_train", "noise_floor"]]
+    return table.assign(step=names)[["step", *shown]]
 
 
 def stderr(step: Step) -> dict[str, float]:
@@ -143,7 +185,7 @@ def verdict_in_words(findings: Findings) -> str:
         was, them = ("was", "it") if len(findings.effects) == 1 else ("were", "them")
         return f"Named: {names} {was} missing; with {them} nothing systematic is left."
     if findings.verdict == "class":
-        groups = "; ".join(" or ".join(c) for c in findings.classes)
+        groups = "; ".join(" or ".join(c) for c in classes_of(findings))
         return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
     helped = f" {names} explain a part of it." if names else ""
     return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"

@@ -9,7 +9,7 @@ import numpy as np
 from freelearn.inference.next_experiment import NextState
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import LEFT
-from freelearn.results.discovery import Discovery, stderr
+from freelearn.results.discovery import Discovery, sigmas_heldout, stderr
 from freelearn.results.estimate import parameter_table, searched_estimates
 from freelearn.results.formats import fixed, number, percent, sentence, signed
 from freelearn.results.staircase import staircase_row
@@ -19,7 +19,7 @@ from freelearn.results.tables import DisplayTable
 def step_row(step: Step, text: str) -> list[str]:
     """One step as a row under staircase.HEADINGS and what is left; text: what the step added."""
     left = "nothing" if step.left.p_value >= LEFT else "structure"
-    return [*staircase_row(text, step.E_train, step.E_heldout, step.floor), left]
+    return [*staircase_row(text, step.E_train, step.E_heldout, step.floor, sigmas_heldout(step)), left]
 
 
 def final_parameters(discovery: Discovery) -> DisplayTable:

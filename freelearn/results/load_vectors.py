@@ -5,18 +5,19 @@ from __future__ import annotations
 import pandas as pd
 
 from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.usable import usable_rows
 from freelearn.results.states import places
 
 COLUMNS = ["sample", "elongation_mm", "twist_deg", "end", "pressure_kpa", "force_n", "moment_nmm"]
 
 
 def load_vector_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Each kinematic state's place, and its loads at the lowest and the highest un-buckled pressure.
+    """Each kinematic state's place, and its loads at the lowest and the highest usable pressure.
 
     Columns sample, elongation_mm, twist_deg, end (low, high), pressure_kpa, force_n, moment_nmm."""
     table = table.reset_index(drop=True)
     where = places(table)
-    kept = table[table["buckled"] == 0]
+    kept = table[usable_rows(table)]
     pressure = kept["pressure_kpa"].groupby(pd.Series(kinematic_state(table))[kept.index])
     ends = []
     for end, place in (("low", pressure.idxmin()), ("high", pressure.idxmax())):

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.error import Error
+from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Prediction, Status
 from freelearn.results.comparison import Compared
@@ -29,11 +30,12 @@ CONSTITUENT_SET = "constituent"
 class Run:
     """What came out. What is computed later is added by dataclasses.replace.
 
-    table: measurement table of N rows. labels: each row's split ("" for buckled), (N,). prediction: of all rows.
-    errors: by test set. uncertainty: of the fitted parameters, None when nothing was fitted. start: raw vector (p,)
-    before the fit. history: epoch, training and validation error. seconds: of this run; fit_seconds: of the fit, which
-    an earlier run made when it is `reused`. comparison: by test set, without and with the effects; empty where there
-    are none. misfit: where the model fails and how small its error could be; None without a stated accuracy.
+    table: measurement table of N rows. labels: each row's split, (N,), "" for buckled and left-out ones. prediction: of
+    all rows. errors: by test set. uncertainty: of the fitted parameters, None when nothing was fitted. start: raw
+    vector (p,) before the fit. history: epoch, training and validation error. seconds: of this run; fit_seconds: of the
+    fit, which an earlier run made when it is `reused`. comparison: by test set, without and with the effects; empty
+    where there are none. misfit: where the model fails and how small its error could be; None without a stated
+    accuracy.
     """
 
     model: Model[Any]
@@ -65,10 +67,10 @@ class Run:
         return fitted_estimates(self.uncertainty, self.model.declared)
 
     def counts(self) -> dict[str, int]:
-        """Rows of the table: all, used by the fit, buckled, and un-buckled ones without a valid prediction, by
-        reason."""
-        buckled = (self.table["buckled"] == 1).to_numpy()
-        status = self.prediction.status.numpy()[~buckled]
+        """Rows of the table: all, used by the fit, buckled, left out by the user, and of the others those without a
+        valid prediction, by reason."""
+        marked = {"buckled": int((self.table["buckled"] == 1).sum()), "left_out": int(left_out_rows(self.table).sum())}
+        status = self.prediction.status.numpy()[usable_rows(self.table)]
         used = self.uncertainty.residuals // 2 if self.uncertainty else 0
         reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
-        return {"rows": len(self.table), "used": used, "buckled": int(buckled.sum()), **reasons}
+        return {"rows": len(self.table), "used": used, **marked, **reasons}

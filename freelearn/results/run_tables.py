@@ -12,6 +12,7 @@ EXPLAINED = "E = √mean(((F−F̂)/max|F|)² + ((M−M̂)/max|M|)²) over a set
 # What became of rows that are neither fitted nor scored.
 MEANING = {
     "buckled": "buckled",
+    "left_out": "marked to be left out",
     "no_equilibrium": "without an equilibrium (the model's tube balloons)",
     "singular": "at the linear model's singularity (fibers along the axis)",
     "overstretched": "longer than an inextensible fiber allows",

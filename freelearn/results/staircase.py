@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from freelearn.results.formats import percent
+from freelearn.results.formats import fixed, percent
 from freelearn.results.tables import DisplayTable
 
 
@@ -31,16 +31,16 @@ def staircase(trail: pd.DataFrame) -> Staircase:
     return Staircase(list(trail["step"]), error, floor, labels, low / 1.5, float(np.nanmax(error)) * 1.9)
 
 
-def staircase_row(step: str, fitted: float, heldout: float, floor: float) -> list[str]:
+def staircase_row(step: str, fitted: float, heldout: float, floor: float, sigmas: float) -> list[str]:
     """The cells of one step; errors as fractions."""
-    return [step, *(percent(value, 3) for value in (fitted, heldout, floor))]
+    return [step, *(percent(value, 3) for value in (fitted, heldout, floor)), fixed(sigmas, 2)]
 
 
-HEADINGS = ("E fitted %", "E held-out %", "noise floor %")
+HEADINGS = ("E fitted %", "E held-out %", "noise floor %", "held-out σ")
 
 
 def staircase_table(trail: pd.DataFrame) -> DisplayTable:
-    """trail: step, E_heldout, E_train, noise_floor (fractions), see discovery.trail_numbers."""
-    columns = [trail[name].tolist() for name in ("step", "E_train", "E_heldout", "noise_floor")]
+    """trail: see discovery.trail_numbers."""
+    columns = [trail[name].tolist() for name in ("step", "E_train", "E_heldout", "noise_floor", "sigmas_heldout")]
     rows = [staircase_row(*cells) for cells in zip(*columns, strict=True)]
     return DisplayTable.of(["step"], HEADINGS, rows, title="The error, step by step")

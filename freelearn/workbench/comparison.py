@@ -14,6 +14,7 @@ from bokeh.models import Slider
 
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States, kinematic_state
+from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.render.html.charts.curves import CurveCharts
@@ -35,13 +36,13 @@ class Fitted:
         self.table = pd.read_csv(folder / "predictions.csv")
         self.states = States.from_table(self.table)
         self.state = kinematic_state(self.table)
-        self.buckled = (self.table["buckled"] == 1).to_numpy()
+        self.usable = usable_rows(self.table)
         self.residuals = residual_table(self.table)
         self.places = places(self.table)
 
     def curve(self, rows: np.ndarray) -> pd.DataFrame:
         """The model's loads along the pressures of these rows (see results.curve.model_curve)."""
-        return model_curve(self.model, self.states[torch.as_tensor(rows)], self.buckled[rows])
+        return model_curve(self.model, self.states[torch.as_tensor(rows)], self.usable[rows])
 
 
 @lru_cache(8)
@@ -104,7 +105,7 @@ class Comparison:
     def _sample_chosen(self) -> None:
         assert self.now is not None
         places = self.now.places[self.now.places["sample"] == self.sample.value]
-        rows = np.bincount(self.now.state[~self.now.buckled], minlength=len(self.now.places))
+        rows = np.bincount(self.now.state[self.now.usable], minlength=len(self.now.places))
         places = places[rows[places.index] > 0].sort_values(["elongation_mm", "twist_deg"])
         shown = self._state()
         self.labels = {

@@ -1,4 +1,4 @@
-"""What there is to see once something is fitted: comparison, staircase, effects."""
+"""What there is to see once something is fitted: comparison, staircase, effects, suspected readings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.effects import Effects
 from freelearn.workbench.session import Session
+from freelearn.workbench.suspects import Suspects
 
 
 class Results:
@@ -18,12 +19,13 @@ class Results:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.comparison, self.effects = Comparison(session), Effects(session)
+        self.comparison, self.effects, self.suspects = Comparison(session), Effects(session), Suspects(session)
         self.staircase = StaircaseChart(width=316, height=290, what="test error")
         self.drawn: list[tuple[str, float]] = []
         self.view = pn.Column(
             self.comparison.view,
             pn.Row(*self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel)),
+            self.suspects.view,
             self.effects.view,
         )
 
@@ -37,6 +39,7 @@ class Results:
             self.comparison.refresh()
         self._staircase()
         self.effects.refresh()
+        self.suspects.refresh()
 
     def _staircase(self) -> None:
         rows: list[dict[str, Any]] = []

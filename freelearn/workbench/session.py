@@ -6,11 +6,13 @@ import hashlib
 import json
 import re
 import secrets
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from freelearn.files import write_bytes, write_text
+from freelearn.measurements.mark import mark_left_out
 from freelearn.workbench.job import Job
 from freelearn.workbench.question import VIRTUAL_SETS, Question, stored_csv
 
@@ -108,12 +110,33 @@ class Session:
             size = f"{len(content) / MEGABYTE:.0f} MB"
             self._refuse(f"{size} is more than the page takes ({LARGEST_CSV // MEGABYTE} MB): use the command line.")
             return
+        self.question = replace(self.question, data="csv", path=self._stored(content), name=name[:200], effects=())
+        self.table, self.problem = {}, ""
+        self.start("check")
+
+    def _stored(self, content: bytes) -> str:
+        """Keeps a table; its path."""
         path = stored_csv(self.folder, hashlib.sha256(content).hexdigest())
         self.folder.mkdir(parents=True, exist_ok=True)
         write_bytes(path, content)
-        self.question = replace(self.question, data="csv", path=str(path.resolve()), name=name[:200], effects=())
-        self.table, self.problem = {}, ""
+        return str(path.resolve())
+
+    def leave_out(self, lines: Collection[int]) -> None:
+        """Repeats the latest discovery on a copy of its table in which the rows that begin at these lines are marked to
+        be left out."""
+        if self.busy or self.discovery() is None or not lines:
+            return
+        assert self.search is not None
+        asked: Question = self.search["question"]
+        try:
+            content = mark_left_out(Path(asked.path).read_bytes(), lines)
+        except OSError as problem:
+            self._refuse(f"{self.question.name} cannot be read any more ({problem.strerror}): drop it again.")
+            return
+        self.question = replace(asked, path=self._stored(content), name=self.question.name)
+        # The counts of rows first; then the search, and before it the fit that it is about.
         self.start("check")
+        self.then = "discover"
 
     def _refuse(self, problem: str) -> None:
         self.problem = problem
@@ -163,7 +186,7 @@ class Session:
         self.save()
         if self.then and self.job is not None and self.job.status == "done":
             kind, self.then = self.then, ""
-            self._start(kind)
+            self.start(kind)
 
     def _checked(self) -> None:
         assert self.job is not None

@@ -102,8 +102,7 @@ class Steps:
     def _refresh_data(self) -> None:
         question, table = self.session.question, self.session.table
         if question.data == "csv":
-            lines = [f"{question.name}: {table['rows']} rows, {table['usable']} of them un-buckled, {table['samples']} "
-                     f"sample(s), {table['states']} kinematic states", *table["warnings"]] if table else []  # fmt: skip
+            lines = [_about(question.name, table), *table["warnings"]] if table else []
             say(
                 self.about_data,
                 lines or [f"Drop a measurement table (CSV, up to {LARGEST_CSV // MEGABYTE} MB)."],
@@ -139,6 +138,17 @@ class Steps:
         commands = [runs[-1]["question"].command("train")] if runs else []
         commands += [search["question"].command("discover")] if search else []
         say(self.command, commands, code=True)
+
+
+def _about(name: str, table: dict[str, Any]) -> str:
+    """What table.json says, in words."""
+    # A session that was kept before tables had such marks says nothing of them.
+    left_out = f", {table['left_out']} marked to be left out" if table.get("left_out") else ""
+    usable = f"{table['usable']} of them {'usable' if left_out else 'un-buckled'}"
+    return (
+        f"{name}: {table['rows']} rows, {usable}{left_out}, {table['samples']} sample(s), "
+        f"{table['states']} kinematic states"
+    )
 
 
 def _download(name: str, label: str) -> pn.widgets.FileDownload:

@@ -20,6 +20,7 @@ from freelearn.files import write_text
 from freelearn.inference.step import Step
 from freelearn.measurements.sets import set_names
 from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.question import Question
 
@@ -52,11 +53,11 @@ def _check(question: Question, folder: Path, fits: Path, pipe: Connection) -> No
     """Reads the table; table.json says what is in it."""
     loaded = load_table(train_settings(question, fits).data)
     table = loaded.table
-    usable = table["buckled"] == 0
     content = {
         "sets": list(set_names(table["sample"].to_numpy())),
         "rows": len(table),
-        "usable": int(usable.sum()),
+        "usable": int(usable_rows(table).sum()),
+        "left_out": int(left_out_rows(table).sum()),
         "samples": int(table["sample"].nunique()),
         "states": int(kinematic_state(table).max()) + 1,
         "warnings": list(loaded.warnings),

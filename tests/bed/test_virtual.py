@@ -59,9 +59,9 @@ def test_noise_is_the_accuracy(bed):
 
 def test_is_a_valid_measurement_table(bed, tmp_path):
     bed.to_csv(tmp_path / "bed.csv", index=False)
-    table, warnings = read_table(tmp_path / "bed.csv")
-    assert len(table) == len(bed)
-    assert warnings == []
+    read = read_table(tmp_path / "bed.csv")
+    assert len(read.table) == len(bed)
+    assert read.warnings == []
 
 
 def test_effects_change_the_loads_and_may_differ_between_samples(bed):

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,10 +12,13 @@ from conftest import ROOT
 from hidden_tables import MATERIAL, NOISE, table
 from rich.console import Console
 
+from freelearn.commands import discover as module
 from freelearn.commands.configuration import settings
 from freelearn.commands.discover import discover
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
+from freelearn.inference.search import search
+from freelearn.inference.suspects import Suspect
 from freelearn.models.build import load_model
 from freelearn.testing.reference.truths import outside
 
@@ -266,14 +270,124 @@ def test_the_command_itself(tmp_path):
     assert "Traceback" not in again.stderr
 
 
-def test_bad_readings_are_pointed_out_and_change_no_verdict(tmp_path):
+def test_bad_readings_are_pointed_out_and_change_no_verdict(friction, tmp_path):
     data = table(FRICTION)
     data.loc[[40, 41], "force_n"] += 5.0
     found = run(data, tmp_path)
     assert found["effects"] == ["friction_hysteresis"]
-    (note,) = [note for note in found["notes"] if "bad ones" in note]
-    place = data.loc[40]
-    assert note.endswith(f"at sample 3, {place['elongation_mm']:+.3g} mm, {place['twist_deg']:+.4g}°")
+    assert {42, 43} <= {line for suspect in found["suspects"] for line in suspect["lines"]}
+    worst = found["suspects"][0]
+    assert (worst["line"] in (42, 43), worst["load"], worst["unit"], worst["sample"]) == (True, "force", "N", 3)
+    assert worst["shown"] == pytest.approx(data.loc[worst["line"] - 2, "force_n"])
+    assert worst["expected"] == pytest.approx(worst["shown"] - 5.0, abs=0.2)
+    assert worst["sigmas"] > 6
+    # Left out, they leave the answer as it was.
+    again = run(pd.read_csv(tmp_path / "marked.csv"), tmp_path / "again")
+    assert (again["verdict"], again["effects"], again["classes"]) == (
+        found["verdict"],
+        found["effects"],
+        found["classes"],
+    )
+    assert again["left_out"] == len({line for suspect in found["suspects"] for line in suspect["lines"]})
+
+
+SLIPPED = [
+    Suspect(40, "force", 3.2, 45.1, -420.3, "another row's reading", (40,), 47),
+    *(
+        Suspect(n, "moment", 0.5, 0.25, 12.0 + n / 10, "a block with another scale", (100, 101, 102))
+        for n in (100, 101, 102)
+    ),
+    *(Suspect(200 + 10 * n, "force", 3.2, 3.0, 6.5 - n / 100, "", (200 + 10 * n,)) for n in range(10)),
+]
+LINES = {42, 102, 103, 104, *range(202, 302, 10)}
+
+
+@pytest.fixture(scope="module")
+def slipped(tmp_path_factory):
+    """A search that suspects SLIPPED."""
+    folder = tmp_path_factory.mktemp("slipped")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "search", lambda *asked: replace(search(*asked), suspects=SLIPPED))
+        found = run(table(FRICTION), folder, "figures=true")
+    return folder, found
+
+
+def test_suspects_are_told_by_line_in_every_form(slipped):
+    folder, found = slipped
+    listed = found["suspects"]
+    first = listed[0]
+    place = table(FRICTION).loc[40]
+    assert {name: first[name] for name in ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")} == {
+        name: pytest.approx(place[name]) for name in ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")
+    }
+    assert (first["line"], first["shown"], first["expected"], first["unit"]) == (42, 3.2, 45.1, "N")
+    assert (first["sigmas"], first["lines"]) == (-420.3, [42])
+    assert first["slip"] == "another row's reading, perhaps line 49's"
+    block = listed[1]
+    assert (block["line"], block["load"], block["unit"], block["lines"]) == (104, "moment", "N·mm", [102, 103, 104])
+    assert (block["shown"], block["expected"]) == pytest.approx((500, 250))
+    assert [abs(entry["sigmas"]) for entry in listed] == sorted((abs(s.sigmas) for s in SLIPPED), reverse=True)
+
+    written = pd.read_csv(folder / "suspects.csv", keep_default_na=False)
+    assert list(written) == list(first)
+    assert written["line"].tolist() == [entry["line"] for entry in listed]
+    assert written["lines"].astype(str).tolist()[:2] == ["42", "102 103 104"]
+
+    text = " ".join((folder / "terminal.txt").read_text().split())
+    assert "Suspected readings" in text
+    # A block is one row of the terminal's table, eight of which are shown.
+    assert "102–104" in text
+    assert "… 4 more in suspects.csv" in text
+    told = "Line 42: the force shows +3.2 N where +45.1 N was expected (−420 σ): another row's reading"
+    assert f"{told}, perhaps line 49's." in text
+    page = (folder / "report.html").read_text()
+    assert told.replace("'", "&#39;") in page
+    assert "<details><summary>all 14 of them</summary>" in page
+    for line in LINES:
+        assert f'<td class="words">{line}</td>' in page
+
+
+def test_the_marked_table_is_the_users_own_and_leaves_their_rows_out(slipped, tmp_path):
+    folder, found = slipped
+    original, marked = (folder / "table.csv").read_text(), (folder / "marked.csv").read_text()
+    for number, (line, other) in enumerate(zip(original.splitlines(), marked.splitlines(), strict=True), 1):
+        assert other == f"{line},{'left_out' if number == 1 else '1' if number in LINES else ''}"
+    # However wrong, what is marked changes nothing.
+    wild = pd.read_csv(folder / "marked.csv")
+    wild.loc[wild["left_out"] == 1, ["force_n", "moment_nmm"]] *= -1000
+    answers = [
+        run(data, tmp_path / name) for name, data in (("wild", wild), ("same", pd.read_csv(folder / "marked.csv")))
+    ]
+    for name in ("verdict", "effects", "classes", "error", "trail", "candidates", "failures", "suspects", "tests"):
+        assert answers[0][name] == answers[1][name]
+    assert answers[0]["left_out"] == len(LINES)
+    assert found["left_out"] == 0
+    assert answers[0]["rows"] == found["rows"] - len(LINES)
+    assert any(f"marked to be left out: {len(LINES)}" in note for note in answers[0]["notes"])
+
+
+def test_suspects_are_drawn_apart_and_do_not_blame_the_model(slipped, friction):
+    folder, found = slipped
+    # The worst suspect's state has curves of its own.
+    points = pd.concat([pd.read_csv(path) for path in sorted(folder.glob("curves_*.csv"))])
+    aside = points[points["what"] == "suspected reading"]
+    assert table(FRICTION).loc[40, "force_n"] == pytest.approx(aside["force_n"].iloc[0])
+    assert "Crosses: suspected readings" in (folder / "report.html").read_text()
+    before = pd.read_csv(folder / "predictions_before.csv")
+    assert len(before) == friction[1]["rows"]
+    assert "left_out" not in before
+    maps = pd.read_csv(folder / "residuals_before.csv")
+    assert maps["rows"].sum() == len(before) - len(LINES)
+    whole = sum(f["rows"] for f in friction[1]["failures"])
+    assert 0 < sum(f["rows"] for f in found["failures"]) <= whole
+
+
+def test_a_later_search_leaves_no_marks_of_an_earlier_one(tmp_path):
+    (tmp_path / "marked.csv").write_text("of an earlier search")
+    found = run(table(FRICTION, samples=(3,)), tmp_path)
+    assert found["suspects"] == []
+    assert not (tmp_path / "marked.csv").exists()
+    assert len(pd.read_csv(tmp_path / "suspects.csv")) == 0
 
 
 def test_the_table_of_steps_cuts_no_number_short(friction):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -152,6 +153,54 @@ def test_all_rows_buckled_too_few_rows_and_empty_tables(tmp_path):
     pd.read_csv(few).head(30).to_csv(few, index=False)
     with pytest.raises(UserError, match="62 parameters"):
         run(tmp_path / "b", "data=csv", f"data.path={few}", "train=all", "model=mlp")
+
+
+def test_rows_that_are_left_out_are_never_fitted_or_scored_but_counted(csv, tmp_path):
+    table = pd.read_csv(csv)
+    marked = np.arange(len(table)) % 37 == 5
+    loads = ["force_n", "moment_nmm"]
+    shown = {}
+    for name, columns in {
+        "wild": {"left_out": np.where(marked, "1", "")},
+        "mild": {"left_out": marked.astype(int)},
+        "buckled": {"buckled": marked.astype(int)},
+    }.items():
+        other = table.assign(**columns)
+        if name == "wild":
+            other.loc[marked, loads] *= -1000.0
+        other.to_csv(tmp_path / f"{name}.csv", index=False)
+        outcome = run(
+            tmp_path / name,
+            "train=all",
+            "data=csv",
+            f"data.path={tmp_path / name}.csv",
+            "effects=[twist_offset]",
+            "figures=false",
+        )
+        shown[name] = json.loads((tmp_path / name / "results.json").read_text())
+        assert (outcome.labels[marked] == "").all()
+        assert (outcome.labels[~marked] != "").all()
+    for name in ("parameters", "tests", "comparison", "noise_floor", "failures"):
+        assert shown["wild"][name] == shown["mild"][name] == shown["buckled"][name]
+    for name, buckled, left_out in (("wild", 0, marked.sum()), ("buckled", marked.sum(), 0)):
+        counts = shown[name]["counts"]
+        assert (counts["rows"], counts["buckled"], counts["left_out"]) == (len(table), buckled, left_out)
+    # The column stays in predictions.csv, where other commands look for it.
+    predicted = pd.read_csv(tmp_path / "wild" / "predictions.csv")
+    assert (predicted["left_out"] == marked).all()
+    assert predicted.loc[marked, "split"].isna().all()
+    assert "left_out" not in pd.read_csv(tmp_path / "buckled" / "predictions.csv")
+    assert re.search(rf"rows left_out +.* {marked.sum()}\n", (tmp_path / "wild" / "fit_report.txt").read_text())
+
+
+def test_a_set_that_is_left_out_altogether_is_told(csv, tmp_path):
+    table = pd.read_csv(csv)
+    path = tmp_path / "marked.csv"
+    table.assign(left_out=(table["sample"] == 6).astype(int)).to_csv(path, index=False)
+    with pytest.raises(UserError, match="'sample6' has no rows to fit, all are buckled or left out"):
+        run(tmp_path / "a", "data=csv", f"data.path={path}", "train=sample6", "test=sample3")
+    with pytest.raises(UserError, match="'sample6' has no rows to score"):
+        run(tmp_path / "b", "data=csv", f"data.path={path}", "train=sample3", "test=sample6")
 
 
 @pytest.mark.slow

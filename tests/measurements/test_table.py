@@ -6,6 +6,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, settings
@@ -14,7 +15,9 @@ from hypothesis import strategies as st
 from freelearn.bed.virtual import protocol
 from freelearn.errors import UserError
 from freelearn.measurements.faults import Fault, TableError
+from freelearn.measurements.mark import mark_left_out
 from freelearn.measurements.table import read_table
+from freelearn.measurements.usable import left_out_rows, usable_rows
 
 HEADER = [
     *("sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "step"),
@@ -104,6 +107,8 @@ BROKEN = {
     "sample name": (with_cells((4, "sample", "FREE3")), 4, "sample", "not a number"),
     "sample huge": (with_cells((4, "sample", "1e300")), 4, "sample", "positive integer"),
     "buckled 2": (with_cells((4, "buckled", "2")), 4, "buckled", "neither 0 nor 1"),
+    "left out 2": (valid_table().assign(left_out=2).head(1).to_csv(index=False), 2, "left_out", "neither 0 nor 1"),
+    "left out yes": (valid_table().assign(left_out="yes").head(1).to_csv(index=False), 2, "left_out", "not a number"),
     "vacuum": (with_cells((4, "pressure_kpa", "-101.5")), 4, "pressure_kpa", "below a vacuum"),
     "another design": (with_cells((2, "gamma_deg", "37")), 2, "gamma_deg", "differs from 36.0"),
     "duplicate": (with_duplicate(), 26, "", "duplicate of line 7"),
@@ -174,9 +179,9 @@ def test_written_frame_is_read_back(tmp_path: Path) -> None:
     table = valid_table().assign(time_s=lambda t: t.index / 3, temperature_c=21.5, note="a, b", code="007")
     table = table[["note", *HEADER[::-1], "code", "temperature_c", "time_s"]]
     table.to_csv(file, index=False)
-    read, warnings = read_table(file)
-    pd.testing.assert_frame_equal(read, table)
-    assert warnings == []
+    read = read_table(file)
+    pd.testing.assert_frame_equal(read.table, table)
+    assert read.warnings == []
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
@@ -184,16 +189,76 @@ def test_byte_order_mark_spaces_and_line_ends_are_accepted(tmp_path: Path, line_
     file = tmp_path / "table.csv"
     text = valid_table().to_csv(index=False).replace(",", ", ").replace("\n", line_end)
     file.write_bytes(b"\xef\xbb\xbf" + text.encode())
-    pd.testing.assert_frame_equal(read_table(file)[0], valid_table())
+    pd.testing.assert_frame_equal(read_table(file).table, valid_table())
 
 
 def test_repeat_of_a_state_is_no_duplicate(tmp_path: Path) -> None:
     table = valid_table()
     pd.concat([table, table.assign(force_n=table["force_n"] + 0.01)]).to_csv(tmp_path / "loads.csv", index=False)
-    assert len(read_table(tmp_path / "loads.csv")[0]) == 48
+    assert len(read_table(tmp_path / "loads.csv").table) == 48
     timed = pd.concat([table, table]).reset_index(drop=True).assign(time_s=lambda t: t.index)
     timed.to_csv(tmp_path / "times.csv", index=False)
-    assert len(read_table(tmp_path / "times.csv")[0]) == 48
+    assert len(read_table(tmp_path / "times.csv").table) == 48
+
+
+def test_rows_know_their_lines(tmp_path: Path) -> None:
+    lines = valid_table().assign(note='two\nlines, "quoted"').to_csv(index=False).splitlines()
+    # Each row takes two lines; a blank one goes before the header and another before the third row.
+    text = "\n".join(["", *lines[:5], "", *lines[5:]])
+    (tmp_path / "table.csv").write_text(text)
+    read = read_table(tmp_path / "table.csv")
+    assert read.lines.tolist() == [3, 5, *range(8, 8 + 2 * 22, 2)]
+    pd.testing.assert_frame_equal(read.table[HEADER], valid_table())
+
+
+def test_a_mark_may_be_blank_and_is_then_none(tmp_path: Path) -> None:
+    marks = ["1", "", " ", "0", "1.0", *[""] * 19]
+    valid_table().assign(left_out=marks).to_csv(tmp_path / "table.csv", index=False)
+    read = read_table(tmp_path / "table.csv").table
+    assert read["left_out"].tolist() == [1, 0, 0, 0, 1, *[0] * 19]
+    assert read["left_out"].dtype == "int64"
+    assert np.flatnonzero(~usable_rows(read)).tolist() == [0, 4, 5]
+    assert np.flatnonzero(left_out_rows(read)).tolist() == [0, 4]
+    # A row that is both is buckled.
+    read.loc[5, "left_out"] = 1
+    assert np.flatnonzero(left_out_rows(read)).tolist() == [0, 4]
+
+
+def test_what_is_left_out_draws_no_suspicion(tmp_path: Path) -> None:
+    table = valid_table().assign(left_out=0)
+    table.loc[7, ["pressure_kpa", "left_out"]] = 72500.0, 1
+    table.to_csv(tmp_path / "table.csv", index=False)
+    assert read_table(tmp_path / "table.csv").warnings == []
+    table.assign(left_out=0).to_csv(tmp_path / "table.csv", index=False)
+    assert "pascals" in read_table(tmp_path / "table.csv").warnings[0]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_marked_copy_is_the_users_text_but_for_the_marks(tmp_path: Path, end: str) -> None:
+    table = valid_table().assign(note='a "quoted", cell', code="007")
+    lines = table.to_csv(index=False).replace("72.5", " 72.500").splitlines()
+    text = end.join(["", *lines[:5], "", *lines[5:]])
+    content = b"\xef\xbb\xbf" + text.encode()
+    marked = mark_left_out(content, [4, 9, 12])
+    with_marks = [
+        line + ("," + ("left_out" if n == 2 else "1" if n in (4, 9, 12) else "") if line else "")
+        for n, line in enumerate(text.split(end), 1)
+    ]
+    assert marked == b"\xef\xbb\xbf" + end.join(with_marks).encode()
+    (tmp_path / "table.csv").write_bytes(marked)
+    read = read_table(tmp_path / "table.csv")
+    assert read.lines[read.table["left_out"] == 1].tolist() == [4, 9, 12]
+    # Marked once more, the column is there: what was marked stays so.
+    again = mark_left_out(marked, [5, 9])
+    changed = [
+        n for n, pair in enumerate(zip(marked.splitlines(), again.splitlines(), strict=True), 1) if len({*pair}) > 1
+    ]
+    assert changed == [5]
+    (tmp_path / "table.csv").write_bytes(again)
+    pd.testing.assert_frame_equal(
+        read_table(tmp_path / "table.csv").table.drop(columns="left_out"), read.table.drop(columns="left_out")
+    )
+    assert read.lines[read_table(tmp_path / "table.csv").table["left_out"] == 1].tolist() == [4, 5, 9, 12]
 
 
 WHOLE_FILES = {
@@ -207,6 +272,10 @@ WHOLE_FILES = {
     "binary": (b"PK\0\0\0", "binary"),
     "no header": (valid_table().to_csv(index=False, header=False).encode(), "no header"),
     "all buckled": (valid_table().assign(buckled=1).to_csv(index=False).encode(), "marked as buckled"),
+    "all marked": (
+        valid_table().assign(left_out=lambda t: 1 - t["buckled"]).to_csv(index=False).encode(),
+        "marked as buckled or left out",
+    ),
     "stray quote": (valid_table().to_csv(index=False).encode() + b'4,"40', "line 26"),
 }
 
@@ -270,7 +339,7 @@ def test_other_unit_is_suspected(tmp_path: Path, factors: dict[str, float], phra
     # However short the length has become, some must be left.
     table.loc[table["length_mm"] < 10, "elongation_mm"] *= 1e-3
     table.to_csv(tmp_path / "table.csv", index=False)
-    warnings = read_table(tmp_path / "table.csv")[1]
+    warnings = read_table(tmp_path / "table.csv").warnings
     assert any(phrase in warning for warning in warnings), warnings
     assert all(any(column in warning for column in [*factors, "elongation_mm"]) for warning in warnings), warnings
 
@@ -278,20 +347,20 @@ def test_other_unit_is_suspected(tmp_path: Path, factors: dict[str, float], phra
 def test_absolute_pressure_is_suspected(tmp_path: Path) -> None:
     table = valid_table()
     table.assign(pressure_kpa=table["pressure_kpa"] + 101.3).to_csv(tmp_path / "table.csv", index=False)
-    (warning,) = read_table(tmp_path / "table.csv")[1]
+    (warning,) = read_table(tmp_path / "table.csv").warnings
     assert "absolute" in warning
 
 
 def test_nearly_an_optional_column_is_mentioned(tmp_path: Path) -> None:
     valid_table().assign(times_s=0.0).to_csv(tmp_path / "table.csv", index=False)
-    (warning,) = read_table(tmp_path / "table.csv")[1]
+    (warning,) = read_table(tmp_path / "table.csv").warnings
     assert "'times_s'" in warning
 
 
 def test_real_measurements_pass_without_suspicion(shared_data: Path) -> None:
-    table, warnings = read_table(shared_data / "free70_single" / "measurements.csv")
-    assert len(table) == 372
-    assert warnings == []
+    read = read_table(shared_data / "free70_single" / "measurements.csv")
+    assert len(read.table) == 372
+    assert read.warnings == []
 
 
 def test_whole_protocol_is_read_within_two_seconds(tmp_path: Path) -> None:
@@ -300,6 +369,6 @@ def test_whole_protocol_is_read_within_two_seconds(tmp_path: Path) -> None:
     table["moment_nmm"] = table.index / 3
     table.to_csv(tmp_path / "table.csv", index=False)
     start = time.perf_counter()
-    read, _ = read_table(tmp_path / "table.csv")
+    read = read_table(tmp_path / "table.csv").table
     assert time.perf_counter() - start < 2
     pd.testing.assert_frame_equal(read, table)

@@ -87,6 +87,21 @@ def test_nothing_from_a_file_is_html(fitted, tmp_path):
     assert page.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 10
 
 
+def test_a_long_table_can_be_folded_away(tmp_path):
+    table = DisplayTable.of(["line"], [], [["7"]])
+    write_page(
+        tmp_path / "r.html",
+        "page",
+        False,
+        [Section("s", ["text"], [table], folded="all <1>"), Section("t", [], [table])],
+    )
+    page = (tmp_path / "r.html").read_text()
+    assert re.search(
+        r"<p>text</p>\s*<details><summary>all &lt;1&gt;</summary>\s*<div.*?</div>\s*</details>", page, re.DOTALL
+    )
+    assert page.count("<details>") == 1
+
+
 def test_simulated_data_are_said_to_be_so(tmp_path):
     write_page(tmp_path / "r.html", "title", True, [Section("s")])
     assert "SIMULATED DATA" in (tmp_path / "r.html").read_text()

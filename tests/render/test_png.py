@@ -7,13 +7,17 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from freelearn.inference.suspects import Suspect
+from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.png.canvas import save, to_rgb
 from freelearn.render.png.curves import curves
 from freelearn.render.png.parity import parity
 from freelearn.render.png.residual_map import residual_map
+from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.parity import SHOWN
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import pick_states
+from freelearn.results.suspects import flagged
 
 UNIT = re.compile(r"\[(N|N·mm|kPa|mm|deg|%|–|share of .*)\]$")
 
@@ -56,9 +60,11 @@ def test_parity_draws_every_usable_row(predictions):
     predictions.loc[0, "buckled"] = 1
     predictions.loc[1, "status"] = "no_equilibrium"
     predictions.loc[2, "split"] = "test"
+    predictions["left_out"] = 0
+    predictions.loc[3, "left_out"] = 1
     figure = parity(predictions, "title", simulated=True)
     counts = {line.get_label(): len(line.get_xdata()) for line in figure.axes[0].lines}
-    assert counts == {"train": 57, "test": 1, "perfect": 2}
+    assert counts == {"train": 56, "test": 1, "perfect": 2}
     assert "simulated data" in figure.get_suptitle()
     assert "simulated" not in parity(predictions, "title", simulated=False).get_suptitle()
 
@@ -126,6 +132,41 @@ def test_squares_are_filled_where_the_pressure_rose(predictions, curve):
     # A second visit starts below the end of the first: nothing fell.
     twice = pd.concat([predictions[:5], predictions[:5]])
     assert drawn(curves(twice, curve, "", True), "measured, falling") == 0
+
+
+def test_suspected_readings_are_drawn_apart_where_they_can_be_seen(predictions, curve):
+    visit = predictions[:5]
+    visit.loc[1, "force_n"] = 2500.0
+    visit.loc[3, "moment_nmm"] = 31.0
+    suspects = [Suspect(1, "force", 0.0, 0.0, 9.0, "", (1,)), Suspect(3, "moment", 0.0, 0.0, 9.0, "", (3,))]
+    figure = curves(flagged(visit, suspects), curve, "title", simulated=False)
+    # A row whose force slipped still has a moment.
+    assert [drawn(figure, "measured, rising", panel) for panel in range(3)] == [4, 4, 3]
+    assert [drawn(figure, "suspected reading", panel) for panel in range(3)] == [1, 1, 2]
+    assert "suspected reading" in [text.get_text() for text in figure.legends[0].get_texts()]
+    # Next to the others, with its value, because there it would leave them no room.
+    assert [[text.get_text() for text in axes.texts if text.get_text()] for axes in figure.axes] == [
+        ["F = 2500 N"],
+        [],
+        ["F = 2500 N"],
+    ]
+    assert all(axes.get_ylim()[1] < 100 for axes in figure.axes)
+    numbers = curve_numbers(flagged(visit, suspects), {"model": curve})
+    assert numbers.loc[numbers["what"] == "suspected reading", "force_n"].tolist() == [2500.0, 3.0]
+    # Nothing of it where nothing is suspected, and a row that the user left out is not drawn at all.
+    plain = curves(visit.assign(left_out=[0, 1, 0, 0, 0]), curve, "", True)
+    assert (drawn(plain, "measured, rising"), drawn(plain, "suspected reading")) == (4, 0)
+
+
+def test_charts_draw_suspected_readings_apart_as_pictures_do(predictions, curve):
+    charts = CurveCharts(["model"])
+    visit = flagged(predictions[:5], [Suspect(1, "force", 0.0, 0.0, 9.0, "", (1,))])
+    for shown, count in ((visit, 1), (predictions[:5], 0)):
+        charts.show(shown, {"model": curve})
+        assert [len(rows.data["force_n"]) for rows in charts.rows] == [5 - count, 5, 5 - count]
+        assert [len(rows.data["force_n"]) for rows in charts.suspects] == [count, 0, count]
+        legend = {item.label.value: item.visible for item in charts.panels[0].legend[0].items}
+        assert legend == {"model": True, "measured": True, "suspected reading": bool(count)}
 
 
 def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):

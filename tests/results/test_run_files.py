@@ -72,7 +72,7 @@ def test_intervals_of_results_report_and_covariance_agree(table, tmp_path):
 
 
 def test_what_nothing_determines_is_null_and_has_no_interval(table):
-    measured, _ = read_table(table)
+    measured = read_table(table).table
     outcome = evaluate(build_model("continuum", {}, []), measured, "constituent", "every", None, 0)
     entries = results(outcome, Origin(Provenance("virtual", True, 0), 0, "rows", (0.64, 0.16)))
     unknown = dict.fromkeys(("stderr", "low", "high", "stderr_independent"))
@@ -82,7 +82,7 @@ def test_what_nothing_determines_is_null_and_has_no_interval(table):
 
 
 def test_an_effect_is_judged_on_rows_that_both_models_answer(table):
-    measured, _ = read_table(table)
+    measured = read_table(table).table
     whole, gaps = (evaluate(build_model("continuum", {}, []), measured, "constituent", "all", None, 0) for _ in "ab")
     # The second model cannot answer its worst test rows: scored alone on the rest it would look better.
     off = ((gaps.prediction.loads - measured_loads(gaps.table)) ** 2).sum(1)

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from playwright.sync_api import sync_playwright
 
@@ -157,6 +158,40 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     with tab.expect_download() as download:
         button(tab, "Report").click()
     assert "data: nothing here" not in Path(download.value.path()).read_text()
+
+
+def test_suspected_readings_are_left_out_with_the_keyboard(tab, work, hidden):
+    choose_csv(tab, hidden)
+    tab.get_by_text(re.compile(r"mine\.csv: \d+ rows")).wait_for()
+    button(tab, "Find what is missing").click()
+    tab.get_by_text("Searching: done").wait_for()
+    state = json.loads((folder(work, tab) / "state.json").read_text())
+    path = folder(work, tab) / state["search"]["folder"] / "discovery.json"
+    one, two = (int(row) + 2 for row in np.flatnonzero(pd.read_csv(hidden)["buckled"] == 0)[:2])
+    first = {
+        "line": one, "sample": 3, "step": 5, "elongation_mm": 1.0, "twist_deg": 0.0, "pressure_kpa": 20.0, "unit": "N",
+        "load": "force", "shown": -4.0, "expected": 4.0, "sigmas": -80.0, "slip": "<b>sign</b>", "lines": [one],
+    }  # fmt: skip
+    suspects = [first, first | {"line": two, "sigmas": 7.0, "lines": [two]}]
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"suspects": suspects}))
+    tab.reload()
+    told = "the force shows −4.00 N where +4.00 N was expected (−80 σ): <b>sign</b>"
+    box, other = tab.get_by_label(f"line {one}: {told}"), tab.get_by_label(re.compile(f"^line {two}:"))
+    box.wait_for()
+    assert box.is_checked()
+    other.focus()
+    tab.keyboard.press("Space")
+    assert not other.is_checked()
+    again = button(tab, "Leave these out and search again")
+    again.focus()
+    tab.keyboard.press("Enter")
+    tab.get_by_text(re.compile("1 marked to be left out")).wait_for()
+    tab.get_by_text("Searching: done").wait_for()
+    state = json.loads((folder(work, tab) / "state.json").read_text())
+    found = json.loads((folder(work, tab) / state["search"]["folder"] / "discovery.json").read_text())
+    assert found["left_out"] == 1
+    marked = Path(state["question"]["path"]).read_text().splitlines()
+    assert [n for n, line in enumerate(marked, 1) if line.rsplit(",", 1)[1] == "1"] == [one]
 
 
 def test_a_broken_csv_shows_its_faults_and_nothing_of_it_runs(tab, hidden, tmp_path):

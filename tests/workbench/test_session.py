@@ -1,7 +1,11 @@
 """What a session keeps, refuses and runs, without a browser."""
 
+import json
 import shlex
 import time
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar
 
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -9,6 +13,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from freelearn.workbench import session as module
 from freelearn.workbench.question import Question
 from freelearn.workbench.session import Sessions
+from freelearn.workbench.suspects import Suspects
 
 
 @pytest.fixture
@@ -89,6 +94,116 @@ def test_a_mistake_of_the_users_is_told_and_loses_nothing(sessions):
     assert "wall_stiffening" in session.job.text
     assert session.runs == []
     assert session.ready
+
+
+SUSPECT = {
+    "line": 4, "sample": 3, "step": 2, "elongation_mm": 1.0, "twist_deg": 0.0, "pressure_kpa": 20.0, "load": "force",
+    "shown": -4.0, "expected": 4.0, "unit": "N", "sigmas": -80.0, "slip": "the sign turned", "lines": [4],
+}  # fmt: skip
+BLOCK = [SUSPECT | {"line": line, "load": "moment", "lines": [8, 9], "sigmas": 7.0} for line in (8, 9)]
+
+
+class Done:
+    """A job that has ended well as soon as somebody asks."""
+
+    started: ClassVar[list] = []
+
+    def __init__(self, kind, question, folder, fits):
+        self.kind, self.folder, self.status, self.text, self.asked = kind, folder, "running", "", False
+        self.started.append((kind, question))
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "table.json").write_text(json.dumps({"sets": ["all"], "rows": 9}))
+
+    def poll(self):
+        self.status = "done"
+        return True
+
+    def cancel(self):
+        pass
+
+
+@pytest.fixture
+def searched(sessions, monkeypatch):
+    """A session whose latest discovery, with a given effect, suspects SUSPECT and BLOCK."""
+    monkeypatch.setattr(module, "Job", Done)
+    Done.started.clear()
+    session = sessions.get("")[1]
+    session.upload("mine.csv", "\n".join(["sample,force_n", *(f"3,{n}.50" for n in range(9)), ""]).encode())
+    finish(session)
+    session.choose(effects=("end_clamps",))
+    session.start("discover")
+    finish(session)
+    session.choose(effects=("twist_offset",))
+    (session.folder / session.search["folder"] / "discovery.json").write_text(
+        json.dumps({"suspects": [SUSPECT, *BLOCK]})
+    )
+    Done.started.clear()
+    return session
+
+
+# What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
+OLD_NAMES = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
+
+
+@OLD_NAMES
+def test_suspected_readings_can_be_left_out_and_the_search_goes_again(searched):
+    page = Suspects(searched)
+    page.refresh()
+    assert page.view.visible
+    assert list(page.boxes.options) == [
+        "line 4: the force shows −4.00 N where +4.00 N was expected (−80 σ): the sign turned",
+        "lines 8–9: the moment shows −4.00 N where +4.00 N was expected in line 8 (+7.0 σ): the sign turned",
+    ]
+    assert page.boxes.value == [0, 1]
+    page.boxes.value = []
+    assert page.leave_out.disabled
+    page.boxes.value = [1]
+    assert not page.leave_out.disabled
+    before = searched.question
+    page.leave_out.clicks += 1
+    assert searched.busy
+    page.refresh()
+    assert (page.boxes.disabled, page.leave_out.disabled) == (True, True)
+    finish(searched)
+    assert [kind for kind, _ in Done.started] == ["check", "train", "discover"]
+    # The question of that search, on another table; the page calls it by its old name.
+    asked = searched.question
+    assert asked == replace(before, path=asked.path, effects=("end_clamps",))
+    assert asked.path != before.path
+    assert Path(asked.path).read_text().splitlines() == [
+        "sample,force_n,left_out",
+        *(f"3,{n}.50,{'1' if n in (6, 7) else ''}" for n in range(9)),
+    ]
+    assert Path(before.path).read_text().startswith("sample,force_n\n")
+    assert searched.search["question"] == asked
+    # The new search says nothing of suspects: the list is gone.
+    (searched.folder / searched.search["folder"] / "discovery.json").write_text(json.dumps({}))
+    page.refresh()
+    assert not page.view.visible
+
+
+@OLD_NAMES
+def test_what_was_ticked_stays_while_the_page_is_drawn_anew(searched):
+    page = Suspects(searched)
+    page.refresh()
+    page.boxes.value = [0]
+    searched.save()
+    page.refresh()
+    assert page.boxes.value == [0]
+
+
+def test_a_table_that_is_gone_is_told_and_nothing_runs(searched):
+    Path(searched.question.path).unlink()
+    searched.leave_out([4])
+    assert "mine.csv cannot be read" in searched.problem
+    assert Done.started == []
+
+
+def test_what_is_left_out_of_nothing_runs_nothing(searched):
+    searched.leave_out([])
+    searched.choose(model="linear")
+    searched.leave_out([4])
+    assert Done.started == []
 
 
 @pytest.mark.parametrize("path", ["/data/mine.csv", "/data/it's mine, [really] = {x} \\ ü.csv", "/a b/c.csv"])

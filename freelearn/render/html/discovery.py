@@ -20,6 +20,10 @@ from freelearn.results.discovery_tables import (
 from freelearn.results.origin import Provenance
 from freelearn.results.ranking import ranking_numbers, ranking_table, untested_lines
 from freelearn.results.staircase import staircase_table
+from freelearn.results.suspect_tables import suspect_lines, suspect_table
+
+# More suspected readings than these are folded away.
+UNFOLDED = 12
 
 
 def report_discovery(discovery: Discovery, folder: Path, command: str, figures: bool) -> None:
@@ -28,6 +32,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     sections = [
         Section("Verdict", [content["says"]], kind="verdict"),
         _staircase(discovery, figures),
+        *_suspects(discovery),
         *_failures(discovery),
         *_ranking(discovery, figures),
         *_classes(discovery),
@@ -38,7 +43,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
         from freelearn.render.html.run_charts import curve_section, residual_section
 
         sections += [curve_section(*shown, "Loads before and after") for shown in discovery.curves]
-        sections += [residual_section(table, when) for when, table in discovery.predictions.items()]
+        sections += [residual_section(table, when) for when, table in discovery.trusted.items()]
     accuracy = ", ".join(f"{name} {value:.3g}" for name, value in content["accuracy"].items())
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation, SI": accuracy}
     provenance = Provenance.from_plain(content["data"])
@@ -57,6 +62,14 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
     chart = StaircaseChart()
     chart.show(trail)
     return Section(table.title, lines, [table], [chart.panel], {"staircase.csv": trail})
+
+
+def _suspects(discovery: Discovery) -> list[Section]:
+    if not discovery.suspects:
+        return []
+    table = suspect_table(discovery)
+    folded = f"all {len(table.rows)} of them" if len(table.rows) > UNFOLDED else ""
+    return [Section(table.title, suspect_lines(discovery), [table], folded=folded)]
 
 
 def _failures(discovery: Discovery) -> list[Section]:

@@ -30,10 +30,11 @@ h1 { font-size: 1.5rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin:
 .simulated { color: #8a4b00; background: #fff4e0; } .measured { color: #00557f; background: #e6f4fb; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { border-bottom: 2px solid #888; } .words { text-align: left; }
+th { border-bottom: 2px solid #888; } .words { text-align: left; } td.words { white-space: normal; }
 .charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide { overflow-x: auto; }
 pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
-.verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; } a:focus { outline: 2px solid #0072B2; }
+.verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; }
+a:focus, summary:focus { outline: 2px solid #0072B2; }
 </style>
 {% if script %}
 <script>{{ library }}</script>
@@ -51,6 +52,9 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 {% endfor %}
 {% if section.code %}
 <pre>{{ section.code }}</pre>
+{% endif %}
+{% if section.folded %}
+<details><summary>{{ section.folded }}</summary>
 {% endif %}
 {% for table in section.tables %}
 <div class="wide"><table><thead><tr>
@@ -72,6 +76,9 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 <p class="hint">{{ table.caption }}</p>
 {% endif %}
 {% endfor %}
+{% if section.folded %}
+</details>
+{% endif %}
 {% if section.marks %}
 <div class="charts">{% for mark in section.marks %}{{ mark }}{% endfor %}</div>
 {% endif %}
@@ -90,7 +97,8 @@ pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: 
 @dataclass(frozen=True)
 class Section:
     """One part of a page. tables: under their captions; their titles are left out. charts: Bokeh figures; numbers: what
-    they show, by file name, to download. kind: "verdict" or "hint" where the lines stand out."""
+    they show, by file name, to download. kind: "verdict" or "hint" where the lines stand out. folded: what stands for
+    the tables until they are unfolded, "" to show them at once."""
 
     heading: str
     lines: Sequence[str] = ()
@@ -99,6 +107,7 @@ class Section:
     numbers: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     code: str = ""
     kind: str = ""
+    folded: str = ""
 
     @classmethod
     def of_table(cls, table: DisplayTable, lines: Sequence[str] = ()) -> Section:

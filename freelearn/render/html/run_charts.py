@@ -12,7 +12,7 @@ from freelearn.render.html.charts.residual_strip import residual_strips
 from freelearn.render.html.charts.residuals import ResidualCharts
 from freelearn.render.html.page import Section
 from freelearn.results.curve import StateCurves
-from freelearn.results.curve_panels import curve_numbers
+from freelearn.results.curve_panels import SUSPECTED, curve_numbers
 from freelearn.results.formats import sentence
 from freelearn.results.parity import parity_numbers
 from freelearn.results.residuals import residual_table, shown_samples
@@ -37,8 +37,11 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], he
     charts.show(measured, curves)
     where = state_title(measured)
     name = "curves_" + where.replace(",", "").replace("°", "deg").replace(" ", "_") + ".csv"
+    numbers = curve_numbers(measured, curves)
     note = "Squares: measured, open where the pressure fell. Faint lines: beyond the measured pressures."
-    return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: curve_numbers(measured, curves)})
+    if (numbers["what"] == SUSPECTED).any():
+        note += " Crosses: suspected readings, at the edge where they lie beyond it."
+    return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: numbers})
 
 
 def residual_section(predictions: pd.DataFrame, when: str = "") -> Section:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
-from freelearn.results.curve_panels import PANELS, measured_points
+from freelearn.results.curve_panels import PANELS, SUSPECTED, CurvePanel, apart, measured_points, suspected_points
 
 # Dashes are taken by extrapolation, so models differ by color and by a few sparse marks. None of them is a square.
 MARKS = ("", "o", "^", "D", "v", "P", "*")
@@ -24,34 +25,55 @@ def curves(
 ) -> Figure:
     """Three panels, F–P, M–P and F–M: measured rows as black squares (open where the pressure fell), models as lines.
 
-    measured: measurement columns of one kinematic state, in time order; buckled rows are left out. models: by name
+    measured: measurement columns of one kinematic state, in time order; buckled and left-out rows are not drawn, and
+    suspected readings (see suspects.flagged) as hollow crosses, at the edge with their values where they lie beyond
+    it. models: by name
     (or one alone, then called "model"), frames of model_curve, drawn in their own order;
     the line is solid over the measured pressures and dashed beyond them.
     """
     named = {"model": models} if isinstance(models, pd.DataFrame) else models
     shown = measured_points(measured)
-    falling = shown["falling"]
     figure = new_figure(12.0, 4.3)
     figure.suptitle(heading(title, simulated))
     figure.subplots_adjust(left=0.065, right=0.985, bottom=0.225, top=0.89, wspace=0.27)
-    for number, (_, x, y) in enumerate(PANELS, 1):
+    entries: dict[str, Any] = {}
+    for number, panel in enumerate(PANELS, 1):
         axes = figure.add_subplot(1, 3, number)
         # Squares first in the legend, lines above nothing: a square hidden by its own model looks like a missing one.
-        for rows, fill, label in ((~falling, "black", "measured, rising"), (falling, "white", "measured, falling")):
-            if rows.any():
-                points = shown[rows]
-                axes.plot(points[x.column], points[y.column], "s", color="black", mfc=fill, ms=5, label=label, zorder=3)
+        _points(axes, shown, named, panel)
         for (name, curve), color, mark in zip(named.items(), cycle(COLORS), cycle(MARKS), strict=False):
-            _line(axes, curve, x.predicted, y.predicted, name, color, mark)
-        finish(axes, x.label, y.label)
+            _line(axes, curve, panel.x.predicted, panel.y.predicted, name, color, mark)
+        finish(axes, panel.x.label, panel.y.label)
         axes.locator_params(nbins=6)
-        if number == 1:
-            if any(curve["extrapolated"].any() for curve in named.values()):
-                axes.plot([], [], "--", color="gray", lw=1.2, label="beyond the measured pressures")
-            # Below the panels: inside them every corner may hold data.
-            handles, labels = axes.get_legend_handles_labels()
-            figure.legend(handles, labels, loc="lower center", ncols=min(len(labels), 6), frameon=False, fontsize=9)
+        if number == 1 and any(curve["extrapolated"].any() for curve in named.values()):
+            axes.plot([], [], "--", color="gray", lw=1.2, label="beyond the measured pressures")
+        # A suspected moment is in no panel of the force alone.
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    # Below the panels: inside them every corner may hold data.
+    figure.legend(
+        entries.values(), entries.keys(), loc="lower center", ncols=min(len(entries), 6), frameon=False, fontsize=9
+    )
     return figure
+
+
+def _points(axes: Axes, shown: pd.DataFrame, named: Mapping[str, pd.DataFrame], panel: CurvePanel) -> None:
+    """What was measured, and apart from it what is suspected to have slipped."""
+    squares, crosses = shown[~apart(shown, panel)], suspected_points(shown, named, panel)
+    falling = squares["falling"]
+    for rows, fill, label in ((~falling, "black", "measured, rising"), (falling, "white", "measured, falling")):
+        if rows.any():
+            across, up = squares.loc[rows, panel.x.column], squares.loc[rows, panel.y.column]
+            axes.plot(across, up, "s", color="black", mfc=fill, ms=5, label=label, zorder=3)
+    if len(crosses):
+        axes.plot(crosses["across"], crosses["up"], "X", color="black", mfc="white", ms=9, label=SUSPECTED, zorder=4)
+        for across, up, text in zip(crosses["across"], crosses["up"], crosses["beyond"], strict=True):
+            # Towards the middle: most of them stand at the edge.
+            left = across > np.mean(axes.get_xlim())
+            axes.annotate(
+                text.strip(), (across, up), xytext=(-8 if left else 8, 0), textcoords="offset points", fontsize=8,
+                ha="right" if left else "left", va="center", bbox={"color": "white", "alpha": 0.8, "pad": 1}, zorder=4,
+            )  # fmt: skip
 
 
 def _line(axes: Axes, curve: pd.DataFrame, x: str, y: str, name: str, color: str, mark: str) -> None:

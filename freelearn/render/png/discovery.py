@@ -46,7 +46,7 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     if len(alike) > 1:
         figures["likeness"] = likeness(alike, simulated), alike
     for when, step in (("before", findings.steps[0]), ("after", findings.final)):
-        table = discovery.predictions[when]
+        table = discovery.trusted[when]
         effects = " + ".join(step.effects) or "no effect"
         title = f"{when}: {step.fit.model.name}, {effects}"
         figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table)

@@ -23,10 +23,12 @@ from freelearn.results.discovery_tables import (
 )
 from freelearn.results.ranking import ranking_numbers, ranking_table
 from freelearn.results.staircase import HEADINGS
+from freelearn.results.suspect_tables import suspect_lines, suspect_overview
 from freelearn.results.tables import DisplayTable
 
 SHOWN = 5
 MOST_FAILURES = 3
+MOST_SUSPECTS = 8
 
 
 class DiscoveryView:
@@ -67,6 +69,9 @@ class DiscoveryView:
         self._say([discovery.content["says"], error_line(discovery)])
         self._say(next_state_lines(discovery.proposed, SHOWN), before="  → ")
         self._say(remainder_lines(discovery), before="  ")
+        if discovery.suspects:
+            self.console.print(rich_table(suspect_overview(discovery, MOST_SUSPECTS)))
+            self._say(suspect_lines(discovery), before="? ")
         self._say(note_lines(discovery), before="! ")
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 

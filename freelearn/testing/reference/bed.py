@@ -26,6 +26,8 @@ Array = np.ndarray[Any, Any]
 Effects = Mapping[str, Mapping[str, float]]
 # What an effect outside the library does: (state dictionary in SI, loads (N, 2)) → loads (N, 2).
 Extra = Callable[[dict[str, Array], Array], Array]
+# What a mounted actuator hands on: (states in SI, C1, C2, effects) → loads (N, 2), whether it has an equilibrium (N,).
+Rig = Callable[[dict[str, Array], float, float, Effects], tuple[Array, Array]]
 
 # Γ [deg], L, R_i, R_o [mm] of the paper's eight samples (its table of dimensions).
 SAMPLES = {
@@ -94,11 +96,9 @@ def wall_energy(
 
 def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) of the bare actuator and whether it has an equilibrium, (N,)."""
-    gamma = s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0)
-    outer = s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0)
-    clamped = 2 * fx.get("end_clamps", {}).get("clamp_length", 0.0)
-    reference, length = s["reference"] - clamped, s["length"] - clamped
-    design = (gamma, reference, s["inner"], outer, wall_share(s, fx), c1, c2, fx)
+    s = built(s, fx)
+    length = s["length"]
+    design = (s["gamma"], s["reference"], s["inner"], s["outer"], wall_share(s, fx), c1, c2, fx)
     twist, pressure = s["twist"], s["pressure"]
     low, high = (0.3 * s["inner"]) ** 2, (BALLOON * s["inner"]) ** 2
 
@@ -119,6 +119,17 @@ def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple
     force = -potential(length + 1j * STEP, twist).imag / STEP
     moment = -potential(length + 0j, twist + 1j * STEP).imag / STEP
     return np.stack([force, moment], axis=1), balanced
+
+
+def built(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
+    """The actuators as they really were made and clamped."""
+    clamped = 2 * fx.get("end_clamps", {}).get("clamp_length", 0.0)
+    return s | {
+        "gamma": s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0),
+        "outer": s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0),
+        "reference": s["reference"] - clamped,
+        "length": s["length"] - clamped,
+    }
 
 
 def wall_share(s: dict[str, Array], fx: Effects) -> Array:
@@ -177,10 +188,19 @@ def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
     return rest
 
 
+def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
+    """Loads (N, 2) of actuators that have taken up the play of their mount, and equilibrium, (N,)."""
+    taken = s | {"twist": at_rest(s, c1, c2, fx)} if "twist_slack" in fx else s
+    return handed_on(taken, c1, c2, fx)
+
+
 def bed_loads(
-    s: dict[str, Array], c1: float, c2: float, fx: Effects, extra: Extra | None = None
+    s: dict[str, Array], c1: float, c2: float, fx: Effects, extra: Extra | None = None, rig: Rig = on_the_rig
 ) -> tuple[Array, Array]:
-    """Loads that the sensors show without noise (N, 2), with all effects, and whether there is an equilibrium."""
+    """Loads that the sensors show without noise (N, 2), with all effects, and whether there is an equilibrium.
+
+    rig: how mounted actuators behave; here in the package's formulas, see `literature` for the literature's forms.
+    """
 
     def get(name: str, p: str) -> float:
         return fx.get(name, {}).get(p, 0.0)
@@ -190,18 +210,14 @@ def bed_loads(
     t["twist"] = s["twist"] + get("twist_offset", "angle")
     t["pressure"] = s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure")
 
-    def on_the_rig() -> tuple[Array, Array]:
-        taken = t | {"twist": at_rest(t, c1, c2, fx)} if "twist_slack" in fx else t
-        return handed_on(taken, c1, c2, fx)
-
     soft_l, soft_t = get("length_compliance", "compliance"), get("twist_compliance", "compliance")
-    loads, balanced = on_the_rig()
+    loads, balanced = rig(t, c1, c2, fx)
     if soft_l or soft_t:
         length, twist = t["length"], t["twist"]
         for _ in range(60):
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
             before = loads
-            loads, balanced = on_the_rig()
+            loads, balanced = rig(t, c1, c2, fx)
             if np.abs(loads - before).max() < 1e-9:
                 break
     if extra:
@@ -247,7 +263,7 @@ def nominal(samples: Sequence[int], share: float, generator: np.random.Generator
 
 
 def state_of(table: pd.DataFrame) -> dict[str, Array]:
-    """SI arrays of a table of whole kinematic states of ten rows each, in time order."""
+    """SI arrays of a table of whole kinematic states, in time order; each state begins with its row of step 0."""
 
     def column(name: str, factor: float = 1.0) -> Array:
         return np.asarray(table[name], dtype=float) * factor
@@ -265,7 +281,7 @@ def state_of(table: pd.DataFrame) -> dict[str, Array]:
         "pressure": column("pressure_kpa", KPA),
         "direction": np.where(step == 0, 0.0, np.sign(change)),
         "clock": time,
-        "dwell": time - np.repeat(time[::10], 10),
+        "dwell": time - time[np.maximum.accumulate(np.where(step == 0, np.arange(len(step)), 0))],
     }
     s["severity"], s["past_severity"] = severity(s)
     return s

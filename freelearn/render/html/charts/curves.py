@@ -11,7 +11,15 @@ from bokeh.plotting import figure
 
 from freelearn.render.html.charts.canvas import chart, hover, legend_below
 from freelearn.render.palette import COLORS
-from freelearn.results.curve_panels import COLUMNS, PANELS, PRESSURE, CurvePanel, measured_points
+from freelearn.results.curve_panels import (
+    COLUMNS,
+    PANELS,
+    PRESSURE,
+    SUSPECTED,
+    apart,
+    measured_points,
+    suspected_points,
+)
 from freelearn.results.residuals import FORCE, MOMENT
 
 DASHES = ("solid", "dotdash", "dotted")
@@ -22,12 +30,15 @@ class CurveCharts:
 
     def __init__(self, models: list[str], width: int = 400, height: int = 340) -> None:
         self.models = models
-        empty: dict[str, list[float]] = {name: [] for name in (*COLUMNS, "fill", "direction")}
-        self.rows = ColumnDataSource(empty)
+        empty: dict[str, list[float]] = {name: [] for name in (*COLUMNS, "fill", "direction", "across", "up")}
+        # A row may slip in one of its loads alone: each panel draws others of them apart.
+        self.rows = [ColumnDataSource(empty) for _ in PANELS]
+        self.suspects = [ColumnDataSource(empty) for _ in PANELS]
         self.lines = {name: ColumnDataSource(_columns(None)) for name in models}
-        self.panels = [self._panel(panel, width, height) for panel in PANELS]
+        self.panels = [self._panel(number, width, height) for number in range(len(PANELS))]
 
-    def _panel(self, about: CurvePanel, width: int, height: int) -> figure:
+    def _panel(self, number: int, width: int, height: int) -> figure:
+        about = PANELS[number]
         x, y = about.x, about.y
         panel = chart(about.title, x.label, y.label, width, height)
         for i, name in enumerate(self.models):
@@ -41,28 +52,42 @@ class CurveCharts:
             places = [(load.label, f"@{load.predicted}{{0.[000]}}") for load in (x, y)]
             hover(panel, [("model", name), *places], [line])
         marks = panel.scatter(
-            x.column, y.column, source=self.rows, marker="square", size=7, line_color="black", fill_color="fill",
-            legend_label="measured",
+            x.column, y.column, source=self.rows[number], marker="square", size=7, line_color="black",
+            fill_color="fill", legend_label="measured",
+        )  # fmt: skip
+        crosses = panel.scatter(
+            "across", "up", source=self.suspects[number], marker="plus", angle=np.pi / 4, size=12, line_color="black",
+            fill_color="white", legend_label=SUSPECTED,
         )  # fmt: skip
         places = [(load.label, f"@{load.column}{{0.[000]}}") for load in (x, y)]
         hover(panel, [("measured", "@direction"), *places], [marks])
+        hover(panel, [(SUSPECTED, "@direction"), *places], [crosses])
         legend_below(panel)
         return panel
 
     def show(self, measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> None:
-        """measured: one state's rows in time order, buckled ones left out here; curves: frames of model_curve."""
+        """measured: one state's rows in time order; buckled and left-out ones are not drawn, suspected readings (see
+        suspects.flagged) apart. curves: frames of model_curve."""
         points = measured_points(measured)
-        falling = points["falling"].to_numpy()
-        rows = {name: points[name].to_numpy(dtype=np.float64) for name in COLUMNS}
-        self.rows.data = rows | {
-            "fill": np.where(falling, "white", "black"),
-            "direction": np.where(falling, "falling", "rising"),
-        }
-        for panel in self.panels:
+        for about, panel, rows, suspects in zip(PANELS, self.panels, self.rows, self.suspects, strict=True):
+            crosses = suspected_points(points, curves, about)
+            rows.data = _marked(points[~apart(points, about)])
+            suspects.data = _marked(crosses)
+            shown = {"measured", *curves, *([SUSPECTED] if len(crosses) else [])}
             for item in panel.legend[0].items:
-                item.visible = item.label.value not in self.models or item.label.value in curves
+                item.visible = item.label.value in shown
         for name in self.models:
             self.lines[name].data = _columns(curves.get(name))
+
+
+def _marked(points: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Measured points with what their marks look like; across, up: where those are drawn that are drawn apart."""
+    falling = points["falling"].to_numpy(dtype=bool)
+    names = [*COLUMNS, *(name for name in ("across", "up") if name in points)]
+    return {name: points[name].to_numpy(dtype=np.float64) for name in names} | {
+        "fill": np.where(falling, "white", "black"),
+        "direction": np.where(falling, "falling", "rising"),
+    }
 
 
 def _columns(curve: pd.DataFrame | None) -> dict[str, np.ndarray]:

@@ -1,0 +1,114 @@
+"""Data sets as planned: the material, the effects sized in σ, and the table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+
+from freelearn.fit.problem import Problem
+from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.build import build_model
+from freelearn.testing.reference import bed, literature, truths
+from freelearn.testing.reference.laboratory import Laboratory, Measured, measure, random_actuators
+
+NOISE = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
+SILENT = dict.fromkeys(NOISE, 0.0)
+# Rounds of sizing, and by how much one may change the amount.
+ROUNDS, STRIDE = 6, 1e3
+
+
+@dataclass(frozen=True)
+class Made:
+    """A data set. material: C1, C2 [Pa]. fx: what is hidden, in the parameters of its form. reached: size of each
+    hidden effect in σ. told: the accuracy that the search is told. actuators: as bed.SAMPLES."""
+
+    measured: Measured
+    material: tuple[float, float]
+    fx: dict[str, dict[str, float]]
+    reached: list[float]
+    told: Accuracy
+    actuators: dict[int, tuple[float, float, float, float]]
+
+
+def make(job: dict) -> Made:
+    """The data set of a plan's entry."""
+    generator = np.random.default_rng(job["seed"])
+    material = float(1e6 * 2 ** generator.uniform(-1, 1)), float(3e7 * 2 ** generator.uniform(-1, 1))
+    true = {name: value * job["noise"] for name, value in NOISE.items()}
+    laboratory = None
+    if "laboratory" in job:
+        laboratory = Laboratory(**{k: tuple(v) if k == "kinds" else v for k, v in job["laboratory"].items()})
+    actuators = random_actuators(2, generator) if laboratory else {n: bed.SAMPLES[n] for n in job["samples"]}
+
+    def measured(fx: dict, noise: dict, extra: bed.Extra | None, quiet: bool = False) -> Measured:
+        if laboratory:
+            how = replace(laboratory, slipped=0.0) if quiet else laboratory
+            return measure(how, actuators, *material, fx, noise, job["seed"], extra)
+        table = bed.measure(job["samples"], *material, fx, noise, job["seed"], extra=extra)
+        return Measured(table, pd.DataFrame(columns=["row", "load", "kind", "sensor_sigmas"]))
+
+    grown = literature.grown if laboratory and laboratory.forms == "literature" else truths.grown
+    outside = job["kind"] == "outside"
+    fx, extra, reached = {}, None, []
+    for name in job["hidden"]:
+
+        def loads(a: float, name: str = name) -> pd.DataFrame:
+            if outside:
+                return measured({}, SILENT, truths.outside(name, a), quiet=True).table
+            return measured({name: grown(name, a)} if a else {}, SILENT, None, quiet=True).table
+
+        amount, size = sized(loads, job["size"], material, true, laboratory.growth if laboratory else 0.0)
+        reached.append(size)
+        if outside:
+            extra = truths.outside(name, amount)
+        else:
+            fx[name] = grown(name, amount)
+    told = Accuracy.engineering(**(laboratory.told(true) if laboratory else true))
+    return Made(measured(fx, true, extra), material, fx, reached, told, actuators)
+
+
+def sized(
+    table: Callable[[float], pd.DataFrame], size: float, material: tuple[float, float], noise: dict, growth: float
+) -> tuple[float, float]:
+    """Units of an effect that make it `size` σ large after refitting C1 and C2, and the size that they really give.
+
+    table: amount → measurement table without noise. Physical bounds may keep an effect from the size. growth: as in
+    Laboratory; σ then is the root mean square of the load cell's over the rows.
+    """
+    plain = table(0.0)
+    rows = Rows(States.from_table(plain), measured_loads(plain), kinematic_state(plain))
+    usable = torch.as_tensor(plain["buckled"].to_numpy() == 0)
+    known = dict(noise)
+    for name in ("force_n", "moment_nmm"):
+        share = plain[name].abs()[plain["buckled"] == 0]
+        known[name] *= float(np.sqrt(((1 + growth * share / share.max()) ** 2).mean()))
+    model = build_model("continuum", {"C1": material[0], "C2": material[1]})
+    whiten = Whitener(sensitivities(model, rows.states), torch.as_tensor(rows.state), Accuracy.engineering(**known))
+    jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
+    seen = torch.where(usable[:, None, None], jacobian.reshape(len(rows), 2, -1), 0.0)
+    span = orthonormal(whiten(seen).flatten(0, 1))
+
+    def size_of(a: float) -> float:
+        # Far too large an amount may have no loads at all: what is left of them is no number.
+        with np.errstate(over="ignore", invalid="ignore"):
+            change: Any = measured_loads(table(a)) - rows.loads
+        white = whiten(torch.where(usable[:, None], change, 0.0)).reshape(-1)
+        return float((white - span @ (span.T @ white)).norm())
+
+    a, now = 1.0, size_of(1.0)
+    for _ in range(ROUNDS):
+        # A mount too soft to settle gives no number: a smaller amount does.
+        a *= min(max(size / max(now, 1e-9), 1 / STRIDE), STRIDE) if np.isfinite(now) else 0.1
+        now = size_of(a)
+        if abs(now / size - 1) < 0.02:
+            break
+    return a, now

@@ -1,0 +1,114 @@
+"""What is hidden in which data set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from freelearn.testing.reference.slips import KINDS
+from freelearn.testing.reference.truths import OUTSIDE, UNIT
+
+SAMPLES = (2, 3, 4, 5, 6, 7, 8)
+SIZES = (4, 8, 15, 30)
+# Of what is hidden together, and of what protocols of a special kind are tried on [σ].
+TOGETHER = 15
+LABORATORY_SIZES = (8, 15, 30)
+NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
+
+
+def clean(seeds: int) -> list[dict]:
+    """The paper's actuators and protocol, normal noise as stated: kind, what is hidden, its size in σ after refitting,
+    samples, noise factor, seed."""
+    sets: list[dict] = []
+    names = list(UNIT)
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2024])
+        for _ in range(8):
+            sets.append({"kind": "none", "hidden": [], "size": 0})
+        for name in names:
+            for size in SIZES:
+                sets.append({"kind": "one", "hidden": [name], "size": size})
+        for name in OUTSIDE:
+            for size in (15, 30):
+                sets.append({"kind": "outside", "hidden": [name], "size": size})
+        pairs = list(combinations(names, 2))
+        for k in generator.choice(len(pairs), 15, replace=False):
+            sets.append({"kind": "pair", "hidden": list(pairs[k]), "size": TOGETHER})
+        for s in sets:
+            if "seed" not in s:
+                count = 2 if s["kind"] != "none" or generator.random() < 0.7 else int(generator.choice([1, 3, 8]))
+                s["samples"] = sorted(int(n) for n in generator.choice(SAMPLES, min(count, 7), replace=False))
+                s["seed"] = int(generator.integers(1 << 30))
+                s["noise"] = 1.0 if generator.random() < 0.8 else float(generator.choice([0.5, 2.0]))
+    return numbered(sets)
+
+
+def laboratory(seeds: int) -> list[dict]:
+    """Random actuators, measured as laboratories measure: beside what `clean` says, the protocol (standard, short or
+    sorted), the actuators and the settings of `laboratory.Laboratory`."""
+    sets = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2025])
+        for protocol, kind, hidden, size in _hidden(generator):
+            s = {"kind": kind, "hidden": hidden, "size": size, "protocol": protocol}
+            s["seed"] = int(generator.integers(1 << 30))
+            sets.append(s | {"noise": 1.0, "laboratory": _settings(protocol, generator)})
+    return numbered(sets)
+
+
+def _hidden(generator: np.random.Generator) -> Iterator[tuple[str, str, list[str], int]]:
+    """Protocol, kind, what is hidden and its size."""
+    names = list(UNIT)
+    for _ in range(20):
+        yield "standard", "none", [], 0
+    for name in names:
+        for size in LABORATORY_SIZES:
+            yield "standard", "one", [name], size
+    for count, kind in ((2, "pair"), (3, "triple")):
+        together = list(combinations(names, count))
+        for k in generator.choice(len(together), 15, replace=False):
+            yield "standard", kind, list(together[k]), TOGETHER
+    for name in OUTSIDE:
+        for size in (15, 30):
+            yield "standard", "outside", [name], size
+    for protocol in ("short", "sorted"):
+        for _ in range(10):
+            yield protocol, "none", [], 0
+        for name in names:
+            yield protocol, "one", [name], TOGETHER
+
+
+def _settings(protocol: str, generator: np.random.Generator) -> dict:
+    """Arguments of Laboratory that are not its own; all JSON."""
+    settings: dict = {"order": "sorted"} if protocol == "sorted" else {}
+    if protocol == "short":
+        settings |= {"states": int(generator.integers(6, 41)), "pressures": int(generator.integers(3, 9)), "falling": 0}
+    tails, slipped, growth, misstated = (generator.random() for _ in range(4))
+    if tails > NORMAL_SHARE:
+        settings["tails"] = 4.0
+    if slipped < SLIPPED_SHARE:
+        settings["slipped"] = float(generator.choice([0.002, 0.01, 0.01, 0.03]))
+        if generator.random() < ODD_SHARE:
+            settings["kinds"] = list(KINDS)
+    if growth < ODD_SHARE:
+        settings["growth"] = float(generator.uniform(1, 2))
+    if misstated < ODD_SHARE:
+        settings["misstated"] = float(generator.choice([1 / 3, 3.0]))
+    return settings
+
+
+def numbered(sets: list[dict]) -> list[dict]:
+    """The data sets with the numbers that their files have."""
+    return [s | {"number": number} for number, s in enumerate(sets)]
+
+
+def some(jobs: list[dict], most: int | None) -> list[dict]:
+    """At most so many data sets, spread over the plan."""
+    if not most or most >= len(jobs):
+        return jobs
+    return [jobs[k] for k in sorted(np.random.default_rng(0).permutation(len(jobs))[:most])]
+
+
+PLANS = {"clean": clean, "laboratory": laboratory}

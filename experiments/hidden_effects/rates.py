@@ -1,0 +1,140 @@
+"""Rates against their targets, as rows of a table: what, of how many, rate in percent, target."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from hidden_effects.verdicts import AFFIRMED, contradicted
+
+Row = tuple[str, int, str, str]
+# Slips from this size on, in the load cell's standard deviations, have to be found.
+LARGE = 8.0
+# Hidden effects have to be this near to the size that was asked for; a physical bound may keep them from it.
+REACHED = 0.8
+
+
+def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[Row]:
+    """One row; none without data sets."""
+    return [(what, len(chosen), f"{100 * good.mean():.1f}", target)] if len(chosen) else []
+
+
+def of_clean(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `clean`."""
+    none, one, pair = (frame[frame["kind"] == kind] for kind in ("none", "one", "pair"))
+    rows = rate("effect wrongly named on effect-free data", none, none["effects"].map(bool), "≤ 5")
+    rows += rate("effect-free data called adequate", none, none["verdict"] == "adequate", "")
+    for size, target in ((4, ""), (8, "≥ 95"), (15, "≥ 99"), (30, "")):
+        part = one[one["size"] == size]
+        rows += rate(f"right effect or class of ≤ 3, {size} σ", part, part["right"], target)
+    rows += rate("both of a pair, 15 σ", pair, pair["right"], "≥ 85")
+    return rows + _outside(frame, "≥ 90") + _common(frame)
+
+
+def of_laboratory(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `laboratory`."""
+    able = frame[frame["possible"]]
+    standard = able[able["protocol"] == "standard"]
+    none, one = (standard[standard["kind"] == kind] for kind in ("none", "one"))
+    rows = rate("nothing named on effect-free data", none, ~none["effects"].map(bool), "≥ 97")
+    rows += rate("effect-free data called adequate", none, none["verdict"] == "adequate", "")
+    for size, target in ((8, ""), (15, "≥ 95"), (30, "")):
+        part = one[one["size"] == size]
+        rows += rate(f"right effect or class of ≤ 3, {size} σ", part, part["right"], target)
+    for kind, what, target in (("pair", "both of a pair", "≥ 85"), ("triple", "all of a triple", "≥ 60")):
+        part = standard[standard["kind"] == kind]
+        rows += rate(f"{what}, 15 σ each", part, part["right"], target)
+    for protocol in ("short", "sorted"):
+        part = able[able["protocol"] == protocol]
+        none, one = (part[part["kind"] == kind] for kind in ("none", "one"))
+        rows += rate(f"{protocol} protocol: nothing named on effect-free data", none, ~none["effects"].map(bool), "")
+        rows += rate(f"{protocol} protocol: right effect or class, 15 σ", one, one["right"], "")
+    rows += _outside(standard, "")
+    unexplained = able[able["verdict"] == "unexplained"]
+    if len(unexplained):
+        listed = unexplained["effects"].map(len)
+        rows.append(("effects listed on average where unexplained (not %)", len(listed), f"{listed.mean():.2f}", ""))
+    rows += of_slips(frame) + _common(able)
+    if not frame["possible"].all():
+        rows += rate("left out: cannot be tested, or a bound keeps it small", frame, ~frame["possible"], "")
+    return rows
+
+
+def of_slips(frame: pd.DataFrame) -> list[Row]:
+    """How many of the slipped rows were found, and how many good ones accused."""
+    slips = slips_of(frame)
+    rows: list[Row] = []
+    if len(slips):
+        large = slips[slips["sensor_sigmas"] >= LARGE]
+        rows += rate(f"slipped rows found, {LARGE:g} sensor σ and more", large, large["found"], "≥ 95")
+        rows += rate("… and the right one of the two loads", large, large["load_too"], "")
+    if "good_rows" in frame and (good := int(frame["good_rows"].sum())):
+        rows.append(("good rows accused", good, f"{100 * frame['accused'].sum() / good:.3f}", "≤ 0.2"))
+    return rows
+
+
+def slips_of(frame: pd.DataFrame) -> pd.DataFrame:
+    """All slips of all data sets."""
+    each = frame["slips"].dropna() if "slips" in frame else []
+    return pd.DataFrame([slip for slips in each for slip in slips])
+
+
+def by_setting(frame: pd.DataFrame) -> list[list[str]]:
+    """How it was measured → data sets, right at 15 σ, nothing named where nothing is, slips found, accused, intervals.
+
+    A data set counts in each setting that it has; clean is one that has none."""
+    how = frame["laboratory"].map(dict)
+    settings = {name: how.map(lambda s, key=key: key in s) for name, key in SETTINGS.items()}
+    settings["misstated to a third"] = how.map(lambda s: s.get("misstated", 1) < 1)
+    settings["misstated threefold"] = how.map(lambda s: s.get("misstated", 1) > 1)
+    settings |= {name: frame["protocol"] == name for name in ("short", "sorted")}
+    odd = pd.concat(settings, axis=1).any(axis=1)
+    rows = []
+    for name, chosen in {"clean noise": ~odd, **settings, "all": frame["seed"] > 0}.items():
+        part = frame[chosen & frame["possible"]]
+        one, none = part[part["kind"].eq("one") & part["size"].eq(15)], part[part["kind"] == "none"]
+        slips = slips_of(part)
+        large = slips[slips["sensor_sigmas"] >= LARGE]["found"] if len(slips) else pd.Series(dtype=bool)
+        good = part["good_rows"].sum() if "good_rows" in part else 0
+        accused = f"{100 * part['accused'].sum() / good:.2f}" if good else ""
+        hits = pd.Series([hit for c in part.get("covered", pd.Series(dtype=object)).dropna() for hit in c.values()])
+        cells = (one["right"], ~none["effects"].map(bool), large)
+        rows.append([name, str(len(part)), *map(_percent, cells), accused, _percent(hits)])
+    return rows
+
+
+SETTINGS = {"tails": "tails", "slips": "slipped", "growing noise": "growth"}
+
+
+def _percent(hits: pd.Series) -> str:
+    return f"{100 * hits.astype(float).mean():.0f} ({len(hits)})" if len(hits) else ""
+
+
+def _outside(frame: pd.DataFrame, target: str) -> list[Row]:
+    rows = []
+    for size in (15, 30):
+        part = frame[(frame["kind"] == "outside") & (frame["size"] == size)]
+        rows += rate(f"outside the library, unexplained, {size} σ", part, part["verdict"] == "unexplained", target)
+    return rows
+
+
+def _common(frame: pd.DataFrame) -> list[Row]:
+    rows: list[Row] = []
+    found = frame[frame["right"] & (frame["kind"] != "none")]
+    if len(found):
+        rows += rate(
+            "held-out error ≤ 1.1 × noise floor after adding", found, found["after"] <= 1.1 * found["floor"], ""
+        )
+    spoken = [r for r in frame.to_dict("records") if isinstance(r.get("screens"), dict)]
+    for what, chosen in (
+        ("95 % intervals that cover the truth", spoken),
+        ("… without stress softening", [r for r in spoken if "stress_softening" not in r["hidden"]]),
+    ):
+        covered = [hit for r in chosen for hit in r["covered"].values()]
+        if covered:
+            rows.append((what, len(covered), f"{100 * np.mean(covered):.1f}", "90–98"))
+    for screen in AFFIRMED if spoken else ():
+        wrong = np.mean([contradicted(r, screen) for r in spoken])
+        said = np.mean([r["screens"].get(screen) is not None for r in spoken])
+        what = f"false statements, {screen} (speaks on {100 * said:.0f} %)"
+        rows.append((what, len(spoken), f"{100 * wrong:.1f}", "≤ 2"))
+    return [*rows, ("failed", len(frame), f"{100 * (frame['verdict'] == 'failed').mean():.1f}", "0")]

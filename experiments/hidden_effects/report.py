@@ -1,0 +1,81 @@
+"""What the benchmark's results add up to, in words and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from hidden_effects import pictures
+from hidden_effects.rates import REACHED, by_setting, of_clean, of_laboratory, slips_of
+from hidden_effects.verdicts import right
+from rich.console import Console
+from rich.table import Table
+
+
+def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> None:
+    """Prints the rates against their targets, and what went wrong, and draws the pictures.
+
+    beside: results of the plan `clean`, to be drawn beside those of another."""
+    console = Console(width=120)
+    frame = pd.DataFrame(results)
+    frame["right"] = [right(r) for r in results]
+    frame["possible"] = [possible(r) for r in results]
+    rows = of_laboratory(frame) if plan == "laboratory" else of_clean(frame)
+    cells = [[what, str(count), value, target] for what, count, value, target in rows]
+    console.print(_table(f"{len(results)} data sets, plan {plan}", ["what", "of", "rate %", "target"], cells))
+    if plan == "laboratory":
+        headings = ["measured with", "sets", "right at 15 σ", "nothing named", "slips found", "accused %", "intervals"]
+        title = "By how it was measured: rates in %, in brackets of how many"
+        console.print(_table(title, headings, by_setting(frame)))
+    if "seconds" in frame:
+        seconds = frame["seconds"]
+        console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per data set")
+    for line in missed(frame):
+        console.print(f"  {line}", markup=False, soft_wrap=True)
+    one = _one(results)
+    if plan == "laboratory":
+        standard = one[one["protocol"] == "standard"]
+        normal = standard["laboratory"].map(lambda s: not s)
+        series = {"as laboratories measure": standard, "of these, clean noise": standard[normal]}
+        pictures.recovery({"the paper's protocol, clean noise": _one(beside)} | series, out)
+        pictures.detection(slips_of(frame), out)
+    else:
+        pictures.recovery({"the paper's protocol, clean noise": one}, out)
+    pictures.confusion(one[one["size"] >= 8], out)
+    console.print(f"files: {out}", soft_wrap=True)
+
+
+def _one(results: list[dict]) -> pd.DataFrame:
+    """Those of the results with one hidden effect."""
+    chosen = [r | {"right": right(r)} for r in results if r["kind"] == "one" and possible(r)]
+    return (
+        pd.DataFrame(chosen) if chosen else pd.DataFrame(columns=["size", "right", "protocol", "laboratory", "hidden"])
+    )
+
+
+def possible(result: dict) -> bool:
+    """Whether what is hidden can be tested on its rows, and is about as large as it was to be."""
+    sizes = result.get("reached", [])
+    return result.get("testable", True) and all(size >= REACHED * result["size"] for size in sizes)
+
+
+def missed(frame: pd.DataFrame) -> list[str]:
+    """Data sets with the wrong answer, in words."""
+    hidden = frame["kind"].isin(["one", "pair", "triple"]) & (frame["size"] >= 8)
+    named = frame["kind"].eq("none") & frame["effects"].map(bool)
+    lines = []
+    for _, r in frame[(hidden & ~frame["right"] & frame["possible"]) | named].iterrows():
+        how = r.get("laboratory")
+        told = f" ({r['protocol']}, {how})" if isinstance(how, dict) else ""
+        what = f"{'+'.join(r['hidden']) or 'nothing'} at {r['size']} σ{told}"
+        lines.append(f"missed {r['number']}: {what} → {r['verdict']} {r['classes'] or r.get('reason', '')}")
+    return lines
+
+
+def _table(title: str, headings: list[str], rows: list[list[str]]) -> Table:
+    table = Table(title=title, title_justify="left")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading == headings[0] else "right")
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -1,0 +1,68 @@
+"""Noise that grows with the load or with the pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.inference.tails import Tails
+
+LOAD, PRESSURE = "load", "pressure"
+# Increase of the standard deviation, from none to the largest load or pressure, that is told apart.
+STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
+# Log-likelihood by which growing noise must do better than even noise.
+WORTH = 6.0
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Standard deviations grow in proportion to 1 + amount × (|load| or pressure) / its largest. kind: of which."""
+
+    kind: str = ""
+    amount: float = 0.0
+
+    def factor(self, loads: Tensor, pressure: Tensor) -> Tensor:
+        """Of the standard deviation of every reading, (N, 2)."""
+        return 1 + self.amount * _relative(self.kind, loads, pressure)
+
+
+EVEN = Growth()
+
+
+def grown(z: Tensor, now: Growth, loads: Tensor, pressure: Tensor, tails: Tails) -> tuple[Growth, Tensor]:
+    """How errors z (N, 2) grow, which are in units of their scale under `now`, and the factors (N, 2) by which that
+    changes their scale's unit (2,)."""
+    raw = z * now.factor(loads, pressure)
+    good = tails.good(z.numpy())
+    choices = [EVEN, *(Growth(kind, amount) for kind in (LOAD, PRESSURE) for amount in STEPS)]
+    tried = [_likelihood(raw / g.factor(loads, pressure), g.factor(loads, pressure), good, tails) for g in choices]
+    best = int(np.argmax([t[0] for t in tried]))
+    if tried[best][0] < tried[0][0] + WORTH:
+        best = 0
+    chosen = choices[best]
+    return chosen, torch.as_tensor(tried[best][1])
+
+
+def _likelihood(z: Tensor, factor: Tensor, good: np.ndarray, tails: Tails) -> tuple[float, np.ndarray]:
+    """Log-likelihood of errors in units of a growing scale, that scale refitted, and the scale (2,)."""
+    errors = z.numpy()
+    scale = np.ones(2)
+    for _ in range(4):
+        weight = good * tails.weight(errors / scale)
+        scale = np.sqrt((weight * errors**2).sum(0) / np.maximum(good.sum(0), 1.0))
+        scale = np.maximum(scale, 1e-9)
+    density = tails.log_density(errors / scale) - np.log(scale) - np.log(factor.numpy())
+    return float((good * density).sum()), scale
+
+
+def _relative(kind: str, loads: Tensor, pressure: Tensor) -> Tensor:
+    if kind == PRESSURE:
+        size = pressure.abs()[:, None].expand_as(loads)
+    elif kind == LOAD:
+        size = loads.abs()
+    else:
+        return torch.zeros_like(loads)
+    return size / size.amax(0).clamp_min(1e-300)

@@ -1,0 +1,168 @@
+"""How a bed really scattered: estimated from what is left when everything smooth is taken off, slipped readings apart.
+
+A reading's residual is taken for the sum of what the model may absorb, of generic smooth shapes (what a missing effect
+leaves), of the position error that its kinematic state shares, and of an error of its own that follows Student's t, but
+for a small share of readings that slipped. All of their sizes are estimated by expectation and maximization (Lange,
+Little & Taylor 1989 for the t distribution, MacKay 1992 for the smooth shapes), sample by sample. The smooth shapes
+keep a missing effect from being taken for slipped readings: a reading that slipped stands apart from its neighbors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.inference.growth import EVEN, Growth, grown
+from freelearn.inference.shapes import rows_of_samples
+from freelearn.inference.smooth import Part, Smooth
+from freelearn.inference.tails import Tails, fitted
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.states import States
+
+# Rounds of the estimate: at first, and from where an earlier one of nearly the same model ended.
+ROUNDS, AGAIN = 16, 4
+# Rounds in which influence is bounded but never falls to zero (Huber's weights), so that the start does not decide.
+CAUTIOUS, HUBER = 6, 2.0
+# The stated position error is believed as much as so many states would make it.
+PRIOR_STATES = 3.0
+MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How N rows scattered.
+
+    like: the stated accuracy. scale (2,): of a force's and a moment's error (the pressure's share included), in units
+    of the stated one. position: of length and twist errors, in units of the stated ones. growth: of errors with load or
+    pressure. tails: of the errors about that. z (N, 2): errors about what is expected, in units of their scale; smooth
+    (N, 2) N, N·m: what is expected of the residuals. good (N, 2): chance that a reading did not slip. reading (N, 2)
+    and state (N,): precision (one over the variance) of a reading's and of its state's position error, in units of
+    the stated one; zero for a reading that slipped. variances: of the smooth shapes, to go on from.
+    """
+
+    like: Accuracy
+    scale: Tensor
+    position: float
+    growth: Growth
+    tails: Tails
+    z: Tensor
+    smooth: Tensor
+    good: Tensor
+    reading: Tensor
+    state: Tensor
+    variances: tuple[Tensor, ...]
+
+    @property
+    def slipped(self) -> Tensor:
+        """Readings to point out, (N, 2) bool."""
+        return self.z.abs() > self.tails.limit
+
+    @property
+    def deviations(self) -> Tensor:
+        """Standard deviations of force and moment errors at no load, in units of the stated ones, (2,)."""
+        return self.scale * self.tails.deviation
+
+
+def scatter(
+    raw: Tensor,
+    jacobian: Tensor,
+    loads: Tensor,
+    sensitivity: Tensor,
+    states: States,
+    state: Tensor,
+    like: Accuracy,
+    before: Scatter | None = None,
+) -> Scatter:
+    """Estimates the scatter of N rows.
+
+    raw: predicted − measured (N, 2) of a fit; jacobian (N, 2, p): its derivatives; loads (N, 2): as predicted, which
+    errors may grow with. sensitivity: (N, 2, 3), see `sensitivities`. state: number of each row's kinematic state,
+    (N,) int64. like: the stated accuracy. before: an earlier estimate of the same rows, to go on from.
+    """
+    sensors = torch.tensor([like.force, like.moment], dtype=torch.float64)
+    noise = (sensors**2 + (sensitivity[:, :, 2] * like.pressure) ** 2).sqrt()
+    positions = sensitivity[:, :, :2] * torch.tensor([like.length, like.twist], dtype=torch.float64)
+    samples = [
+        Smooth(rows, raw[rows], jacobian[rows], noise[rows], positions[rows], states[rows], state[rows])
+        for rows in rows_of_samples(states)
+    ]
+    now = before or _unknown(raw, noise, like)
+    if before:
+        for sample, variance in zip(samples, before.variances, strict=True):
+            sample.variance = variance
+    for turn in range(AGAIN if before else ROUNDS):
+        base = noise * now.scale * now.growth.factor(loads, states.pressure)
+        weight = now.reading * (base / noise) ** 2
+        parts = [s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows]) for s in samples]
+        cautious = not before and turn < CAUTIOUS
+        now = _updated(now, samples, parts, base, noise, loads, states.pressure, cautious)
+    return now
+
+
+def huber(raw: Tensor, like: Accuracy, power: int = 1) -> Scatter:
+    """Huber's weights to a power for residuals (N, 2) of which nothing is known yet, in units of their own size."""
+    noise = torch.tensor([like.force, like.moment], dtype=torch.float64).expand_as(raw)
+    unknown = _unknown(raw, noise, like)
+    return replace(unknown, reading=_bounded(unknown.z) ** power)
+
+
+def _bounded(z: Tensor) -> Tensor:
+    return (HUBER / z.abs().clamp_min(1e-9)).clamp_max(1.0)
+
+
+def _unknown(raw: Tensor, noise: Tensor, like: Accuracy) -> Scatter:
+    """Where the first estimate starts: all of the residuals is noise, and what is far off counts for next to nothing,
+    since a reading that slipped far bends all that is fitted to it."""
+    scale = (MAD * (raw / noise).abs().median(0).values).clamp_min(1e-6)
+    z = raw / noise / scale
+    one = torch.ones_like(raw)
+    reading = _bounded(z) ** 2 / scale**2
+    return Scatter(like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, torch.ones(len(raw)).double(), ())
+
+
+def _updated(
+    now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, noise: Tensor, loads: Tensor,
+    pressure: Tensor, cautious: bool,
+) -> Scatter:  # fmt: skip
+    """The estimate after one round."""
+    error, spread, state = torch.zeros_like(base), torch.zeros_like(base), torch.ones(len(base), dtype=torch.float64)
+    for sample, part in zip(samples, parts, strict=True):
+        error[sample.rows], spread[sample.rows] = part.error, part.spread
+    z = error / (base**2 + spread).sqrt()
+    scale, growth, tails = now.scale, now.growth, now.tails
+    if cautious:
+        size = (MAD * z.abs().median(0).values).clamp_min(1e-6)
+        weight, good = _bounded(z / size), torch.ones_like(z)
+        scale = scale * size
+        z = z / size
+    else:
+        weights = torch.as_tensor(tails.good(z.numpy()) * tails.weight(z.numpy()))
+        goods = torch.as_tensor(tails.good(z.numpy()))
+        each = ((weights * z.square()).sum(0) / goods.sum(0).clamp_min(1.0)).sqrt().clamp(0.2, 5.0)
+        z, scale = z / each, scale * each
+        tails, common = fitted(z.reshape(-1).numpy(), tails)
+        z, scale = z / common, scale * common
+        growth, factor = grown(z, growth, loads, pressure, tails)
+        z, scale = z / factor, scale * factor
+        good = torch.as_tensor(tails.good(z.numpy()))
+        weight = good * torch.as_tensor(tails.weight(z.numpy()))
+    moved = torch.cat([part.moved for part in parts])
+    precision = (tails.freedom + 2) / (tails.freedom + moved) if np.isfinite(tails.freedom) else torch.ones_like(moved)
+    total = float((precision * moved).sum()) + 2 * PRIOR_STATES / now.position**2
+    position = now.position * (total / (2 * len(moved) + 2 * PRIOR_STATES)) ** 0.5
+    at = 0
+    for sample in samples:
+        state[sample.rows] = precision[at : at + sample.states][sample.state]
+        at += sample.states
+    reading = weight / (scale * growth.factor(loads, pressure)) ** 2
+    smooth = torch.zeros_like(base)
+    for sample, part in zip(samples, parts, strict=True):
+        smooth[sample.rows] = part.expected
+    variances = tuple(sample.variance for sample in samples)
+    return replace(
+        now, scale=scale, position=position, growth=growth, tails=tails, z=z, smooth=smooth, good=good,
+        reading=reading, state=state, variances=variances,
+    )  # fmt: skip

@@ -1,0 +1,105 @@
+"""What is expected of one sample's residuals: what the model absorbs, smooth shapes, its states' position errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from freelearn.inference.shapes import both_loads, generic
+from freelearn.measurements.states import States
+
+# Readings of a sample beyond which no single one has leverage worth computing.
+LEVERAGED = 3000
+# Precision of what the model absorbs: next to nothing is known beforehand.
+FREE = 1e-10
+# Variance of a shape's coefficient to begin with, in units of the residuals' own, and the range it stays in.
+BROAD, LEAST, MOST = 1.0, 1e-6, 1e12
+
+
+@dataclass(frozen=True)
+class Part:
+    """error (n, 2): residuals less what is expected without the reading itself; spread (n, 2): variance of that
+    expectation; expected (n, 2). N, N·m (squared). moved (states,): squared length of each state's position error, in
+    units of its standard deviations, uncertainty included."""
+
+    error: Tensor
+    spread: Tensor
+    expected: Tensor
+    moved: Tensor
+
+
+class Smooth:
+    """One sample's rows (n,) and all that may be expected of their residuals (n, 2)."""
+
+    def __init__(
+        self,
+        rows: Tensor,
+        residual: Tensor,
+        jacobian: Tensor,
+        noise: Tensor,
+        positions: Tensor,
+        states: States,
+        state: Tensor,
+    ) -> None:
+        """noise (n, 2): standard deviations as stated; positions (n, 2, 2): loads of one such position error."""
+        self.rows, self.residual, self.positions = rows, residual, positions
+        _, self.state = torch.unique(state, return_inverse=True)
+        self.states = int(self.state.max()) + 1
+        shapes, kind = generic(states, self.states)
+        unit = noise.square().mean(0).sqrt()
+        size = shapes.square().mean(0).sqrt()
+        shapes, kind = shapes[:, size > 1e-9] / size[size > 1e-9], kind[size > 1e-9]
+        own = jacobian / jacobian.flatten(0, 1).square().mean(0).sqrt().clamp_min(1e-300) * unit.mean()
+        self.columns = torch.cat([both_loads(shapes * unit[0], shapes * unit[1]), own], dim=2)
+        kinds = int(kind.max()) + 1
+        self.group = torch.cat([kind, kind + kinds, torch.full((own.shape[2],), -1)])
+        scatter = (residual / noise).abs().median().clamp_min(1.0) ** 2
+        self.variance = torch.full((2 * kinds,), BROAD * float(scatter), dtype=torch.float64)
+
+    def expected(self, base: Tensor, weight: Tensor, position: float, precision: Tensor) -> Part:
+        """base (n, 2): standard deviation of a good reading; weight (n, 2): precision of each in units of that.
+        position, precision (n,): scale of position errors, and their states' precision in units of that.
+
+        The variances of the shapes are brought up to date."""
+        root = weight.clamp_min(1e-12).sqrt() / base
+        columns = self.columns * root[:, :, None]
+        moves = self.positions * (position / precision.sqrt())[:, None, None] * root[:, :, None]
+        target = (self.residual * root)[..., None]
+        inner = torch.linalg.inv(torch.eye(2, dtype=torch.float64) + self._sum(moves.transpose(1, 2) @ moves))
+        # What is left of columns and target once the states' positions are free: the rest is theirs.
+        shared = (inner @ self._sum(moves.transpose(1, 2) @ columns))[self.state]
+        left = (columns - moves @ shared).flatten(0, 1)
+        flat = columns.flatten(0, 1)
+        free = self.group < 0
+        prior = torch.where(free, FREE, 1 / self.variance[self.group.clamp_min(0)])
+        inverse = torch.linalg.inv(flat.T @ left + torch.diag(prior))
+        inverse = (inverse + inverse.T) / 2
+        slope = inverse @ (left.T @ target.flatten())
+        self._bring_up_to_date(slope, inverse)
+        rest = target - (columns @ slope)[..., None]
+        move = inner @ self._sum(moves.transpose(1, 2) @ rest)
+        expected = (columns @ slope + (moves @ move[self.state])[..., 0]) / root
+        own = (moves @ inner[self.state] * moves).sum(-1)
+        if len(flat) <= LEVERAGED:
+            own = own + ((left @ inverse) * left).sum(1).reshape(-1, 2)
+        share = own.clamp(0, 1 - 1e-6)
+        spread = own / root**2 / (1 - share)
+        moved = move[..., 0].square().sum(1) + inner.diagonal(dim1=1, dim2=2).sum(1)
+        # The precision of its state is no part of how far it moved.
+        first = torch.zeros(self.states, dtype=torch.float64).index_copy_(0, self.state, precision)
+        return Part((self.residual - expected) / (1 - share), spread, expected, moved / first)
+
+    def _bring_up_to_date(self, slope: Tensor, inverse: Tensor) -> None:
+        """MacKay's (1992) fixed point: a group's variance is its squared coefficients over how many of them the data
+        decide."""
+        variance = self.variance.clone()
+        for group in range(len(variance)):
+            own = self.group == group
+            decided = own.sum() - inverse.diagonal()[own].sum() / variance[group]
+            variance[group] = (slope[own].square().sum() / decided.clamp_min(1e-3)).clamp(LEAST, MOST)
+        self.variance = variance
+
+    def _sum(self, rows: Tensor) -> Tensor:
+        return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)

@@ -1,0 +1,55 @@
+"""What a search found out about the noise, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from freelearn.inference.scatter import Scatter
+from freelearn.inference.step import Step
+
+# Stated noise that is wrong by more than this factor is said to be.
+WRONG_NOISE = 1.5
+# Position errors of fewer states, and such as hardly show, tell little of themselves.
+WRONG_POSITION = 2.0
+
+
+def noise_notes(step: Step) -> list[str]:
+    """Sentences about the scatter of a step's readings, where it is not as stated."""
+    found = step.whiten.scatter
+    if found is None:
+        return []
+    notes = []
+    wrong = _wrong(found)
+    if wrong:
+        notes.append(
+            f"{wrong} than data.accuracy says; the search takes the scatter as it is, the noise floor is the stated "
+            "one: correct data.accuracy, or use data.accuracy=estimate"
+        )
+    if found.growth.amount:
+        notes.append(
+            f"the noise grows with the {found.growth.kind}: it is {1 + found.growth.amount:.2g} times as large at the "
+            "largest as at none"
+        )
+    if np.isfinite(found.tails.freedom):
+        notes.append(
+            f"the noise has heavier tails than normal noise (Student's t with {found.tails.freedom:g} degrees of "
+            "freedom): readings far off count for less"
+        )
+    return notes
+
+
+def _wrong(found: Scatter) -> str:
+    """What of the stated accuracy is wrong, in words; empty where nothing is."""
+    force, moment = found.deviations.tolist()
+    position = found.position * found.tails.deviation
+    parts = []
+    for name, factor, most in (
+        ("force's scatter", force, WRONG_NOISE),
+        ("moment's scatter", moment, WRONG_NOISE),
+        ("positions' scatter", position, WRONG_POSITION),
+    ):
+        if factor > most:
+            parts.append(f"the {name} is {factor:.2g} times larger")
+        elif factor < 1 / most:
+            parts.append(f"the {name} is {1 / factor:.2g} times smaller")
+    return ", ".join(parts)

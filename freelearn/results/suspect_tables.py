@@ -1,0 +1,52 @@
+"""What terminal and page say of readings that slipped, perhaps."""
+
+from __future__ import annotations
+
+from freelearn.results.discovery import Discovery
+from freelearn.results.formats import DASH, number, sentence, signed
+from freelearn.results.suspects import ranges, suspected_lines, worst_of_each
+from freelearn.results.tables import DisplayTable
+
+TITLE = "Suspected readings"
+
+
+def suspect_overview(discovery: Discovery, most: int) -> DisplayTable:
+    """The worst suspected readings, a row for those that slipped together, in few columns. most: rows shown."""
+    worst = worst_of_each(discovery.suspects)
+    rows = [
+        [ranges(r.lines), r.load, *(f"{value} {r.unit}" for value in r.loads), r.deviation, r.slip or DASH]
+        for r in worst[:most]
+    ]
+    more = f"… {len(worst) - most} more in suspects.csv" if len(worst) > most else ""
+    heads = ["shows", "expected", "σ off"]
+    return DisplayTable.of(["line", "load"], heads, rows, TITLE, more, last=["how it slipped, perhaps"])
+
+
+def suspect_table(discovery: Discovery) -> DisplayTable:
+    """Every suspected reading, with its place."""
+    rows = [
+        [
+            *(str(r.line), r.load, str(r.sample), signed(r.elongation_mm), signed(r.twist_deg, 4), str(r.step)),
+            *(number(r.pressure_kpa, 3), *(f"{value} {r.unit}" for value in r.loads), r.deviation),
+            *(r.slip or DASH, ranges(r.lines) if len(r.lines) > 1 else DASH),
+        ]
+        for r in discovery.suspects
+    ]
+    place = ["sample", "elongation mm", "twist deg", "step", "pressure kPa"]
+    last = ["how it slipped, perhaps", "together in lines"]
+    return DisplayTable.of(["line", "load"], [*place, "shows", "expected", "σ off"], rows, title=TITLE, last=last)
+
+
+def suspect_lines(discovery: Discovery) -> list[str]:
+    """The worst suspected reading in words, and how to leave such readings out; none where there are none."""
+    if not discovery.suspects:
+        return []
+    count = len(suspected_lines(discovery.suspects))
+    rows = "One row has a reading" if count == 1 else f"{count} rows have readings"
+    lines = [f"{rows} that may have slipped. {sentence(discovery.suspects[0].sentence())}"]
+    if not discovery.content["data"]["simulated"]:
+        lines.append(
+            "In marked.csv, beside discovery.json, left_out is 1 in these rows: look them over, blank it where the "
+            "reading is right, and search again with data.path= that file."
+        )
+    return lines

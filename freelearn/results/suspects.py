@@ -1,0 +1,166 @@
+"""Readings that slipped, perhaps, as the user knows them: by their line in the table, in its units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.inference.suspects import Suspect
+from freelearn.measurements.usable import LEFT_OUT
+from freelearn.results.formats import fixed
+from freelearn.results.residuals import FORCE, MOMENT
+from freelearn.units import NMM
+
+UNITS = {FORCE.name: (FORCE.unit, 1.0), MOMENT.name: (MOMENT.unit, NMM)}
+
+
+@dataclass(frozen=True)
+class SuspectedReading:
+    """A reading of which the search thinks that it slipped.
+
+    line: of its row in the table's file. load: force or moment; shown, expected: in `unit`. sigmas: signed. slip: how
+    it probably slipped, in words, "" where nothing fits. lines: of all rows that slipped together.
+    """
+
+    line: int
+    sample: int
+    step: int
+    elongation_mm: float
+    twist_deg: float
+    pressure_kpa: float
+    load: str
+    shown: float
+    expected: float
+    unit: str
+    sigmas: float
+    slip: str
+    lines: tuple[int, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """The entry in discovery.json."""
+        return vars(self) | {"lines": list(self.lines)}
+
+    @classmethod
+    def from_plain(cls, entry: Mapping[str, Any]) -> SuspectedReading:
+        """The reading that `plain` wrote."""
+        return cls(**{**entry, "lines": tuple(entry["lines"])})
+
+    @property
+    def loads(self) -> tuple[str, str]:
+        """What the row shows and what was expected, with so many digits that the difference can be seen."""
+        apart = abs(self.shown - self.expected)
+        digits = min(max(2 - math.floor(math.log10(apart)), 0), 6) if 0 < apart < math.inf else 3
+        return with_sign(self.shown, digits), with_sign(self.expected, digits)
+
+    @property
+    def deviation(self) -> str:
+        """By how many standard deviations it is off, without the unit."""
+        return with_sign(self.sigmas, 1 if abs(self.sigmas) < 10 else 0)
+
+    def sentence(self) -> str:
+        """What a researcher would say about it."""
+        shown, expected = self.loads
+        together = len(self.lines) > 1
+        where = f"lines {ranges(self.lines)}" if together else f"line {self.line}"
+        here = f" in line {self.line}" if together else ""
+        text = (
+            f"{where}: the {self.load} shows {shown} {self.unit} where {expected} {self.unit} was expected{here} "
+            f"({self.deviation} σ)"
+        )
+        return f"{text}: {self.slip}" if self.slip else text
+
+
+COLUMNS = list(SuspectedReading.__dataclass_fields__)
+
+
+def suspected_readings(suspects: Sequence[Suspect], table: pd.DataFrame, lines: np.ndarray) -> list[SuspectedReading]:
+    """The suspects, those that are off by the most σ first.
+
+    table: the rows that were asked about, in the measurement table's columns; lines: theirs in its file, (N,).
+    """
+    readings = []
+    for suspect in suspects:
+        row = table.iloc[suspect.row]
+        unit, size = UNITS[suspect.load]
+        slip = suspect.slip
+        if suspect.source is not None:
+            slip += f", perhaps line {lines[suspect.source]}'s"
+        readings.append(
+            SuspectedReading(
+                line=int(lines[suspect.row]),
+                sample=int(row["sample"]),
+                step=int(row["step"]),
+                elongation_mm=float(row["elongation_mm"]),
+                twist_deg=float(row["twist_deg"]),
+                pressure_kpa=float(row["pressure_kpa"]),
+                load=suspect.load,
+                shown=suspect.shown / size,
+                expected=suspect.expected / size,
+                unit=unit,
+                sigmas=suspect.sigmas,
+                slip=slip,
+                lines=tuple(int(lines[place]) for place in sorted({suspect.row, *suspect.rows})),
+            )
+        )
+    return sorted(readings, key=lambda reading: -abs(reading.sigmas))
+
+
+def suspects_frame(readings: Sequence[SuspectedReading]) -> pd.DataFrame:
+    """The readings as a table, in COLUMNS; the lines of a block stand in one cell, with blanks between them."""
+    rows = [vars(reading) | {"lines": " ".join(map(str, reading.lines))} for reading in readings]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def suspected_lines(readings: Sequence[SuspectedReading]) -> list[int]:
+    """Every line with a suspected reading, in order; not those of a block, whose readings can be put right."""
+    return sorted({reading.line for reading in readings if len(reading.lines) == 1})
+
+
+def worst_of_each(readings: Sequence[SuspectedReading]) -> list[SuspectedReading]:
+    """The readings, but of those that slipped together only the one that is off by the most σ, which comes first."""
+    worst: dict[tuple[Any, ...], SuspectedReading] = {}
+    for reading in readings:
+        worst.setdefault((reading.load, reading.lines), reading)
+    return list(worst.values())
+
+
+def flagged(table: pd.DataFrame, suspects: Sequence[Suspect]) -> pd.DataFrame:
+    """The table with the suspects' rows left out, and marked in the columns suspect_force and suspect_moment (bool).
+
+    table: the rows that were asked about, in the measurement table's columns. A block that slipped together is no
+    reason to look at nothing else.
+    """
+    marks = {load: np.zeros(len(table), dtype=bool) for load in UNITS}
+    for suspect in suspects:
+        if len(suspect.rows) == 1:
+            marks[suspect.load][suspect.row] = True
+    either = np.any(list(marks.values()), axis=0)
+    columns = {f"suspect_{load}": mark for load, mark in marks.items()}
+    return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})
+
+
+def ranges(lines: Sequence[int], most: int = 4) -> str:
+    """Lines in order, as few words as possible.
+
+    >>> ranges((3, 4, 5, 9)), ranges(range(1, 100, 2))
+    ('3–5, 9', '1 … 99 (50 rows)')
+    """
+    cuts = np.flatnonzero(np.diff(lines) != 1) + 1
+    parts = [part.tolist() for part in np.split(np.asarray(lines), cuts)]
+    if len(parts) > most:
+        return f"{lines[0]} … {lines[-1]} ({len(lines)} rows)"
+    return ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]}–{part[-1]}" for part in parts)
+
+
+def with_sign(value: float, digits: int) -> str:
+    """A number with so many digits behind the point, which always shows its sign.
+
+    >>> with_sign(3.14, 1), with_sign(-420.0, 0)
+    ('+3.1', '−420')
+    """
+    return fixed(value, digits) if value < 0 else f"+{fixed(value, digits)}"

@@ -1,0 +1,163 @@
+"""How a laboratory measures: its actuators, how short its protocol is, how its sensors err, and what slips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from freelearn.testing.reference import bed, literature
+from freelearn.testing.reference.bed import DEG, KPA, MM, Effects, Extra, Rig, bed_loads, ideal_loads, state_of
+from freelearn.testing.reference.slips import LOADS, slip
+
+Array = np.ndarray[Any, Any]
+# Number → Γ [deg], L, R_i, R_o [mm].
+Actuators = Mapping[int, tuple[float, float, float, float]]
+
+HIGHEST_KPA = 72.5
+# Largest elongation as a share of the length; largest twist [deg], of an actuator with the paper's L/R_o or more.
+STRETCH, TWIST_DEG, PAPER_SLENDER = 0.05, 120.0, 100 / 6.4
+# Places in elongation and twist that a protocol chooses from, and how far it then strays, as a share of their spacing.
+PLACES, JITTER = (11, 26), 0.3
+SECONDS_PER_ROW, PAUSE = 20.0, 10.0
+# How mounted actuators behave, by what hidden effects are made of.
+RIGS: dict[str, Rig] = {"literature": literature.on_the_rig, "package": bed.on_the_rig}
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """How measurements are made.
+
+    states: kinematic states per sample. pressures: rising levels of each; falling: rows after them. order: of the
+    states, "random" or "sorted" by elongation, then twist. actuators: whose, "paper" or "random".
+    tails: degrees of freedom of Student's t, which all noise has (inf: normal); its standard deviation stays the
+    stated one. growth: a load cell's standard deviation is (1 + growth |load|/largest |load|) times the stated one.
+    slipped: share of rows with one wrong reading, of these kinds (see `slips.KINDS`). misstated: the accuracy that the
+    laboratory tells is this many times its true one. forms: what hidden effects are made of, see `literature`.
+    """
+
+    states: int = 60
+    pressures: int = 5
+    falling: int = 2
+    order: Literal["random", "sorted"] = "random"
+    actuators: Literal["paper", "random"] = "random"
+    tails: float = np.inf
+    growth: float = 0.0
+    slipped: float = 0.0
+    kinds: tuple[str, ...] = ("other_row", "sign")
+    misstated: float = 1.0
+    forms: Literal["literature", "package"] = "literature"
+
+    def told(self, accuracy: Mapping[str, float]) -> dict[str, float]:
+        """The accuracy that the laboratory states, from its true one."""
+        return {name: self.misstated * value for name, value in accuracy.items()}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """table: a measurement table. slips: the truth about its wrong readings, see `slips.slip`, and all_sigmas, the
+    displacement in standard deviations of the whole noise: the sensor's, and the pressure's and the place's through the
+    stiffness of the bare actuator."""
+
+    table: pd.DataFrame
+    slips: pd.DataFrame
+
+
+def random_actuators(count: int, generator: np.random.Generator) -> dict[int, tuple[float, float, float, float]]:
+    """Actuators of about the paper's proportions: number → Γ [deg], L, R_i, R_o [mm]."""
+    made = {}
+    for number in range(1, count + 1):
+        inner = generator.uniform(3, 7)
+        outer = inner * (1 + generator.uniform(0.25, 0.4))
+        gamma, length = generator.uniform(15, 76), generator.uniform(80, 150)
+        made[number] = tuple(round(float(x), 2) for x in (gamma, length, inner, outer))
+    return made  # type: ignore[return-value]
+
+
+def protocol(laboratory: Laboratory, actuators: Actuators, generator: np.random.Generator) -> pd.DataFrame:
+    """A measurement table without loads: what the laboratory sets out to impose."""
+    pressure = np.r_[
+        np.linspace(0, HIGHEST_KPA, laboratory.pressures), np.linspace(HIGHEST_KPA, 0, laboratory.falling + 1)[1:]
+    ]
+    rows, parts = len(pressure), []
+    for number, (gamma, length, inner, outer) in actuators.items():
+        places = np.stack(np.meshgrid(*(np.linspace(-1, 1, n) for n in PLACES), indexing="ij"), -1).reshape(-1, 2)
+        chosen = generator.choice(len(places), laboratory.states, replace=laboratory.states > len(places))
+        stray = generator.uniform(-JITTER, JITTER, (laboratory.states, 2)) * 2 / (np.array(PLACES) - 1)
+        reach = STRETCH * length, TWIST_DEG * min(1.0, length / outer / PAPER_SLENDER)
+        at = (np.clip(places[chosen] + stray, -1, 1) * reach).round(2)
+        if laboratory.order == "sorted":
+            at = at[np.lexsort((at[:, 1], at[:, 0]))]
+        part = pd.DataFrame({"sample": number, "gamma_deg": gamma, "length_mm": length}, index=range(len(at) * rows))
+        part = part.assign(inner_radius_mm=inner, outer_radius_mm=outer, step=np.tile(np.arange(rows), len(at)))
+        part["elongation_mm"], part["twist_deg"] = np.repeat(at, rows, axis=0).T
+        part["pressure_kpa"] = np.tile(pressure, len(at))
+        part["time_s"] = SECONDS_PER_ROW * np.arange(len(part)) + PAUSE * np.repeat(np.arange(len(at)), rows)
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True)
+
+
+def measure(
+    laboratory: Laboratory,
+    actuators: Actuators,
+    c1: float,
+    c2: float,
+    fx: Effects,
+    accuracy: Mapping[str, float],
+    seed: int,
+    extra: Extra | None = None,
+) -> Measured:
+    """What the laboratory's measuring gives: rows without an equilibrium are marked as buckled.
+
+    accuracy: the true one, one standard deviation in the table's units. The protocol depends on the seed alone, so that
+    two calls differ in nothing but what else differs.
+    """
+    table = protocol(laboratory, actuators, np.random.default_rng([seed, 1]))
+    generator = np.random.default_rng([seed, 2])
+    states = np.cumsum(table["step"].to_numpy() == 0) - 1
+    count = int(states[-1]) + 1
+
+    def noise(name: str, size: int) -> Array:
+        return accuracy[name] * _unit_noise(laboratory.tails, size, generator)
+
+    actual = table.copy()
+    for name in ("elongation_mm", "twist_deg"):
+        actual[name] += noise(name, count)[states]
+    s = state_of(table) | {n: v for n, v in state_of(actual).items() if n in ("length", "twist")}
+    loads, balanced = bed_loads(s, c1, c2, fx, extra, RIGS[laboratory.forms])
+    table["pressure_kpa"] += noise("pressure_kpa", len(table))
+    deviation = {}
+    for name, load in zip(LOADS, (loads[:, 0], loads[:, 1] / MM), strict=True):
+        share = np.abs(load) / max(float(np.abs(load[balanced]).max(initial=0.0)), 1e-12)
+        grown = 1 + laboratory.growth * np.minimum(share, 1.0)
+        deviation[name] = accuracy[name] * grown
+        table[name] = load + noise(name, len(table)) * grown
+    table["buckled"] = (~balanced).astype(int)
+    table, slips = slip(table, laboratory.slipped, laboratory.kinds, deviation, [seed, 3])
+    rows = slips["row"].to_numpy(dtype=np.int64)
+    imposed = _imposed_noise({name: value[rows] for name, value in s.items()}, c1, c2, accuracy)
+    column = np.array([LOADS.index(load) for load in slips["load"]], dtype=np.int64)
+    sensor = np.array([deviation[load][row] for load, row in zip(slips["load"], rows, strict=True)])
+    whole = np.hypot(sensor, imposed[np.arange(len(rows)), column])
+    return Measured(table, slips.assign(all_sigmas=np.abs(slips["displacement"]) / np.maximum(whole, 1e-300)))
+
+
+def _imposed_noise(s: dict[str, Array], c1: float, c2: float, accuracy: Mapping[str, float]) -> Array:
+    """Standard deviation of the loads, (N, 2) N and N·mm, that comes of errors of place and pressure."""
+    square = np.zeros((len(s["length"]), 2))
+    units = {"length": ("elongation_mm", MM), "twist": ("twist_deg", DEG), "pressure": ("pressure_kpa", KPA)}
+    for name, (column, unit) in units.items():
+        error = accuracy[column] * unit
+        ends = [ideal_loads(s | {name: s[name] + side * error}, c1, c2, {})[0] for side in (1, -1)]
+        square += ((ends[0] - ends[1]) / 2 / [1, MM]) ** 2
+    return np.asarray(np.sqrt(square))
+
+
+def _unit_noise(tails: float, size: int, generator: np.random.Generator) -> Array:
+    """Noise of standard deviation one, normal or of Student's t with more than two degrees of freedom."""
+    if np.isinf(tails):
+        return np.asarray(generator.normal(size=size))
+    return np.asarray(generator.standard_t(tails, size) * np.sqrt((tails - 2) / tails))

@@ -1,0 +1,83 @@
+"""Material points of the wall: strains, energy and stresses of a thick tube at each point of a quadrature.
+
+Lagrangian: components of the right Cauchy-Green tensor C along (R, Θ, Z) and ∂Ψ/∂C beside them, so that stresses may
+depend on the history of each point. The order of components is RR, ΘΘ, ΘZ, ZZ; ∂Ψ/∂C_ΘZ counts both off-diagonal
+places, so that products over components are products of tensors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from freelearn.testing.reference.bed import NODES, STEP, WEIGHTS, Effects, built, strain_energy
+from freelearn.testing.reference.fiber_density import structure
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class Points:
+    """The points of N tubes. radius: (N, p) m in the reference. weight: (N, p) m³, ∫ dV = Σ weight. mean: (4, N), of
+    M⊗M over the fiber directions M of a point; spread: (4, 4, N), its covariance as far as that stores energy.
+    length [m], twist [rad], pressure [Pa], reference, inner [m]: (N,)."""
+
+    radius: Array
+    weight: Array
+    mean: Array
+    spread: Array
+    length: Array
+    twist: Array
+    pressure: Array
+    reference: Array
+    inner: Array
+
+    @classmethod
+    def of(cls, s: dict[str, Array], fx: Effects) -> Points:
+        """Of the states as the bed writes them (see `bed.state_of`), with the effects on the actuators' make."""
+        s = built(s, fx)
+        scatter = fx.get("fiber_dispersion", {})
+        mean, spread = structure(s["gamma"], scatter.get("kappa", 0.0))
+        spread = spread * scatter.get("each_fiber", 0.0)
+        half = (s["outer"] - s["inner"]) / 2
+        radius = s["inner"][:, None] + half[:, None] * (1 + NODES)
+        weight = 2 * np.pi * radius * (half * s["reference"])[:, None] * WEIGHTS
+        return cls(radius, weight, mean, spread, s["length"], s["twist"], s["pressure"], s["reference"], s["inner"])
+
+    def __getitem__(self, rows: Array) -> Points:
+        """Some of the tubes; rows: their numbers, or a mask (N,)."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        tensors = ("mean", "spread")
+        return Points(**{name: value[..., rows] if name in tensors else value[rows] for name, value in values.items()})
+
+    def strain(self, length: Array, twist: Array, u: Array) -> Array:
+        """C (4, N, p) at an inner radius √u; length, twist and u (N,) may be complex."""
+        axial, rate = (length / self.reference)[:, None], (twist / self.reference)[:, None]
+        square = (self.radius**2 - self.inner[:, None] ** 2) / axial + u[:, None]
+        around, shear = square / self.radius**2, square * rate / self.radius
+        return np.stack([(self.radius / axial) ** 2 / square, around, shear, axial**2 + square * rate**2])
+
+    def energy(self, strain: Array, c1: float, c2: float, fx: Effects) -> Array:
+        """Ψ (N, p) Pa at strains C (4, N, p), complex or real. A dispersed fiber's I₄ is the mean of all directions."""
+        rr, tt, tz, zz = strain
+        i1 = rr + tt + zz
+        i2 = (i1**2 - (rr**2 + tt**2 + zz**2 + 2 * tz**2)) / 2
+        i4 = np.einsum("cn,cnp->np", self.mean, strain)
+        scatter = np.einsum("cnp,cen,enp->np", strain, self.spread, strain) if self.spread.any() else 0.0
+        aligned = {name: values for name, values in fx.items() if name != "fiber_dispersion"}
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            return np.asarray(strain_energy(i1, i2, i4, c1, c2, aligned) + c2 / 2 * scatter)
+
+    def stress(self, strain: Array, c1: float, c2: float, fx: Effects) -> Array:
+        """Isochoric ∂Ψ/∂C (4, N, p) Pa, half the second Piola-Kirchhoff stress, by complex steps; strain real."""
+        slopes = np.empty(strain.shape)
+        for k in range(len(strain)):
+            moved = strain.astype(complex)
+            moved[k] += 1j * STEP
+            slopes[k] = self.energy(moved, c1, c2, fx).imag / STEP
+        rr, tt, tz, zz = strain
+        minor = tt * zz - tz**2
+        inverse = np.stack([1 / rr, zz / minor, -2 * tz / minor, tt / minor])
+        return np.asarray(slopes - (slopes * strain).sum(0) / 3 * inverse)
