@@ -32,29 +32,24 @@ class Growth:
 EVEN = Growth()
 
 
-def grown(z: Tensor, now: Growth, loads: Tensor, pressure: Tensor, tails: Tails) -> tuple[Growth, Tensor]:
-    """How errors z (N, 2) grow, which are in units of their scale under `now`, and the factors (N, 2) by which that
-    changes their scale's unit (2,)."""
-    raw = z * now.factor(loads, pressure)
-    good = tails.good(z.numpy())
+def grown(errors: Tensor, loads: Tensor, pressure: Tensor, tails: Tails) -> tuple[Growth, Tensor]:
+    """How errors (N, 2) grow, and the scale (2,) of those at no load or pressure, in the errors' unit."""
     choices = [EVEN, *(Growth(kind, amount) for kind in (LOAD, PRESSURE) for amount in STEPS)]
-    tried = [_likelihood(raw / g.factor(loads, pressure), g.factor(loads, pressure), good, tails) for g in choices]
-    best = int(np.argmax([t[0] for t in tried]))
+    tried = [_likelihood(errors, choice.factor(loads, pressure), tails) for choice in choices]
+    best = int(np.argmax([likelihood for likelihood, _ in tried]))
     if tried[best][0] < tried[0][0] + WORTH:
         best = 0
-    chosen = choices[best]
-    return chosen, torch.as_tensor(tried[best][1])
+    return choices[best], torch.as_tensor(tried[best][1])
 
 
-def _likelihood(z: Tensor, factor: Tensor, good: np.ndarray, tails: Tails) -> tuple[float, np.ndarray]:
-    """Log-likelihood of errors in units of a growing scale, that scale refitted, and the scale (2,)."""
-    errors = z.numpy()
-    scale = np.ones(2)
+def _likelihood(errors: Tensor, factor: Tensor, tails: Tails) -> tuple[float, np.ndarray]:
+    """Log-likelihood of errors whose scale grows by a factor, (N, 2) each, that scale refitted, and the scale (2,)."""
+    z, scale = (errors / factor).numpy(), np.ones(2)
+    good = tails.good(z)
     for _ in range(4):
-        weight = good * tails.weight(errors / scale)
-        scale = np.sqrt((weight * errors**2).sum(0) / np.maximum(good.sum(0), 1.0))
-        scale = np.maximum(scale, 1e-9)
-    density = tails.log_density(errors / scale) - np.log(scale) - np.log(factor.numpy())
+        weight = good * tails.weight(z / scale)
+        scale = np.maximum(np.sqrt((weight * z**2).sum(0) / np.maximum(good.sum(0), 1.0)), 1e-9)
+    density = tails.log_density(z / scale) - np.log(scale) - np.log(factor.numpy())
     return float((good * density).sum()), scale
 
 

@@ -23,9 +23,11 @@ from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.states import States
 
 # Rounds of the estimate: at first, and from where an earlier one of nearly the same model ended.
-ROUNDS, AGAIN = 16, 4
+ROUNDS, AGAIN = 11, 2
 # Rounds in which influence is bounded but never falls to zero (Huber's weights), so that the start does not decide.
-CAUTIOUS, HUBER = 6, 2.0
+CAUTIOUS, HUBER = 5, 2.0
+# Last rounds in which it is asked how the noise grows.
+GROWING = 2
 # The stated position error is believed as much as so many states would make it.
 PRIOR_STATES = 3.0
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
@@ -93,12 +95,13 @@ def scatter(
     if before:
         for sample, variance in zip(samples, before.variances, strict=True):
             sample.variance = variance
-    for turn in range(AGAIN if before else ROUNDS):
+    rounds = AGAIN if before else ROUNDS
+    for turn in range(rounds):
         base = noise * now.scale * now.growth.factor(loads, states.pressure)
         weight = now.reading * (base / noise) ** 2
         parts = [s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows]) for s in samples]
         cautious = not before and turn < CAUTIOUS
-        now = _updated(now, samples, parts, base, noise, loads, states.pressure, cautious)
+        now = _updated(now, samples, parts, base, loads, states.pressure, cautious, rounds - turn <= GROWING)
     return now
 
 
@@ -124,10 +127,10 @@ def _unknown(raw: Tensor, noise: Tensor, like: Accuracy) -> Scatter:
 
 
 def _updated(
-    now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, noise: Tensor, loads: Tensor,
-    pressure: Tensor, cautious: bool,
+    now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, loads: Tensor, pressure: Tensor,
+    cautious: bool, growing: bool,
 ) -> Scatter:  # fmt: skip
-    """The estimate after one round."""
+    """The estimate after one round. growing: whether it is asked once more how the noise grows."""
     error, spread, state = torch.zeros_like(base), torch.zeros_like(base), torch.ones(len(base), dtype=torch.float64)
     for sample, part in zip(samples, parts, strict=True):
         error[sample.rows], spread[sample.rows] = part.error, part.spread
@@ -145,8 +148,10 @@ def _updated(
         z, scale = z / each, scale * each
         tails, common = fitted(z.reshape(-1).numpy(), tails)
         z, scale = z / common, scale * common
-        growth, factor = grown(z, growth, loads, pressure, tails)
-        z, scale = z / factor, scale * factor
+        if growing:
+            before = growth.factor(loads, pressure)
+            growth, size = grown(z * before, loads, pressure, tails)
+            z, scale = z * before / growth.factor(loads, pressure) / size, scale * size
         good = torch.as_tensor(tails.good(z.numpy()))
         weight = good * torch.as_tensor(tails.weight(z.numpy()))
     moved = torch.cat([part.moved for part in parts])

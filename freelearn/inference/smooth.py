@@ -11,7 +11,7 @@ from freelearn.inference.shapes import both_loads, generic
 from freelearn.measurements.states import States
 
 # Readings of a sample beyond which no single one has leverage worth computing.
-LEVERAGED = 3000
+LEVERAGED = 1800
 # Precision of what the model absorbs: next to nothing is known beforehand.
 FREE = 1e-10
 # Variance of a shape's coefficient to begin with, in units of the residuals' own, and the range it stays in.
@@ -66,27 +66,28 @@ class Smooth:
         root = weight.clamp_min(1e-12).sqrt() / base
         columns = self.columns * root[:, :, None]
         moves = self.positions * (position / precision.sqrt())[:, None, None] * root[:, :, None]
-        target = (self.residual * root)[..., None]
+        target = self.residual * root
         inner = torch.linalg.inv(torch.eye(2, dtype=torch.float64) + self._sum(moves.transpose(1, 2) @ moves))
-        # What is left of columns and target once the states' positions are free: the rest is theirs.
-        shared = (inner @ self._sum(moves.transpose(1, 2) @ columns))[self.state]
-        left = (columns - moves @ shared).flatten(0, 1)
+        # What states' positions take, out of inner products of columns and target: (states, 2, …).
+        along = torch.stack([self._sum((columns * moves[:, :, j, None]).sum(1)) for j in (0, 1)], dim=1)
+        pulled = self._sum((moves * target[..., None]).sum(1))
+        taken = inner @ along
         flat = columns.flatten(0, 1)
-        free = self.group < 0
-        prior = torch.where(free, FREE, 1 / self.variance[self.group.clamp_min(0)])
-        inverse = torch.linalg.inv(flat.T @ left + torch.diag(prior))
+        prior = torch.where(self.group < 0, FREE, 1 / self.variance[self.group.clamp_min(0)])
+        gram = flat.T @ flat - along.flatten(0, 1).T @ taken.flatten(0, 1)
+        inverse = torch.linalg.inv(gram + torch.diag(prior))
         inverse = (inverse + inverse.T) / 2
-        slope = inverse @ (left.T @ target.flatten())
+        slope = inverse @ (flat.T @ target.reshape(-1) - taken.flatten(0, 1).T @ pulled.reshape(-1))
         self._bring_up_to_date(slope, inverse)
-        rest = target - (columns @ slope)[..., None]
-        move = inner @ self._sum(moves.transpose(1, 2) @ rest)
-        expected = (columns @ slope + (moves @ move[self.state])[..., 0]) / root
+        move = (inner @ (pulled - along @ slope)[..., None])[..., 0]
+        expected = (columns @ slope + (moves @ move[self.state][..., None])[..., 0]) / root
         own = (moves @ inner[self.state] * moves).sum(-1)
         if len(flat) <= LEVERAGED:
+            left = (columns - moves @ taken[self.state]).flatten(0, 1)
             own = own + ((left @ inverse) * left).sum(1).reshape(-1, 2)
         share = own.clamp(0, 1 - 1e-6)
         spread = own / root**2 / (1 - share)
-        moved = move[..., 0].square().sum(1) + inner.diagonal(dim1=1, dim2=2).sum(1)
+        moved = move.square().sum(1) + inner.diagonal(dim1=1, dim2=2).sum(1)
         # The precision of its state is no part of how far it moved.
         first = torch.zeros(self.states, dtype=torch.float64).index_copy_(0, self.state, precision)
         return Part((self.residual - expected) / (1 - share), spread, expected, moved / first)
@@ -94,12 +95,14 @@ class Smooth:
     def _bring_up_to_date(self, slope: Tensor, inverse: Tensor) -> None:
         """MacKay's (1992) fixed point: a group's variance is its squared coefficients over how many of them the data
         decide."""
-        variance = self.variance.clone()
-        for group in range(len(variance)):
-            own = self.group == group
-            decided = own.sum() - inverse.diagonal()[own].sum() / variance[group]
-            variance[group] = (slope[own].square().sum() / decided.clamp_min(1e-3)).clamp(LEAST, MOST)
-        self.variance = variance
+        shapes = self.group >= 0
+        group = self.group[shapes]
+
+        def total(each: Tensor) -> Tensor:
+            return torch.zeros_like(self.variance).index_add_(0, group, each)
+
+        decided = total(1 - inverse.diagonal()[shapes] / self.variance[group])
+        self.variance = (total(slope[shapes].square()) / decided.clamp_min(1e-3)).clamp(LEAST, MOST)
 
     def _sum(self, rows: Tensor) -> Tensor:
         return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)

@@ -21,6 +21,8 @@ UNITS = {
 DECIMALS = (10.0, 100.0, 1000.0)
 # A slip explains a reading if what is left then is this many standard deviations, and this share of what it was.
 WITHIN, SHARE = 4.0, 0.1
+# So many readings far off, as like each other as this (in units of how far off they are), come from a stuck sensor.
+FEWEST_STUCK, ALIKE = 4, 0.05
 
 
 @dataclass(frozen=True)
@@ -73,11 +75,16 @@ def _slip(
         if row and row - 1 in same:
             return "stuck: the reading of the row before", row - 1
         return "another row's reading", int(same[np.abs(same - row).argmin()])
+    slipped = torch.nonzero(scatter.slipped[:, load])[:, 0].numpy()
+    near = np.abs(loads[slipped] - shown) <= ALIKE * abs(shown - expected)
+    alike = slipped[near & (sample[slipped] == sample[row])]
+    if len(alike) >= FEWEST_STUCK:
+        return f"stuck: {len(alike)} readings far off show nearly the same", None
     tolerance = min(WITHIN * deviation, SHARE * abs(shown - expected))
     for text, factor in _factors(LOADS[load]):
         if abs(shown * factor - expected) <= tolerance:
             return text, None
-    for other in torch.nonzero(scatter.slipped[:, load])[:, 0].tolist():
+    for other in slipped.tolist():
         if other != row and sample[other] == sample[row] and abs(loads[other] - expected) <= tolerance:
             return "swapped with another row's reading", other
     return "", None

@@ -10,7 +10,7 @@ from torch import Tensor
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
 from freelearn.fit.solver import State, Termination
-from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.linear_algebra import norms, orthonormal
 from freelearn.inference.noise import Whitener
 from freelearn.inference.thresholds import BEHIND, PROMISE, TRUST
 from freelearn.measurements.rows import Rows
@@ -22,6 +22,8 @@ TOLERANCE = 1e-7
 SETTLED = 1e-6
 # χ² per number beyond which a model is so wrong that a share of it decides nothing: its fit need not be pursued.
 HOPELESS, ROUGHLY = 8.0, 1e-5
+# A parameter has gone if a change of its raw value by one changes the residuals by less than this share of them.
+GONE = 1e-4
 MAX_ITERATIONS = 60
 ONE = torch.ones(2, dtype=torch.float64)
 
@@ -158,10 +160,12 @@ def promise(residual: Tensor, jacobian: Tensor, vector: Tensor, lower: Tensor, u
     """By how much ‖r‖² (m,) would fall if r were linear, J (m, p), and no bound but those it rests on held.
 
     This is the first-order criterion of a minimum: zero where r is orthogonal to J's columns, but for parameters on a
-    bound that descent points out of.
+    bound that descent points out of, and for such as hardly any residual depends on any more (a stiffness that has gone
+    to zero, raw −∞): following these, a linear model would go where it does not hold.
     """
     if not bool(jacobian.isfinite().all()) or not bool(residual.isfinite().all()):
         return float("inf")
     slope = jacobian.T @ residual
     free = ~((vector <= lower) & (slope > 0)) & ~((vector >= upper) & (slope < 0))
+    free &= norms(jacobian) > GONE * residual.norm()
     return float((orthonormal(jacobian[:, free]).T @ residual).square().sum())

@@ -1,6 +1,7 @@
 """A bed with four numbers in it: springs and a piston, written once in NumPy and once as a model. No mechanics."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -15,12 +16,16 @@ from freelearn.models.base import Model
 from freelearn.models.effects.registry import make_effects
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.testing.reference.laboratory import Laboratory, protocol
+from freelearn.testing.reference.slips import slip
 
 # Γ [deg], L, R_i, R_o [mm].
 ACTUATORS = {1: (36.0, 98.42, 4.77, 6.74), 2: (62.0, 99.0, 4.77, 6.36)}
 # N/m, N·m/rad, N/Pa, N·m/Pa: 10 N and 0.1 N·m from end to end, as of the paper's actuators.
 TRUE = np.array([2e3, 0.05, 1e-4, 1e-6])
 ACCURACY = Accuracy(length=3e-5, twist=5e-3, pressure=150.0, force=0.03, moment=6e-4)
+# Standard deviation of each load, the pressure's share included [N, N·m].
+NOISE = np.hypot([ACCURACY.force, ACCURACY.moment], TRUE[2:] * ACCURACY.pressure)
+SHORT = {"states": 24, "pressures": 4, "falling": 1}
 
 
 class Springs(Parameters):
@@ -56,6 +61,22 @@ class Bench:
     def rows(self) -> Rows:
         return Rows(States.from_table(self.table), torch.as_tensor(self.loads.copy()), self.state)
 
+    def showing(self, readings: Mapping[tuple[int, int], float]) -> "Bench":
+        """The same, but for readings that show something else: (row, load) → N or N·m."""
+        loads = self.loads.copy()
+        for place, reading in readings.items():
+            loads[place] = reading
+        return replace(self, loads=loads)
+
+    def slipped(self, share: float, kinds, seed: int) -> tuple["Bench", pd.DataFrame]:
+        """The same with slips in a share of the rows, and the truth about them, sensor_sigmas as of all row noise."""
+        table = self.table.assign(buckled=0, force_n=self.loads[:, 0], moment_nmm=1e3 * self.loads[:, 1])
+        force, moment = NOISE
+        deviation = {"force_n": np.full(len(table), force), "moment_nmm": np.full(len(table), 1e3 * moment)}
+        table, truth = slip(table, share, kinds, deviation, [seed, 5])
+        loads = np.stack([table["force_n"], table["moment_nmm"] / 1e3], axis=1)
+        return replace(self, loads=loads), truth.assign(column=(truth["load"] == "moment_nmm").astype(int))
+
     def question(self, candidates=(), accuracy: Accuracy = ACCURACY, seed: int = 0) -> Question:
         def build(names):
             return LinearBed(make_effects(names, LinearBed.family))
@@ -75,8 +96,13 @@ def student(freedom: float):
 def bench(seed: int, states: int = 30, samples=(1, 2), noise=normal, extra=None, true=ACCURACY, **laboratory) -> Bench:
     """Measures the protocol of a laboratory. extra: (states, loads (N, 2)) → loads, what the model does not know."""
     actuators = {n: ACTUATORS[n] for n in samples}
+    table = protocol(Laboratory(states=states, **laboratory), actuators, np.random.default_rng([seed, 76]))
+    return measured(table, seed, noise, extra, true)
+
+
+def measured(table: pd.DataFrame, seed: int, noise=normal, extra=None, true=ACCURACY) -> Bench:
+    """Measures what a table sets out to impose."""
     generator = np.random.default_rng([seed, 77])
-    table = protocol(Laboratory(states=states, **laboratory), actuators, generator)
     state = kinematic_state(table)
     s = States.from_table(table)
     moved = noise(generator, (state.max() + 1, 2)) * [true.length, true.twist]

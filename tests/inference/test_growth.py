@@ -1,0 +1,95 @@
+"""Noise that grows is found where it grows, and nowhere else."""
+
+import numpy as np
+import pytest
+import torch
+
+from freelearn.inference.growth import EVEN, LOAD, PRESSURE, STEPS, Growth, grown
+from freelearn.inference.tails import Tails
+
+COUNT = 600
+
+
+def places(seed):
+    """Loads (N, 2) and pressures (N,) that have nothing to do with each other."""
+    generator = np.random.default_rng([seed, 1])
+    loads = generator.uniform(-1, 1, (COUNT, 2)) * [12.0, 0.2]
+    return torch.as_tensor(loads), torch.as_tensor(generator.uniform(0, 7e4, COUNT))
+
+
+def relative(kind, loads, pressure):
+    size = loads.abs().numpy() if kind == LOAD else pressure[:, None].numpy() * np.ones(2)
+    return size / size.max(0)
+
+
+def errors(seed, freedom=np.inf):
+    generator = np.random.default_rng([seed, 2])
+    shape = (COUNT, 2)
+    return generator.normal(size=shape) if np.isinf(freedom) else generator.standard_t(freedom, shape)
+
+
+def neighbors(amount):
+    """The step itself and the next on either side: half of one is 3 standard errors of an amount from 1,200 errors."""
+    steps = [0.0, *STEPS]
+    at = steps.index(amount)
+    return steps[max(at - 1, 1) : at + 2]
+
+
+@pytest.mark.parametrize("freedom", [np.inf, 4.0])
+@pytest.mark.parametrize("kind", [LOAD, PRESSURE])
+@pytest.mark.parametrize("amount", [1.0, 2.0, 4.0])
+def test_growth_is_found_where_it_is(kind, amount, freedom):
+    loads, pressure = places(3)
+    factor = 1 + amount * relative(kind, loads, pressure)
+    base = np.array([0.7, 1.6])
+    z = torch.as_tensor(errors(3, freedom) * factor * base)
+    found, unit = grown(z, EVEN, loads, pressure, Tails(freedom))
+    assert found.kind == kind
+    assert found.amount in neighbors(amount)
+    # What is left is even. Information of a t's scale, of N errors: 2 N ν/(ν + 3); for the amount, twice the error.
+    share = 1.0 if np.isinf(freedom) else freedom / (freedom + 3)
+    tolerance = 2 * 4 / np.sqrt(2 * COUNT * share)
+    at_middle = float((1 + found.amount / 2) / (1 + amount / 2))
+    np.testing.assert_allclose(unit.numpy() * at_middle, base, rtol=tolerance)
+
+
+@pytest.mark.parametrize("freedom", [np.inf, 4.0])
+def test_even_noise_does_not_grow(freedom):
+    """Ten alternatives, each a χ² of one degree that must exceed 12: 0.5 % of all cases at most, more than 3 of 60 with
+    a chance of one in ten thousand."""
+    count = 0
+    for seed in range(60):
+        found, unit = grown(torch.as_tensor(errors(seed, freedom)), EVEN, *places(seed), Tails(freedom))
+        count += found != EVEN
+        if found == EVEN:
+            np.testing.assert_allclose(unit, 1, atol=0.2)
+    assert count <= 3
+
+
+def test_the_growth_so_far_is_taken_into_account():
+    """Errors in units of a scale that grows already: nothing is left to find, and nothing is lost."""
+    loads, pressure = places(5)
+    factor = 1 + 2.0 * relative(LOAD, loads, pressure)
+    raw = torch.as_tensor(errors(5) * factor)
+    first, unit = grown(raw, EVEN, loads, pressure, Tails())
+    again, change = grown(raw / first.factor(loads, pressure) / unit, first, loads, pressure, Tails())
+    assert again == first
+    np.testing.assert_allclose(change, 1, rtol=1e-6)
+
+
+def test_what_is_measured_at_no_load_has_nothing_to_grow_with():
+    loads, pressure = torch.zeros(COUNT, 2, dtype=torch.float64), torch.zeros(COUNT, dtype=torch.float64)
+    found, unit = grown(torch.as_tensor(errors(0)), EVEN, loads, pressure, Tails())
+    assert found == EVEN
+    assert bool(unit.isfinite().all())
+    assert bool((Growth(LOAD, 2.0).factor(loads, pressure) == 1).all())
+
+
+def test_slipped_readings_at_large_loads_are_no_growth():
+    loads, pressure = places(6)
+    z = errors(6)
+    largest = np.argsort(-loads[:, 0].abs().numpy())
+    z[largest[:120:3], 0] = 12.0
+    assert grown(torch.as_tensor(z), EVEN, loads, pressure, Tails(slipped=0.03))[0] == EVEN
+    # Taken for noise they would be growth.
+    assert grown(torch.as_tensor(z), EVEN, loads, pressure, Tails())[0].kind == LOAD

@@ -1,0 +1,101 @@
+"""Whitening where every reading counts with a precision of its own, against dense linear algebra."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from freelearn.inference.noise import Whitener
+from freelearn.inference.scatter import huber
+from freelearn.inference.tails import Tails
+from freelearn.measurements.accuracy import Accuracy
+
+ACCURACY = Accuracy(length=7e-5, twist=3e-3, pressure=150.0, force=0.03, moment=6e-4)
+STATE = np.array([0, 0, 0, 5, 5, 9, 9, 9, 9, 2, 0, 5])
+ROWS = len(STATE)
+
+
+@pytest.fixture
+def sensitivity():
+    generator = torch.Generator().manual_seed(1)
+    typical = torch.tensor([[3e4, 5.0, 1e-4], [5.0, 0.3, 1e-7]], dtype=torch.float64)
+    return typical * torch.randn(ROWS, 2, 3, dtype=torch.float64, generator=generator)
+
+
+@pytest.fixture
+def found():
+    """Precisions between 0.1 and 3 of readings, 0.2 and 2 of states; positions 1.7 times as uncertain as stated."""
+    generator = np.random.default_rng(3)
+    reading = torch.as_tensor(generator.uniform(0.1, 3, (ROWS, 2)))
+    of_state = generator.uniform(0.2, 2, STATE.max() + 1)
+    unknown = huber(torch.ones(ROWS, 2, dtype=torch.float64), ACCURACY)
+    return replace(unknown, reading=reading, state=torch.as_tensor(of_state[STATE]), position=1.7)
+
+
+def dense_covariance(sensitivity, found):
+    """Entry by entry from what each error does: (2N, 2N)."""
+    total = np.zeros((2 * ROWS, 2 * ROWS))
+    by = sensitivity.numpy().reshape(2 * ROWS, 3)
+    own = 1 / np.sqrt(found.reading.numpy().reshape(-1))
+    shared = found.position**2 / found.state.numpy()
+    for a in range(2 * ROWS):
+        for b in range(2 * ROWS):
+            if a == b:
+                total[a, b] += (ACCURACY.force if a % 2 == 0 else ACCURACY.moment) ** 2 * own[a] ** 2
+            if a // 2 == b // 2:
+                total[a, b] += by[a, 2] * by[b, 2] * ACCURACY.pressure**2 * own[a] * own[b]
+            if STATE[a // 2] == STATE[b // 2]:
+                moved = by[a, 0] * by[b, 0] * ACCURACY.length**2 + by[a, 1] * by[b, 1] * ACCURACY.twist**2
+                total[a, b] += moved * shared[a // 2]
+    return total
+
+
+def root_of(whiten):
+    return whiten(torch.eye(2 * ROWS, dtype=torch.float64).reshape(ROWS, 2, -1)).reshape(2 * ROWS, -1).numpy()
+
+
+def test_whitening_by_precisions_turns_the_dense_covariance_into_the_identity(sensitivity, found):
+    root = root_of(Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, found))
+    np.testing.assert_allclose(root @ dense_covariance(sensitivity, found) @ root.T, np.eye(2 * ROWS), atol=1e-9)
+
+
+def test_precisions_of_one_change_nothing(sensitivity, found):
+    one = replace(found, reading=torch.ones_like(found.reading), state=torch.ones_like(found.state), position=1.0)
+    state = torch.as_tensor(STATE)
+    np.testing.assert_allclose(
+        root_of(Whitener(sensitivity, state, ACCURACY, one)), root_of(Whitener(sensitivity, state, ACCURACY))
+    )
+
+
+def test_without_a_reading_the_others_are_as_if_it_were_not_there(sensitivity, found):
+    """Row 6 of state 9 has lost both readings: neither they nor their share of the position error are left."""
+    reading = found.reading.clone()
+    reading[6] = 0
+    state, left = torch.as_tensor(STATE), torch.arange(ROWS) != 6
+    whole = Whitener(sensitivity, state, ACCURACY, replace(found, reading=reading))
+    part = replace(found, reading=reading[left], state=found.state[left])
+    without = Whitener(sensitivity[left], state[left], ACCURACY, part)
+    loads = torch.randn(ROWS, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    white = whole(loads)
+    assert bool((white[6] == 0).all())
+    torch.testing.assert_close(white[left], without(loads[left]))
+    loads[6] = 1e12
+    torch.testing.assert_close(whole(loads)[left], white[left])
+
+
+def test_parts_keep_their_precisions(sensitivity, found):
+    state = torch.as_tensor(STATE)
+    whiten = Whitener(sensitivity, state, ACCURACY, found)
+    rows = torch.nonzero((state == 9) | (state == 5))[:, 0]
+    loads = torch.randn(ROWS, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    torch.testing.assert_close(whiten.part(rows)(loads[rows]), whiten(loads)[rows])
+
+
+def test_the_noise_floor_is_the_stated_one(sensitivity, found):
+    state = torch.as_tensor(STATE)
+    told, known = (Whitener(sensitivity, state, ACCURACY, f) for f in (None, found))
+    torch.testing.assert_close(told.variance, known.variance)
+    assert (told.efficiency, known.efficiency) == (1.0, 1.0)
+    heavy = Whitener(sensitivity, state, ACCURACY, replace(found, tails=Tails(4.0)))
+    assert heavy.efficiency == pytest.approx(5 / 7)
