@@ -8,7 +8,6 @@ from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, jacobian, predicted,
 from freelearn.inference.growth import LOAD, PRESSURE
 from freelearn.inference.scatter import scatter
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.results.noise_notes import _wrong
 from freelearn.testing.reference.slips import KINDS
 
 
@@ -185,15 +184,3 @@ def test_rows_that_share_a_position_error_do_not_slip_one_by_one():
     found = seen(made.showing({(row, 0): made.loads[row, 0] + off for row in np.flatnonzero(own)}))
     assert not found.slipped.any()
     np.testing.assert_allclose(found.deviations, seen(made).deviations, rtol=0.1)
-
-
-def test_the_notes_tell_what_is_wrong_and_by_how_much():
-    true = Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)
-    said = _wrong(seen(bench(1, true=true)))
-    # 0.09 and 0.015 N for 0.03 and 0.015 N; 0.2 and 0.15 N·mm for 0.6 and 0.15 N·mm.
-    assert "force's scatter is 2." in said
-    assert "times larger" in said
-    assert "moment's scatter is 2." in said
-    assert "times smaller" in said
-    assert "positions" not in said
-    assert _wrong(seen(bench(1))) == ""

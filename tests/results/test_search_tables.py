@@ -15,6 +15,7 @@ TRAIL = pd.DataFrame(
         "E_heldout": [0.1234, 0.0056],
         "E_train": [0.12, 0.005],
         "noise_floor": [0.004, np.nan],
+        "sigmas_heldout": [31.416, 1.0149],
     }
 )
 
@@ -35,9 +36,10 @@ CANDIDATES = [
 
 def test_the_staircase_is_one_in_table_picture_and_chart():
     assert staircase_table(TRAIL).rows == (
-        ("model alone", "12.000", "12.340", "0.400"),
-        ("+ end_clamps", "0.500", "0.560", "–"),
+        ("model alone", "12.000", "12.340", "0.400", "31.42"),
+        ("+ end_clamps", "0.500", "0.560", "–", "1.01"),
     )
+    assert staircase_table(TRAIL).columns[-1].heading == "held-out σ"
     axes = staircase(TRAIL, simulated=True).axes[0]
     chart = StaircaseChart()
     chart.show(TRAIL)

@@ -288,12 +288,23 @@ def state_of(table: pd.DataFrame) -> dict[str, Array]:
 
 
 def severity(s: dict[str, Array]) -> tuple[Array, Array]:
-    """How hard each row works the rubber, and the largest value so far on its sample: definitions, so shared with the
-    package's States; I₁ − 3 of a thin tube at R_o, and of its hoop strain at a nominal 10 MPa."""
-    stretch = s["length"] / s["reference"]
-    shear = s["outer"] * s["twist"] / s["reference"]
-    hoop = s["pressure"] * (s["inner"] + s["outer"]) / 2 / (s["outer"] - s["inner"]) / 1e7
-    now = stretch**2 + 2 / stretch - 3 + shear**2 / stretch + 4 * hoop**2
+    """How hard each row works the wall, and the largest value so far on its sample: a definition, so shared with the
+    package's States. The energy of a thin tube of the mean radius, over half its shear modulus (1 MPa, the fibers 30
+    times stiffer), at the hoop stretch where it balances the pressure, which is found by bisection."""
+    radius, wall = (s["inner"] + s["outer"]) / 2, s["outer"] - s["inner"]
+    axial, shear = s["length"] / s["reference"], radius * s["twist"] / s["reference"]
+
+    def energy(square: Array) -> Array:
+        fiber = square * (np.sin(s["gamma"]) + shear * np.cos(s["gamma"])) ** 2 + (axial * np.cos(s["gamma"])) ** 2
+        first = 1 / (axial**2 * square) + square * (1 + shear**2) + axial**2
+        return np.asarray(first - 3 + 30 * (fiber - 1) ** 2)
+
+    low, high = np.full(len(radius), 0.05), np.full(len(radius), 9.0)
+    for _ in range(BISECTIONS + 10):
+        middle = (low + high) / 2
+        pull = energy(middle + 1j * STEP).imag / STEP - s["pressure"] * radius * axial / wall / 1e6
+        low, high = np.where(pull < 0, middle, low), np.where(pull < 0, high, middle)
+    now = energy((low + high) / 2)
     past = np.concatenate([np.maximum.accumulate(now[s["sample"] == n]) for n in dict.fromkeys(s["sample"])])
     return now, past
 
