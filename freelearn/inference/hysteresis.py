@@ -19,6 +19,8 @@ from freelearn.units import NMM
 NAME = "rising against falling pressure"
 # Fewer comparisons show nothing.
 FEWEST = 10
+# Chance of not having slipped above which a reading is compared.
+PROBABLY = 0.5
 # A falling row is compared where rising ones of its state surround it, up to this much [Pa].
 BEYOND = 500.0
 # Two-sided quantile of the normal distribution for the largest difference that may have been missed: 99 %.
@@ -69,9 +71,12 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     """Residuals at falling against rising pressure, at the same pressure of the same kinematic state.
 
     raw: predicted − measured (N, 2). What a row's state and pressure decide cancels in the difference, a position
-    error included, so only what depends on the history can show.
+    error included, so only what depends on the history can show. Readings that slipped show nothing.
     """
     pairs = comparisons(states, state)
+    if whiten.scatter is not None:
+        right = (whiten.scatter.good > PROBABLY).all(-1).numpy()
+        pairs = [p for p in pairs if right[p.falling] and right[p.rising].all()]
     if len(pairs) < FEWEST:
         few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
         return Screen(NAME, None, None, few)

@@ -22,7 +22,7 @@ from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.smallest import smallest
 from freelearn.inference.step import Step
 from freelearn.inference.suspects import Suspect, suspects
-from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, LEFT, MOST_EFFECTS, REGROWN, UNASKED
+from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, IDLE, LEFT, MOST_EFFECTS, REGROWN, UNASKED
 from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.rows import Rows
 
@@ -65,8 +65,8 @@ def search(
     """Adds the missing effects one by one.
 
     prepare → (rank → refit → prune) for each effect → classify, and once more where that exchanged an effect and
-    something is left. What stays unexplained keeps only the effects that the error needs. known: records of the steps
-    of an interrupted search of the same question (see `record`), which are taken up again instead of searched for.
+    something is left. What stays unexplained keeps no effect that explains little beside it. known: records of the
+    steps of an interrupted search of the same question (see `record`), which are taken up instead of searched for.
     """
     watch, keep = watch or (lambda step, text: None), keep or (lambda steps: None)
     prepared, first = prepare(question)
@@ -82,12 +82,12 @@ def search(
         reduced = smallest(prepared, steps[-1])
         if reduced is not steps[-1]:
             steps[-1] = reduced.tried(steps[-1].candidates)
-            watch(steps[-1], "what the error needs")
+            watch(steps[-1], "without what explains little")
             classes = classes_of(prepared, steps[-1])
     together, without_drift = slipped_together(prepared, steps[-1])
     if without_drift is not steps[-1]:
         steps[-1] = without_drift
-        watch(steps[-1], f"{DRIFT} out: a block of readings slipped")
+        watch(steps[-1], "a block of readings slipped instead")
         classes = classes_of(prepared, steps[-1])
     final = steps[-1]
     pointed_out = [block.suspect(prepared.rows, prepared.kept) for block in together]
@@ -109,18 +109,23 @@ def search(
 
 
 def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step]:
-    """Blocks of readings that explain what is left, or more than a drift does, and the last model, without the drift
-    then."""
-    if DRIFT in prepared.question.added(final.effects):
-        reduced = without(prepared, final, DRIFT)
-        found = blocks(reduced, prepared.rows) if reduced else None
-        if reduced and found and found.explain and found.gain > reduced.fit.chi2 - final.fit.chi2:
-            return found.found, reduced.tried(final.candidates)
-    elif final.left.p_value < LEFT:
-        found = blocks(final, prepared.rows)
-        if found.explain:
-            return found.found, final
-    return [], final
+    """Blocks of readings that explain what is left, or more than a drift does, and the last model: then without the
+    drift, and without other effects that only mended what the blocks explain."""
+    drifts = DRIFT in prepared.question.added(final.effects)
+    if not drifts and final.left.p_value >= LEFT:
+        return [], final
+    step = without(prepared, final, DRIFT) if drifts else final
+    found = blocks(step, prepared.rows) if step else None
+    if step is None or found is None or not found.explain:
+        return [], final
+    if drifts and found.gain <= step.fit.chi2 - final.fit.chi2:
+        return [], final
+    for effect in prepared.question.added(step.effects):
+        fewer = without(prepared, step, effect)
+        again = blocks(fewer, prepared.rows) if fewer else None
+        if fewer and again and again.explain and fewer.fit.chi2 - again.gain < step.fit.chi2 - found.gain + IDLE:
+            step, found = fewer, again
+    return found.found, step if step is final else step.tried(final.candidates)
 
 
 def grow(prepared: Prepared, steps: list[Step], watch: Watch, keep: Keep) -> None:

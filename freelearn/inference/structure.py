@@ -52,11 +52,9 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
         return Structure(1.0, float((total / max(len(flat) - absorbed.shape[1], 1)) ** 0.5))
     every = torch.ones(1, whiten.states, dtype=torch.float64)
     variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
-    # What shapes explain of heavy-tailed errors is less than their variance.
-    explainable = variance * whiten.efficiency
 
     def least(explained: Sequence[np.ndarray]) -> np.ndarray:
-        chances = [fdtrc(v.rank, freedom, e / v.rank / explainable) for v, e in zip(views, explained, strict=True)]
+        chances = [fdtrc(v.rank, freedom, e / v.rank / variance) for v, e in zip(views, explained, strict=True)]
         smallest: np.ndarray = np.minimum(1.0, len(views) * np.min(chances, axis=0))
         return smallest
 

@@ -14,9 +14,8 @@ LEFT = 0.002
 BETTER = 2.0
 # Two effects that are added together were chosen from hundreds of pairs.
 TOGETHER = 3.0
-# Share by which the error of held-out states may rise when an effect is taken out of a model that stays unexplained:
-# what explains less than this of the error that is shown stands for something else, or does not matter.
-SAME_ERROR = 0.05
+# An effect that explains less than this share of what stays unexplained, in held-out χ², stands for a part of that.
+LITTLE = 1 / 3
 
 # --- how far to look ---------------------------------------------------------------------------------------------
 
@@ -57,6 +56,8 @@ WORTH_EXCHANGING = 0.5
 SORTED = 0.8
 # Reduction of χ² that a block of slipped readings has to explain: there are hundreds of places for one.
 BLOCK = 30.0
+# Increase of χ² up to which an effect is idle beside blocks: three standard deviations of one whitened number.
+IDLE = 9.0
 
 # --- whitened fits -----------------------------------------------------------------------------------------------
 

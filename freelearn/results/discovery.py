@@ -187,7 +187,7 @@ def verdict_in_words(findings: Findings) -> str:
     if findings.verdict == "class":
         groups = "; ".join(" or ".join(c) for c in classes_of(findings))
         return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
-    helped = f" {names} explain a part of it." if names else ""
+    helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it." if names else ""
     return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"
 
 

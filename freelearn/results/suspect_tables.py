@@ -42,8 +42,11 @@ def suspect_lines(discovery: Discovery) -> list[str]:
     if not discovery.suspects:
         return []
     count = len(suspected_lines(discovery.suspects))
+    first = sentence(discovery.suspects[0].sentence())
+    if not count:
+        return [f"A block of readings may have slipped together. {first} Put it right in the table and search again."]
     rows = "One row has a reading" if count == 1 else f"{count} rows have readings"
-    lines = [f"{rows} that may have slipped. {sentence(discovery.suspects[0].sentence())}"]
+    lines = [f"{rows} that may have slipped. {first}"]
     if not discovery.content["data"]["simulated"]:
         lines.append(
             "In marked.csv, beside discovery.json, left_out is 1 in these rows: look them over, blank it where the "

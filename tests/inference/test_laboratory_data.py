@@ -22,6 +22,7 @@ NOISE = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "forc
 LIBRARY = ["friction_hysteresis", "force_offset", "moment_offset", "pressure_offset", "force_gain", "end_clamps"]
 FRICTION = {"friction_hysteresis": {"force": 0.3, "moment": 0.01}}
 CLAMPS = {"end_clamps": {"clamp_length": 4e-3}}
+BEHAVIORS = {"heavy": {"tails": 4.0}, "growing": {"growth": 2.0}, "heavy, slipped": {"tails": 4.0, "slipped": 0.03}}
 HIDDEN = {"nothing": {}, "friction": FRICTION, "clamps": CLAMPS}
 
 
@@ -89,8 +90,10 @@ def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed)
 @pytest.mark.parametrize(
     "how", [{"tails": 4.0}, {"growth": 2.0}, {"tails": 4.0, "slipped": 0.03}], ids=["heavy", "growing", "slips"]
 )
-def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(how):
-    wrong = [seed for seed in range(20) if searched(laboratory(seed, **how).table)[0].verdict != "adequate"]
+def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
+    wrong = [
+        seed for seed in range(20) if searched(laboratory(seed, **BEHAVIORS[noise]).table)[0].verdict != "adequate"
+    ]
     # An effect is named by chance, or a complete model called incomplete.
     assert len(wrong) <= most(ALPHA + LEFT, 20)
 
@@ -100,9 +103,9 @@ def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(how):
     "how", [{"tails": 4.0}, {"growth": 2.0}, {"tails": 4.0, "slipped": 0.03}], ids=["heavy", "growing", "slips"]
 )
 @pytest.mark.parametrize("effects", [FRICTION, CLAMPS], ids=["friction", "clamps"])
-def test_what_is_missing_is_named_however_noise_behaves(effects, how):
+def test_what_is_missing_is_named_however_noise_behaves(effects, noise):
     """Ten noises of a bed: a second effect is added by chance with the share that it is found where there is none."""
-    found = [searched(laboratory(seed, effects, **how).table)[0] for seed in range(10)]
+    found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in range(10)]
     assert all(set(effects) <= set(f.effects) for f in found)
     assert sum(f.verdict != "named" or f.effects != list(effects) for f in found) <= most(ALPHA + LEFT, 10)
 

@@ -20,7 +20,7 @@ def test_noise_as_stated_is_not_worth_a_word():
 def test_what_is_misstated_is_told_with_its_factor():
     """A force's 0.09 N for 0.03 N, each with the pressure's 0.015 N; a moment's 0.2 N·mm for 0.6, each with 0.15."""
     factors = np.hypot(0.09, 0.015) / np.hypot(0.03, 0.015), np.hypot(0.6, 0.15) / np.hypot(0.2, 0.15)
-    (note,) = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)))
+    note = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)))[0]
     force, moment = note.split(" than data.accuracy says")[0].split(", ")
     for part, name, factor, way in ((force, "force", factors[0], "larger"), (moment, "moment", factors[1], "smaller")):
         assert part.startswith(f"the {name}'s scatter is ")
@@ -31,7 +31,7 @@ def test_what_is_misstated_is_told_with_its_factor():
 
 
 def test_position_errors_are_told_apart():
-    (note,) = said(bench(3, states=60, true=Accuracy(1.5e-4, 2.5e-2, 150.0, 0.03, 6e-4)))
+    note = said(bench(3, states=60, true=Accuracy(1.5e-4, 2.5e-2, 150.0, 0.03, 6e-4)))[0]
     assert note.startswith("the positions' scatter is")
     assert "force's" not in note
     assert "moment's" not in note

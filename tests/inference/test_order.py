@@ -89,7 +89,7 @@ def test_sortedness_is_the_share_of_the_clock_that_an_input_explains():
         share = sortedness(states, inputs(states)["elongation"])
         assert low <= share <= high
     states = bench(3, **SHORT, order="sorted").rows.states
-    # Twist runs to and fro at every elongation.
+    # Twist is gone through once more at every elongation.
     assert sortedness(states, inputs(states)["twist"]) < 0.6
 
 

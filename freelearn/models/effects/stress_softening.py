@@ -19,7 +19,7 @@ class StressSoftening(WallEffect[Softening]):
     """σ wall · (1 − d tanh((S_max − S)/m)), S the severity of the row and S_max the largest so far (see `States`).
 
     On the virgin path S = S_max and nothing is lost. Ogden & Roxburgh have the error function of each point's strain
-    energy; the severity, that of a thin tube, stands for it, so that a row's factor needs no history but its own inputs.
+    energy; the severity, that of a thin tube, stands for it, so that a row's factor needs no history but its inputs.
     The fluid keeps its thrust.
     """
 
