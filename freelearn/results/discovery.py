@@ -172,7 +172,8 @@ def stderr(step: Step) -> dict[str, float]:
     NaN for a parameter that no reading depends on any more, such as a stiffness that has gone to zero.
     """
     errors = torch.diagonal(parameter_covariance(step)).clamp_min(0).sqrt()
-    moved = step.fit.jacobian.flatten(0, 1).abs().amax(0)[-len(errors) :] > 0
+    depends = step.fit.jacobian.flatten(0, 1).abs().amax(0)
+    moved = depends[len(depends) - len(errors) :] > 0
     return dict(zip(step.fit.model.declared, torch.where(moved, errors, torch.nan).tolist(), strict=True))
 
 

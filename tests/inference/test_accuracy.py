@@ -67,11 +67,11 @@ def test_repeats_tell_position_errors():
 
 
 def test_a_bed_without_position_errors_is_not_given_any():
-    """One state's share in a mean of five rows' noise is 0.45 of a reading's, and half a position error here."""
+    """What a fit to five rows of noise moves is no position error: its own scatter has to be taken off."""
     true = Accuracy(0.0, 0.0, 150.0, 0.03, 6e-4)
     for seed in range(3):
         share, _ = judged(twice(seed, true=true))
-        assert share[:2].max() < 0.5
+        assert share[:2].max() < 0.3
         np.testing.assert_allclose(share[2:], 1, atol=4 * MEDIAN)
 
 

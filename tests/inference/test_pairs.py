@@ -14,7 +14,7 @@ from freelearn.inference.refit import refit, rewhitened
 from freelearn.inference.score import EffectScore
 from freelearn.inference.search import advance, search
 from freelearn.inference.smallest import smallest
-from freelearn.inference.thresholds import ALPHA, LEFT, SAME_ERROR
+from freelearn.inference.thresholds import ALPHA, LEFT
 from freelearn.inference.white_fit import white_fit
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.parameters import Parameters, parameter
@@ -158,7 +158,7 @@ def with_effects(prepared, step, names):
     return rewhitened(prepared, prepared.step(list(names), fit, step.whiten))
 
 
-def test_the_smallest_model_keeps_what_the_error_needs_and_nothing_else():
+def test_the_smallest_model_keeps_what_explains_much_and_nothing_else():
     def extra(s, loads):
         rubbed = loads - s.direction.numpy()[:, None] * 30 * NOISE
         return outside(10)(s, rubbed)
@@ -168,9 +168,12 @@ def test_the_smallest_model_keeps_what_the_error_needs_and_nothing_else():
     pile = with_effects(prepared, first, names)
     kept = smallest(prepared, pile)
     assert kept.effects == ["friction_hysteresis"]
-    assert kept.E_heldout <= (1 + SAME_ERROR) * pile.E_heldout
-    # Without friction the error would be more than that.
-    assert first.E_heldout > (1 + SAME_ERROR) * pile.E_heldout
+    # The pile was no better by anything that matters beside the waves; friction takes more than what they leave.
+    left = kept.heldout.loss.sum() - 2 * len(kept.states)
+    assert left > 0
+    assert kept.heldout.loss.sum() - pile.heldout.loss.sum() < left / 2
+    assert first.heldout.loss.sum() - kept.heldout.loss.sum() > left / 2
+    assert kept.E_heldout < 1.1 * pile.E_heldout < 0.5 * first.E_heldout
     assert kept.fit.converged
     # What is as small as it can be stays the very same.
     assert smallest(prepared, kept) is kept

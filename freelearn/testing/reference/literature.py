@@ -6,8 +6,8 @@ most of eight pairs of random actuators; `python experiments/hidden_effects/form
 
 relaxation (`history`): 0.3 %, at most 2 %. The package lets the whole present stress be as old as the state; here each
     step of pressure adds a stress of its own age. The move to the state strains the wall most, hence the likeness.
-stress_softening (`history`): 28 %, at most 60 %: another physics at finite size. The package softens the whole wall by
-    what its surface would go through without fibers; here each point softens by the energy that it stores, fibers too.
+stress_softening (`history`): 1 %, at most 5 %. The package softens the whole wall by the energy of a thin tube of the
+    mean radius; here each point softens by the energy that it stores.
 friction_hysteresis (`rubbing`): nothing, as long as steps of pressure are long beside the sliding distance and contacts
     begin afresh in each state. Were friction carried along to a state's first row ("carried": 1) it would be 15 %.
 twist_slack (`backlash`): 0.03 % from the contact's giving way; 39 % for an actuator whose moment rises with twist:

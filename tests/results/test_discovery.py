@@ -1,0 +1,42 @@
+"""What a discovery says of a step."""
+
+import numpy as np
+import pytest
+import torch
+
+from freelearn.bed.virtual import simulate
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
+from freelearn.inference.prepare import prepare
+from freelearn.inference.question import Question
+from freelearn.measurements.accuracy import PAPER
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.models.build import build_model
+from freelearn.results.discovery import sigmas_heldout, stderr
+
+
+@pytest.fixture(scope="module")
+def rows():
+    data = settings(TrainSettings).data
+    table = simulate(data.truth, {}, vars(data.accuracy), data.buckled_share, 3)
+    chosen = np.flatnonzero((table["sample"] == 3) & (table["buckled"] == 0))[::20]
+    table = table.iloc[chosen].reset_index(drop=True)
+    return Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+
+
+def step_of(name: str, rows: Rows):
+    return prepare(Question(lambda names: build_model(name, {}, names, [3]), [], rows, PAPER, 0))[1]
+
+
+def test_a_model_without_physical_parameters_has_no_standard_errors(rows):
+    """A network's weights are no quantities that anybody would tell."""
+    torch.manual_seed(0)
+    assert stderr(step_of("mlp", rows)) == {}
+
+
+def test_held_out_residuals_of_a_right_model_are_noise(rows):
+    step = step_of("continuum", rows)
+    assert set(stderr(step)) == {"C1", "C2"}
+    # A mean square of n whitened numbers scatters by √(2/n) about one; the scatter itself is estimated besides.
+    assert sigmas_heldout(step) == pytest.approx(1, abs=4 * (2 / (2 * len(rows))) ** 0.5)
