@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import torch
+from scipy.optimize import brentq
 from torch import Tensor
 
 from freelearn.inference.noise import Whitener, sensitivities
@@ -77,19 +78,31 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
     by_visit: dict[int, list[int]] = {}
     for row in apart:
         by_visit.setdefault(int(rows.state[row]), []).append(row)
-    rests, moves = [], []
+    rests, moves, leverage = [], [], []
     for visit in by_visit.values():
         target = np.array([apart[row] for row in visit]) / scale
-        design = (position[visit] / scale[:, None]).reshape(-1, 2)
         if len(visit) < 3:
             rests.append(target * scale)
             continue
-        move = np.linalg.lstsq(design, target.reshape(-1), rcond=1e-8)[0]
-        rests.append((target - (design @ move).reshape(-1, 2)) * scale / np.sqrt(1 - 1 / len(visit)))
+        inverse = np.linalg.pinv((position[visit] / scale[:, None]).reshape(-1, 2), rcond=1e-8)
+        move = inverse @ target.reshape(-1)
+        along = (position[visit] / scale[:, None]) @ move
+        rests.append((target - along) * scale / np.sqrt(1 - 1 / len(visit)))
         moves.append(move)
+        leverage.append((inverse.reshape(2, -1, 2) ** 2).sum(1))
     force, moment = (float(max(d, 1e-12)) for d in MAD * np.median(np.abs(np.concatenate(rests)), axis=0))
-    ratio = float(MAD * np.median(np.abs(moves))) if moves else 0.0
+    ratio = _beyond(np.array(moves), np.array(leverage) @ (np.array([force, moment]) / scale) ** 2) if moves else 0.0
     return Accuracy(ratio * like.length, ratio * like.twist, 0.0, force, moment)
+
+
+def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
+    """Standard deviation that moves have beyond what the scatter of their own estimate, of this variance, makes."""
+
+    def excess(square: float) -> float:
+        return float(MAD**2 * np.median(moves**2 / (square + variance))) - 1
+
+    most = float(MAD**2 * np.median(moves**2))
+    return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, most)) ** 0.5
 
 
 def _places(states: States) -> pd.DataFrame:

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.inference.tails import Tails
+from freelearn.inference.tails import SPREAD, Tails
 
 LOAD, PRESSURE = "load", "pressure"
 # Increase of the standard deviation, from none to the largest load or pressure, that is told apart.
@@ -45,12 +45,13 @@ def grown(errors: Tensor, loads: Tensor, pressure: Tensor, tails: Tails) -> tupl
 def _likelihood(errors: Tensor, factor: Tensor, tails: Tails) -> tuple[float, np.ndarray]:
     """Log-likelihood of errors whose scale grows by a factor, (N, 2) each, that scale refitted, and the scale (2,)."""
     z, scale = (errors / factor).numpy(), np.ones(2)
-    good = tails.good(z)
     for _ in range(4):
+        good = tails.good(z / scale)
         weight = good * tails.weight(z / scale)
         scale = np.maximum(np.sqrt((weight * z**2).sum(0) / np.maximum(good.sum(0), 1.0)), 1e-9)
-    density = tails.log_density(z / scale) - np.log(scale) - np.log(factor.numpy())
-    return float((good * density).sum()), scale
+    # Readings that slipped are in the likelihood too: else even noise would be spared what it makes of large errors.
+    right = (1 - tails.slipped) * np.exp(tails.log_density(z / scale)) / scale / factor.numpy()
+    return float(np.log(right + max(tails.slipped, 1e-6) / SPREAD).sum()), scale
 
 
 def _relative(kind: str, loads: Tensor, pressure: Tensor) -> Tensor:

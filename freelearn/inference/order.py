@@ -22,7 +22,7 @@ from freelearn.units import DEG, KPA, MM
 
 DRIFT = "sensor_drift"
 # Knots of a function of one input: what may stand in the place of a drift.
-KNOTS = 4
+KNOTS = 8
 
 
 def unknown(name: str) -> str:

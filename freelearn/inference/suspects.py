@@ -13,10 +13,10 @@ from freelearn.measurements.rows import Rows
 from freelearn.units import NMM
 
 LOADS = ("force", "moment")
-# What a reading in another unit is multiplied by, or divided by, to be right.
+# What a reading in another unit is multiplied by to be right; N·m for N·mm looks like a decimal shift.
 UNITS = {
     "force": {"pounds-force": 4.4482216, "kilograms-force": 9.80665, "ounces-force": 0.27801385},
-    "moment": {"N·m": 1 / NMM, "inch-pounds": 0.112984829 / NMM, "N·cm": 10.0},
+    "moment": {"inch-pounds": 0.112984829 / NMM},
 }
 DECIMALS = (10.0, 100.0, 1000.0)
 # A slip explains a reading if what is left then is this many standard deviations, and this share of what it was.

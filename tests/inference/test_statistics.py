@@ -21,52 +21,6 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 
-ACCURACY = Accuracy(length=7e-5, twist=3e-3, pressure=150.0, force=0.03, moment=6e-4)
-
-
-def dense_covariance(sensitivity: np.ndarray, state: np.ndarray, accuracy: Accuracy) -> np.ndarray:
-    """Covariance of all loads (2N, 2N), written down entry by entry from what each error does."""
-    count = len(state)
-    total = np.zeros((2 * count, 2 * count))
-    flat = sensitivity.reshape(2 * count, 3)
-    for a in range(2 * count):
-        for b in range(2 * count):
-            if a == b:
-                total[a, b] += (accuracy.force if a % 2 == 0 else accuracy.moment) ** 2
-            if a // 2 == b // 2:
-                total[a, b] += flat[a, 2] * flat[b, 2] * accuracy.pressure**2
-            if state[a // 2] == state[b // 2]:
-                total[a, b] += (
-                    flat[a, 0] * flat[b, 0] * accuracy.length**2 + flat[a, 1] * flat[b, 1] * accuracy.twist**2
-                )
-    return total
-
-
-@pytest.fixture
-def sensitivity():
-    generator = torch.Generator().manual_seed(1)
-    typical = torch.tensor([[3e4, 5.0, 1e-4], [5.0, 0.3, 1e-7]], dtype=torch.float64)
-    return typical * torch.randn(12, 2, 3, dtype=torch.float64, generator=generator)
-
-
-STATE = np.array([0, 0, 0, 5, 5, 9, 9, 9, 9, 2, 0, 5])
-
-
-def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity):
-    covariance = dense_covariance(sensitivity.numpy(), STATE, ACCURACY)
-    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY)
-    columns = torch.eye(24, dtype=torch.float64).reshape(12, 2, 24)
-    root = whiten(columns).reshape(24, 24).numpy()
-    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(24), atol=1e-9)
-    np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), covariance.diagonal(), rtol=1e-12)
-
-
-def test_whitening_takes_one_column_or_several(sensitivity):
-    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY)
-    loads = torch.randn(12, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
-    for k in range(3):
-        torch.testing.assert_close(whiten(loads)[..., k], whiten(loads[..., k]))
-
 
 @pytest.mark.parametrize("name", ["continuum", "linear"])
 def test_sensitivities_are_finite_differences(name, random_states):
@@ -230,16 +184,6 @@ def test_the_systematic_share_does_not_depend_on_the_unit_of_the_noise(bed):
     assert three.inputs == pytest.approx(one.inputs)
     # Noise three times as large as stated is not systematic for that.
     assert remainder(3 * noise, NOTHING_FITTED, states, whiten, scale=3.0).share < 0.01
-
-
-def test_parts_are_whitened_as_the_whole(sensitivity):
-    state = torch.as_tensor(STATE)
-    whiten = Whitener(sensitivity, state, ACCURACY)
-    loads = torch.randn(12, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
-    rows = torch.nonzero((state == 9) | (state == 5))[:, 0]
-    torch.testing.assert_close(whiten.part(rows)(loads[rows]), whiten(loads)[rows])
-    with pytest.raises(ValueError, match="whole kinematic states"):
-        whiten.part(rows[1:])
 
 
 def table_of(states, state) -> pd.DataFrame:

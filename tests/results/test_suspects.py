@@ -69,11 +69,12 @@ def test_what_slipped_together_is_told_once(table):
     assert SuspectedReading.from_plain(told[0].plain()) == told[0]
 
 
-def test_flags_say_which_load_and_leave_the_row_out(table):
-    marks = flagged(table, [Suspect(1, "force", 0, 0, 9, "", (1,)), Suspect(4, "moment", 0, 0, 9, "", (3, 4))])
+def test_flags_say_which_load_and_leave_the_row_out_but_no_block(table):
+    block = Suspect(3, "moment", 0, 0, 9, "", (3, 4))
+    marks = flagged(table, [Suspect(1, "force", 0, 0, 9, "", (1,)), Suspect(4, "moment", 0, 0, 9, "", (4,)), block])
     assert np.flatnonzero(marks["suspect_force"]).tolist() == [1]
-    assert np.flatnonzero(marks["suspect_moment"]).tolist() == [3, 4]
-    assert np.flatnonzero(marks["left_out"]).tolist() == [1, 3, 4]
+    assert np.flatnonzero(marks["suspect_moment"]).tolist() == [4]
+    assert np.flatnonzero(marks["left_out"]).tolist() == [1, 4]
 
 
 def test_marks_are_for_the_file_that_was_searched(table, tmp_path):

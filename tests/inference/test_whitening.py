@@ -1,4 +1,4 @@
-"""Whitening where every reading counts with a precision of its own, against dense linear algebra."""
+"""Whitening, as stated and where every reading counts with a precision of its own, against dense linear algebra."""
 
 from dataclasses import replace
 
@@ -34,11 +34,11 @@ def found():
 
 
 def dense_covariance(sensitivity, found):
-    """Entry by entry from what each error does: (2N, 2N)."""
+    """Entry by entry from what each error does: (2N, 2N). found: None, and all is as stated."""
     total = np.zeros((2 * ROWS, 2 * ROWS))
     by = sensitivity.numpy().reshape(2 * ROWS, 3)
-    own = 1 / np.sqrt(found.reading.numpy().reshape(-1))
-    shared = found.position**2 / found.state.numpy()
+    own = np.ones(2 * ROWS) if found is None else 1 / np.sqrt(found.reading.numpy().reshape(-1))
+    shared = np.ones(ROWS) if found is None else found.position**2 / found.state.numpy()
     for a in range(2 * ROWS):
         for b in range(2 * ROWS):
             if a == b:
@@ -55,9 +55,21 @@ def root_of(whiten):
     return whiten(torch.eye(2 * ROWS, dtype=torch.float64).reshape(ROWS, 2, -1)).reshape(2 * ROWS, -1).numpy()
 
 
-def test_whitening_by_precisions_turns_the_dense_covariance_into_the_identity(sensitivity, found):
-    root = root_of(Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, found))
-    np.testing.assert_allclose(root @ dense_covariance(sensitivity, found) @ root.T, np.eye(2 * ROWS), atol=1e-9)
+@pytest.mark.parametrize("known", [False, True], ids=["stated", "precisions"])
+def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity, found, known):
+    scatter = found if known else None
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, scatter)
+    root, covariance = root_of(whiten), dense_covariance(sensitivity, scatter)
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(2 * ROWS), atol=1e-9)
+    stated = dense_covariance(sensitivity, None).diagonal()
+    np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), stated, rtol=1e-12)
+
+
+def test_whitening_takes_one_column_or_several(sensitivity, found):
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, found)
+    loads = torch.randn(ROWS, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    for k in range(3):
+        torch.testing.assert_close(whiten(loads)[..., k], whiten(loads[..., k]))
 
 
 def test_precisions_of_one_change_nothing(sensitivity, found):
@@ -84,12 +96,15 @@ def test_without_a_reading_the_others_are_as_if_it_were_not_there(sensitivity, f
     torch.testing.assert_close(whole(loads)[left], white[left])
 
 
-def test_parts_keep_their_precisions(sensitivity, found):
+@pytest.mark.parametrize("known", [False, True], ids=["stated", "precisions"])
+def test_parts_are_whitened_as_the_whole(sensitivity, found, known):
     state = torch.as_tensor(STATE)
-    whiten = Whitener(sensitivity, state, ACCURACY, found)
+    whiten = Whitener(sensitivity, state, ACCURACY, found if known else None)
     rows = torch.nonzero((state == 9) | (state == 5))[:, 0]
     loads = torch.randn(ROWS, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
     torch.testing.assert_close(whiten.part(rows)(loads[rows]), whiten(loads)[rows])
+    with pytest.raises(ValueError, match="whole kinematic states"):
+        whiten.part(rows[1:])
 
 
 def test_the_noise_floor_is_the_stated_one(sensitivity, found):
