@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,8 +35,11 @@ class Block:
     size: float
     gain: float
 
-    def suspect(self, rows: Rows, kept: np.ndarray) -> Suspect:
-        """The block as a suspect: its first row, and what all have in common."""
+    def suspect(self, rows: Rows, kept: np.ndarray, in_order_of: Sequence[str] = ()) -> Suspect:
+        """The block as a suspect: its first row, and what all have in common.
+
+        in_order_of: inputs in whose order the states were measured: where a block begins, something may begin in them.
+        """
         place = tuple(int(p) for p in np.flatnonzero(kept)[self.rows])
         shown = float(rows.loads[self.rows[0], self.load])
         if self.kind == ZERO:
@@ -45,6 +49,9 @@ class Block:
         else:
             expected = shown / (1 + self.size)
             slip = f"a block of {len(place)} rows with another scale: {1 + self.size:.3g} times"
+        if in_order_of:
+            names = " or ".join(in_order_of)
+            slip += f"; or something that depends on {names}, in whose order the states were measured"
         sigmas = float(np.sign(shown - expected)) * self.gain**0.5
         return Suspect(place[0], LOADS[self.load], shown, expected, sigmas, slip, place)
 

@@ -40,7 +40,7 @@ def confounded(prepared: Prepared, final: Step) -> list[str]:
     if DRIFT not in prepared.question.added(final.effects):
         return []
     states = prepared.rows.states
-    sorted_by = [name for name, x in inputs(states).items() if sortedness(states, x) > SORTED]
+    sorted_by = in_order_of(states)
     reduced = without(prepared, final, DRIFT) if sorted_by else None
     if reduced is None:
         return []
@@ -71,6 +71,11 @@ def telling_repeat(final: Step, rows: Rows, name: str, accuracy: Accuracy) -> Ne
         [DRIFT, unknown(name)],
         float((drifted / noise).square().sum().sqrt()),
     )
+
+
+def in_order_of(states: States) -> list[str]:
+    """Inputs in whose order the states were measured."""
+    return [name for name, x in inputs(states).items() if sortedness(states, x) > SORTED]
 
 
 def sortedness(states: States, x: Tensor) -> float:

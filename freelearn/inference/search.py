@@ -13,7 +13,7 @@ from freelearn.inference.candidate import StepRecord
 from freelearn.inference.classify import EquivalenceClass, classes_of, classify
 from freelearn.inference.crossval import paired
 from freelearn.inference.look_ahead import look_ahead
-from freelearn.inference.order import DRIFT, confounded
+from freelearn.inference.order import DRIFT, confounded, in_order_of
 from freelearn.inference.prepare import Prepared, prepare
 from freelearn.inference.prune import prune
 from freelearn.inference.question import Question
@@ -90,7 +90,8 @@ def search(
         watch(steps[-1], "a block of readings slipped instead")
         classes = classes_of(prepared, steps[-1])
     final = steps[-1]
-    pointed_out = [block.suspect(prepared.rows, prepared.kept) for block in together]
+    ordered = in_order_of(prepared.rows.states) if together else []
+    pointed_out = [block.suspect(prepared.rows, prepared.kept, ordered) for block in together]
     pointed_out += suspects(final, prepared.rows, prepared.kept)
     sorted_by = confounded(prepared, final)
     slipped = final.whiten.scatter.slipped if final.whiten.scatter else None
