@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from freelearn.fit.stiffness import best_stiffness
-from freelearn.measurements.error import load_scale
+from freelearn.measurements.error import load_scale, usual_scale
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
@@ -32,8 +32,6 @@ START_ROWS = 64
 START_RANGE = (1e3, 1e9)
 # Smallest stiffness of a start [N/m, N·m/rad]: rubber is far stiffer, and the logarithm needs something.
 FLOOR = {"ka": 1e-6, "kb": 1e-12}
-# A share of the loads, the largest of which is their size: some may have slipped. Loads that are all zero have none.
-NEARLY_ALL, SMALLEST = 0.95, 1e-300
 LN10 = math.log(10.0)
 
 
@@ -150,7 +148,7 @@ def _grid(model: Model[Any], states: States, loads: Tensor, axes: Mapping[str, T
     candidates[1:, [labels.index(name) for name in axes]] = grid
     some = slice(None, None, max(1, len(states) // START_ROWS))
     states, loads = states[some], loads[some]
-    scale = loads.abs().quantile(NEARLY_ALL, dim=0).clamp_min(SMALLEST)
+    scale = usual_scale(loads)
     # All candidates in one batch: every row once for each, with the candidate's values.
     row = torch.arange(len(states)).repeat(len(candidates))
     values = model.physical(candidates.repeat_interleave(len(states), dim=0))

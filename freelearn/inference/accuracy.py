@@ -11,14 +11,13 @@ from scipy.optimize import brentq
 from torch import Tensor
 
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.scatter import Scatter, scatter
+from freelearn.inference.scatter import MAD, Scatter, scatter
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.units import DEG, KPA, MM
 
-MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 # Repeats of a state count as such within these distances.
 SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
 FEWEST_REPEATS = 10

@@ -47,6 +47,15 @@ def clear(columns: Tensor, span: Tensor) -> Tensor:
     return rest[:, kept] - span @ (span.T @ rest[:, kept])
 
 
+def summed_products(columns: Tensor, residual: Tensor, group: Tensor, groups: int) -> Tensor:
+    """Products of columns (2n, k) with residuals (2n,), summed over the rows of each group: (groups, k).
+
+    group: number of each row's, (n,) int64; a row's two numbers stand side by side.
+    """
+    products = (columns * residual[:, None]).reshape(len(group), 2, -1).sum(1)
+    return torch.zeros(groups, products.shape[1], dtype=products.dtype).index_add_(0, group, products)
+
+
 def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
     """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out.
 

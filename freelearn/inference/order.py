@@ -11,7 +11,7 @@ from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.next_experiment import NextState
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.refit import without
-from freelearn.inference.shapes import both_loads, elongation, rows_of_samples, scaled
+from freelearn.inference.shapes import Block, both_loads, dense, elongation, rows_of_samples, scaled
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import COINCIDE, SORTED
 from freelearn.inference.white_fit import WhiteFit
@@ -99,13 +99,7 @@ def hinges(x: Tensor) -> Tensor:
 
 def _of_each_sample(states: States, x: Tensor) -> Tensor:
     """The hinges of x (N,) in each sample alone, (N, k)."""
-    parts = []
-    for rows in rows_of_samples(states):
-        own = hinges(x[rows])
-        part = torch.zeros(len(x), own.shape[1], dtype=own.dtype)
-        part[rows] = own
-        parts.append(part)
-    return torch.cat(parts, dim=1)
+    return dense([Block(rows, hinges(x[rows])) for rows in rows_of_samples(states)], len(x))
 
 
 def _with_function(reduced: Step, shapes: Tensor) -> WhiteFit:

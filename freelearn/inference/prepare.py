@@ -14,10 +14,10 @@ from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.question import Question
 from freelearn.inference.scatter import Scatter, huber, scatter
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import BOUNDED, NEARLY_ALL, WHITENINGS
+from freelearn.inference.thresholds import BOUNDED, WHITENINGS
 from freelearn.inference.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.error import load_scale
+from freelearn.measurements.error import load_scale, usual_scale
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
@@ -92,7 +92,7 @@ def prepare(question: Question) -> tuple[Prepared, Step]:
 def _first_fit(model: Model, rows: Rows, start: Tensor) -> WhiteFit:
     """Noise in proportion to the largest loads: the paper's error, for a first look. No reading has more than bounded
     influence, and the largest loads are those below which nearly all are: some may have slipped."""
-    largest = rows.loads.abs().quantile(NEARLY_ALL, dim=0).clamp_min(1e-300)
+    largest = usual_scale(rows.loads)
     even = Accuracy(0.0, 0.0, 0.0, *(float(x) for x in largest))
     still, state = torch.zeros(len(rows), 2, 3, dtype=torch.float64), torch.as_tensor(rows.state)
     fit = evaluated(model, rows, start)

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.inference.linear_algebra import clear, orthonormal
+from freelearn.inference.linear_algebra import clear, orthonormal, summed_products
 from freelearn.inference.noise import Whitener, whitened_basis
 from freelearn.inference.screens import ALPHA, Screen
 from freelearn.inference.shapes import bins, both_loads, elongation, monomials, rows_of_samples, scaled
@@ -104,8 +104,7 @@ def _examine(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitene
 
 def _flipped(extra: Tensor, rest: Tensor, whiten: Whitener) -> np.ndarray:
     """What would be explained if the signs of whole kinematic states were at random, (DRAWS,)."""
-    products = (extra * rest[:, None]).reshape(len(whiten.state), 2, -1).sum(1)
-    each = torch.zeros(whiten.states, extra.shape[1], dtype=extra.dtype).index_add_(0, whiten.state, products)
+    each = summed_products(extra, rest, whiten.state, whiten.states)
     signs = torch.as_tensor(np.random.default_rng(23).choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
     drawn: np.ndarray = (signs @ each).square().sum(1).numpy()
     return drawn

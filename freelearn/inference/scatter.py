@@ -131,9 +131,10 @@ def _updated(
     cautious: bool, growing: bool,
 ) -> Scatter:  # fmt: skip
     """The estimate after one round. growing: whether it is asked once more how the noise grows."""
-    error, spread, state = torch.zeros_like(base), torch.zeros_like(base), torch.ones(len(base), dtype=torch.float64)
+    error, spread, smooth = (torch.zeros_like(base) for _ in range(3))
+    state = torch.ones(len(base), dtype=torch.float64)
     for sample, part in zip(samples, parts, strict=True):
-        error[sample.rows], spread[sample.rows] = part.error, part.spread
+        error[sample.rows], spread[sample.rows], smooth[sample.rows] = part.error, part.spread, part.expected
     z = error / (base**2 + spread).sqrt()
     scale, growth, tails = now.scale, now.growth, now.tails
     if cautious:
@@ -142,9 +143,9 @@ def _updated(
         scale = scale * size
         z = z / size
     else:
-        weights = torch.as_tensor(tails.good(z.numpy()) * tails.weight(z.numpy()))
-        goods = torch.as_tensor(tails.good(z.numpy()))
-        each = ((weights * z.square()).sum(0) / goods.sum(0).clamp_min(1.0)).sqrt().clamp(0.2, 5.0)
+        good = torch.as_tensor(tails.good(z.numpy()))
+        weight = good * torch.as_tensor(tails.weight(z.numpy()))
+        each = ((weight * z.square()).sum(0) / good.sum(0).clamp_min(1.0)).sqrt().clamp(0.2, 5.0)
         z, scale = z / each, scale * each
         tails, common = fitted(z.reshape(-1).numpy(), tails)
         z, scale = z / common, scale * common
@@ -163,9 +164,6 @@ def _updated(
         state[sample.rows] = precision[at : at + sample.states][sample.state]
         at += sample.states
     reading = weight / (scale * growth.factor(loads, pressure)) ** 2
-    smooth = torch.zeros_like(base)
-    for sample, part in zip(samples, parts, strict=True):
-        smooth[sample.rows] = part.expected
     variances = tuple(sample.variance for sample in samples)
     return replace(
         now, scale=scale, position=position, growth=growth, tails=tails, z=z, smooth=smooth, good=good,

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from freelearn.inference.bounded import bounded_least_squares
 from freelearn.inference.derivatives import Build, Trial, trials
-from freelearn.inference.linear_algebra import SMALLEST, normal_inverse, norms, orthonormal
+from freelearn.inference.linear_algebra import SMALLEST, normal_inverse, norms, orthonormal, summed_products
 from freelearn.inference.noise import Whitener
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.rows import Rows
@@ -126,7 +126,7 @@ class _View:
         signature = cleared[:, seen]
         labels = [label for label, s in zip(trial.labels, seen.tolist(), strict=True) if s]
         low, high = np.array([signs(trial.model, label) for label in labels]).T
-        each = self._by_state(signature)
+        each = summed_products(signature, self.flat, self.whiten.state, self.whiten.states)
         slopes = torch.cat([each.sum(0)[None], self.signs @ each]).neg().numpy()
         steps, gains = bounded_least_squares((signature.T @ signature).numpy(), slopes, low, high)
         deviates = evidence(gains / self.variance, len(labels))
@@ -141,12 +141,6 @@ class _View:
             high=high,
         )
         return score, deviates[1:]
-
-    def _by_state(self, signature: Tensor) -> Tensor:
-        """Products of the signature (2N, k) with the residuals, summed over each kinematic state: (states, k)."""
-        products = (signature * self.flat[:, None]).reshape(len(self.whiten.state), 2, -1).sum(1)
-        empty = torch.zeros(self.whiten.states, products.shape[1], dtype=products.dtype)
-        return empty.index_add_(0, self.whiten.state, products)
 
     def _start(self, trial: Trial, labels: Sequence[str], seen: Tensor, moved: Tensor) -> Tensor:
         """Raw vector with the effect moved, to which the fit's own parameters give way to first order."""

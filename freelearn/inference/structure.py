@@ -10,7 +10,7 @@ import torch
 from scipy.special import fdtrc
 from torch import Tensor
 
-from freelearn.inference.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal
+from freelearn.inference.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal, summed_products
 from freelearn.inference.noise import Whitener, whitened_basis
 from freelearn.inference.shapes import Basis, bases
 from freelearn.measurements.states import States
@@ -106,20 +106,16 @@ def _view(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _Vi
         columns = columns[:, length > 0] / length[length > 0]
         grams.append(columns.T @ columns)
         shared.append(span[block.rows].flatten(0, 1).T @ columns)
-        along.append(_by_state(columns, residual[block.rows], whiten.state[block.rows], whiten.states))
+        along.append(
+            summed_products(columns, residual[block.rows].reshape(-1), whiten.state[block.rows], whiten.states)
+        )
     together, taken = torch.block_diag(*grams), torch.cat(shared, dim=1)
     size, axes = torch.linalg.eigh(together - taken.T @ taken)
     kept = size > DEPENDENT
     axes = axes[:, kept] / size[kept].sqrt()
     return _View(
-        int(kept.sum()), axes, torch.cat(along, 1), _by_state(absorbed, residual, whiten.state, whiten.states), taken
+        int(kept.sum()), axes, torch.cat(along, 1), summed_products(absorbed, flat, whiten.state, whiten.states), taken
     )
-
-
-def _by_state(columns: Tensor, residual: Tensor, state: Tensor, states: int) -> Tensor:
-    """Products of columns (2n, k) with residuals (n, 2), summed over each kinematic state: (states, k)."""
-    products = (columns * residual.reshape(-1)[:, None]).reshape(len(state), 2, -1).sum(1)
-    return torch.zeros(states, products.shape[1], dtype=products.dtype).index_add_(0, state, products)
 
 
 def winsorized(residual: Tensor) -> Tensor:

@@ -32,8 +32,8 @@ MOST_AHEAD = 3
 # Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.
 WHITENINGS = 3
 # Powers of Huber's weights in the reweighted fits of the first model, after which no reading decides what is looked at
-# (from the second power on, influence falls with distance). The share of the loads below what counts as their size.
-BOUNDED, NEARLY_ALL = (1, 1, 1, 2, 2), 0.95
+# (from the second power on, influence falls with distance).
+BOUNDED = (1, 1, 1, 2, 2)
 
 # --- what need not be computed -----------------------------------------------------------------------------------
 

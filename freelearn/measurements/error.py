@@ -7,6 +7,9 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
+# Share of the loads that `usual_scale` takes for nearly all, and its smallest value.
+NEARLY_ALL, SMALLEST = 0.95, 1e-300
+
 
 class Error(NamedTuple):
     """E = sqrt(E_force² + E_moment²), each a share of the largest measured load of the set; n rows scored."""
@@ -21,6 +24,12 @@ def load_scale(measured: Tensor) -> Tensor:
     """Largest |force| and |moment| of a set, (2,) N, N·m: what E is normalized by. Zero loads scale by one."""
     largest = measured.abs().amax(0)
     return torch.where(largest > 0, largest, 1.0)
+
+
+def usual_scale(measured: Tensor) -> Tensor:
+    """Load below which nearly all |force| and |moment| are, (2,) N, N·m: the largest of them may have slipped. Never
+    zero, also of loads that are."""
+    return measured.abs().quantile(NEARLY_ALL, dim=0).clamp_min(SMALLEST)
 
 
 def set_error(measured: Tensor, predicted: Tensor, usable: Tensor) -> Error:
