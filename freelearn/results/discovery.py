@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,10 @@ def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
     shown = ["E_heldout", "E_train", "noise_floor", "sigmas_heldout"]
     table = pd.DataFrame(content["trail"])[["effect", *shown]]
     added = table["effect"].map(lambda effect: f"+ {effect.replace('+', ' + ')}", na_action="ignore")
-    names = added.fillna("exchanged")
+    # A step without a new effect has fewer, where the model stays unexplained.
+    counts = [len(step["effects"]) for step in content["trail"]]
+    fewer = pd.Series([False, *(now < before for before, now in pairwise(counts))])
+    names = added.fillna(fewer.map({True: "less what explains little", False: "exchanged"}))
     names.iloc[0] = "model alone" if pd.isna(table["effect"].iloc[0]) else f"model {added.iloc[0]}"
     return table.assign(step=names)[["step", *shown]]
 
