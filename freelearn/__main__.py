@@ -1,4 +1,4 @@
-"""freelearn train | discover | gather | figures | specimens | workbench: the commands, in any folder."""
+"""freelearn train | discover | intake | gather | figures | specimens | workbench: the commands, in any folder."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from freelearn.package import VERSION
 COMMANDS = {
     "train": ("fit one model on one training set and evaluate it", "freelearn.commands.app", "train_app"),
     "discover": ("find the physical effects that a model misses", "freelearn.commands.app", "discover_app"),
+    "intake": ("a laboratory's raw file as a measurement table", "freelearn.commands.intake", "intake_app"),
     "gather": ("the results of finished sweeps as a table and heat maps", "freelearn.commands.gather", "main"),
     "figures": ("the paper's other figures and tables from a sweep or a run", "freelearn.commands.figures", "main"),
     "specimens": ("fit the rubber to its own tests", "freelearn.commands.specimens", "main"),

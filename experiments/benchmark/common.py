@@ -14,8 +14,9 @@ import torch
 ROOT = Path(__file__).resolve().parents[2]
 
 from freelearn.bed.virtual import simulate  # noqa: E402
-from freelearn.measurements.rows import Rows  # noqa: E402
-from freelearn.measurements.states import States, kinematic_state, measured_loads  # noqa: E402
+from freelearn.measurements.rows import (
+    Rows,
+)
 
 ACCURACY = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 FIELDS = ("fiber_angle", "reference_length", "inner_radius", "outer_radius", "length", "twist", "pressure")
@@ -41,7 +42,7 @@ def table(effects: dict | None = None) -> pd.DataFrame:
 
 def rows_of(part: pd.DataFrame) -> Rows:
     """Its un-buckled rows."""
-    rows = Rows(States.from_table(part), measured_loads(part), kinematic_state(part))
+    rows = Rows.from_table(part)
     return rows[torch.as_tensor(np.flatnonzero(part["buckled"] == 0))]
 
 

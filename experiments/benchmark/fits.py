@@ -117,11 +117,11 @@ def network(report: Report) -> None:
     goal = min(error for _, _, error in adam.history)
 
     fresh = MLP()
-    fresh.prepare(train.states, train.loads)
+    fresh.prepare(train)
     began = time.perf_counter()
     problem = Problem(fresh, train)
     watched = Problem(fresh, validation, problem.scale)
-    start = starts(fresh, train.states, train.loads, 1, torch.Generator().manual_seed(0))
+    start = starts(fresh, train, 1, torch.Generator().manual_seed(0))
     lm = LevenbergMarquardtEpochs(problem, start, 1000, 1e-10)
     with torch.no_grad():
         error = float("inf")

@@ -49,7 +49,7 @@ def effects(report: Report) -> None:
     with torch.no_grad():
         a, b = timed(lambda: plain(states)), timed(lambda: five(states))
     report("five effects / plain model, forward", f"{b / a:.1f} ×", "≤ 3 ×", ", ".join(FIVE))
-    rows = Rows(states, torch.ones(len(states), 2).double(), np.arange(len(states)))
+    rows = Rows(states, Readings.whole(torch.ones(len(states), 2).double()), np.arange(len(states)))
     vector = five.vector().detach()[None]
     jacobian = timed(lambda: Problem(five, rows).jacobians(vector), 3)
     count = vector.shape[1]

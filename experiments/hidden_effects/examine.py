@@ -17,7 +17,6 @@ from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.search import Findings, search
 from freelearn.inference.testable import candidates
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 
 
@@ -28,7 +27,7 @@ def examine(job: dict) -> dict:
     table = made.measured.table
     began = time.perf_counter()
     asked = np.flatnonzero(table["buckled"] == 0)
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))[torch.as_tensor(asked)]
+    rows = Rows.from_table(table)[torch.as_tensor(asked)]
 
     def build(names: Any) -> Any:
         return build_model("continuum", {}, names, list(made.actuators))

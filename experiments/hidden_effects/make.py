@@ -14,8 +14,7 @@ from freelearn.fit.problem import Problem
 from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.rows import Rows, loads_of
 from freelearn.models.build import build_model
 from freelearn.testing.reference import bed, literature, truths
 from freelearn.testing.reference.laboratory import Laboratory, Measured, measure, random_actuators
@@ -85,7 +84,7 @@ def sized(
     Laboratory; σ then is the root mean square of the load cell's over the rows.
     """
     plain = table(0.0)
-    rows = Rows(States.from_table(plain), measured_loads(plain), kinematic_state(plain))
+    rows = Rows.from_table(plain)
     usable = torch.as_tensor(plain["buckled"].to_numpy() == 0)
     known = dict(noise)
     for name in ("force_n", "moment_nmm"):
@@ -100,7 +99,7 @@ def sized(
     def size_of(a: float) -> float:
         # Far too large an amount may have no loads at all: what is left of them is no number.
         with np.errstate(over="ignore", invalid="ignore"):
-            change: Any = measured_loads(table(a)) - rows.loads
+            change: Any = loads_of(table(a)) - rows.loads
         white = whiten(torch.where(usable[:, None], change, 0.0)).reshape(-1)
         return float((white - span @ (span.T @ white)).norm())
 

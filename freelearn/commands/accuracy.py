@@ -12,7 +12,6 @@ from freelearn.inference.accuracy import estimate
 from freelearn.inference.white_fit import WhiteFit, evaluated
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.predicted import usable
 from freelearn.units import DEG, MM, NMM
@@ -40,7 +39,7 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
     place = usable(predictions).index.to_numpy(copy=True)
     if len(place) < FEWEST:
         return None
-    rows = Rows(States.from_table(predictions), measured_loads(predictions), kinematic_state(predictions))
+    rows = Rows.from_table(predictions)
     rows = rows[torch.as_tensor(place)]
     return estimated(evaluated(model, rows, model.vector().detach()), rows)
 

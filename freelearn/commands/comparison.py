@@ -7,7 +7,7 @@ from pathlib import Path
 
 from freelearn.commands.run import scored_rows
 from freelearn.measurements.error import common, set_error
-from freelearn.measurements.states import measured_loads
+from freelearn.measurements.rows import Rows
 from freelearn.models.prediction import Status
 from freelearn.render.tensorboard.run import log_run
 from freelearn.results.comparison import Compared
@@ -32,7 +32,7 @@ def compare(one: Callable[[bool, Path], Run], folder: Path) -> dict[str, Compare
 
 def compared(without: Run, with_effects: Run) -> dict[str, Compared]:
     """Errors of two runs over the same table and split, each test set scored on the rows that both answer."""
-    measured, sample = measured_loads(without.table), without.table["sample"].to_numpy()
+    measured, sample = Rows.from_table(without.table), without.table["sample"].to_numpy()
     both = common(*(run.prediction.status == Status.OK for run in (without, with_effects)))
     pairs = {}
     for name in without.errors:

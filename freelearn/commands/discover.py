@@ -31,7 +31,6 @@ from freelearn.inference.testable import candidates
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.check import check_model
@@ -103,7 +102,7 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
         raise UserError(
             f"Training set {settings.train!r} has no rows to look at, all are buckled or left out: choose another one."
         )
-    everything = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    everything = Rows.from_table(table)
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
     library, untestable = candidates(base, settings.effects, table.columns, task.rows)

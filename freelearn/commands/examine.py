@@ -41,8 +41,9 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     trusted = (flagged(seen, findings.suspects)[findings.kept][LEFT_OUT] == 0).to_numpy()
     scale = load_scale(rows.loads[torch.tensor(trusted)]).numpy()
     inputs, raw = inputs[trusted].reset_index(drop=True), first.fit.raw_residual.numpy()[trusted]
-    failed = failures(inputs, raw, scale, noise[trusted])
-    splits = split_errors(inputs, raw, scale)
+    bed = rows.states.bed
+    failed = failures(inputs, raw, scale, noise[trusted], bed)
+    splits = split_errors(inputs, raw, scale, bed)
     screens = [
         rising_falling(first.fit.raw_residual, rows.states, rows.state, first.whiten),
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),

@@ -49,7 +49,7 @@ def sweep_job(config: Mapping[str, Any], number: int, folder: Path, command: str
         write_text(folder / "traceback.txt", traceback.format_exc())
         _fail(folder, console, label, asked, f"{type(problem).__name__}: {problem}")
         return None
-    error = _own_error({name: e._asdict() for name, e in run.errors.items()}, settings.train)
+    error = _own_error({name: e.plain() for name, e in run.errors.items()}, settings.train)
     console.print(f"{label} {_summary(run, error)}", highlight=False)
     return error
 

@@ -8,8 +8,9 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from freelearn.commands.settings import CsvData, Settings, VirtualData
+from freelearn.commands.settings import CsvData, IntakeSettings, Settings, VirtualData
 from freelearn.errors import UserError
+from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
 
 Chosen = TypeVar("Chosen", bound=Settings)
@@ -30,7 +31,19 @@ def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
         raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
     if isinstance(settings.data, CsvData):
         _check_file(settings.data.path)
+        if settings.data.members is not None:
+            _check_file(settings.data.members)
+        if settings.data.members is not None and BEDS[settings.data.bed] is INFLATION:
+            raise UserError("data.bed=inflation measures the diameter of one actuator: leave data.members out.")
     return settings
+
+
+def parse_intake(config: Mapping[str, Any]) -> IntakeSettings:
+    """Settings of intake from a composed configuration's plain values. Raises UserError with every mistake."""
+    try:
+        return TypeAdapter(IntakeSettings).validate_python(dict(config))
+    except ValidationError as problem:
+        raise mistakes_error([_sentence(error) for error in problem.errors(include_url=False)]) from None
 
 
 def mistakes_error(sentences: list[str]) -> UserError:
@@ -75,7 +88,7 @@ def _sentence(error: Any) -> str:
     name, kind, value = ".".join(shown), error["type"], error["input"]
     if kind == "value_error":
         text = str(error["ctx"]["error"])
-        return f"{text}." if text.startswith(("data=", name)) or not name else f"{name} = {value!r}: {text}."
+        return f"{text}." if text.startswith(("data=", "intake", name)) or not name else f"{name} = {value!r}: {text}."
     if kind in _LIMITS:
         limit, text = _LIMITS[kind]
         return f"{name} = {value!r} {text.format(format(error['ctx'][limit], 'g'))}."

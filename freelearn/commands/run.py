@@ -21,7 +21,6 @@ from freelearn.fit.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.base import Model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.prediction import Prediction, Status
@@ -59,7 +58,7 @@ def run(
     if tests != "every":
         table = _concerned(table, train, str(tests))
     labels = split_rows(table, seed, by_states, shares)
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    rows = Rows.from_table(table)
     if train == CONSTITUENT_SET:
         if model.name != "continuum":
             raise UserError(f"train=constituent gives C1 and C2 of the continuum model; {model.name} has none.")
@@ -144,7 +143,7 @@ def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Seque
         pick = scored_rows(sample, labels, name)
         if not len(pick):
             raise UserError(f"Test set {name!r} has no rows to score: all are buckled or left out.")
-        errors[name] = set_error(rows.loads[pick], prediction.loads[pick], usable[pick])
+        errors[name] = set_error(rows[pick], prediction.loads[pick], usable[pick])
     return errors
 
 

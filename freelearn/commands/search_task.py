@@ -14,6 +14,7 @@ from freelearn.commands.tables import LoadedTable
 from freelearn.inference.candidate import Candidate
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.members import members_in
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
@@ -52,7 +53,8 @@ class Task:
     def build(self, effects: Sequence[str]) -> Model:
         """A fresh model with these effects."""
         samples = [int(n) for n in np.unique(self.loaded.table["sample"].to_numpy()[self.place])]
-        return build_model(self.settings.model.name, self.settings.model.values, effects, samples)
+        members = len(members_in(self.loaded.table.columns))
+        return build_model(self.settings.model.name, self.settings.model.values, effects, samples, members)
 
     def question(self, accuracy: Accuracy) -> Question:
         """What the search is asked."""

@@ -16,7 +16,8 @@ from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
 from freelearn.fit.options import FitOptions
-from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
+from freelearn.measurements.beds import BEDS, KINEMATIC
 
 # Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
 STRICT = ConfigDict(extra="forbid")
@@ -41,12 +42,11 @@ class AccuracySettings:
     pressure_kpa: Deviation
     force_n: Positive
     moment_nmm: Positive
+    outer_diameter_mm: Positive = OUTER_DIAMETER_MM
 
     def si(self) -> Accuracy:
         """The same in SI."""
-        return Accuracy.engineering(
-            self.elongation_mm, self.twist_deg, self.pressure_kpa, self.force_n, self.moment_nmm
-        )
+        return Accuracy.engineering(**vars(self))
 
 
 def _accuracy(value: Any) -> Any:
@@ -106,6 +106,22 @@ class VirtualData:
     accuracy: StatedAccuracy
 
 
+def _file(value: Any) -> Any:
+    return None if value is None else Path(str(value))
+
+
+OptionalPath = Annotated[Path | None, PlainValidator(_file)]
+
+
+def _bed(value: Any) -> Any:
+    if value not in BEDS:
+        raise ValueError(f"choose one of {', '.join(BEDS)}")
+    return value
+
+
+BedName = Annotated[str, PlainValidator(_bed)]
+
+
 def _path(value: Any) -> Any:
     if value in (None, "", "???"):
         raise ValueError("data=csv needs the table's file: add data.path=FILE")
@@ -119,6 +135,8 @@ class CsvData:
     name: Literal["csv"]
     path: Annotated[Path, PlainValidator(_path)]
     accuracy: StatedAccuracy
+    bed: BedName = KINEMATIC.name
+    members: OptionalPath = None
 
 
 DataSettings = VirtualData | CsvData
@@ -184,13 +202,8 @@ def _names(value: Any) -> Any:
     raise ValueError("give a list of effect names, for example effects=[end_clamps,twist_offset]")
 
 
-def _file(value: Any) -> Any:
-    return None if value is None else Path(str(value))
-
-
 SetName = Annotated[str, PlainValidator(_set)]
 EffectNames = Annotated[tuple[str, ...], PlainValidator(_names)]
-OptionalPath = Annotated[Path | None, PlainValidator(_file)]
 Device = Literal["cpu", "cuda", "auto"]
 
 
@@ -223,6 +236,28 @@ class TrainSettings(Settings):
 @dataclass(frozen=True, config=STRICT)
 class DiscoverSettings(Settings):
     """What one run of discover.py does."""
+
+
+def _raw(value: Any) -> Any:
+    if value in (None, "", "???"):
+        raise ValueError("intake needs the laboratory's file, or a folder of them: add data.path=RAW")
+    return Path(str(value))
+
+
+@dataclass(frozen=True, config=STRICT)
+class IntakeData:
+    """A laboratory's file, or the folder of those that a recipe lists."""
+
+    path: Annotated[Path, PlainValidator(_raw)]
+
+
+@dataclass(frozen=True, config=STRICT)
+class IntakeSettings:
+    """What one run of intake.py does. recipe: None to guess and draft one. out: the table; None: in the run's folder."""
+
+    data: IntakeData
+    recipe: OptionalPath
+    out: OptionalPath
 
 
 def plain(settings: Settings) -> dict[str, Any]:

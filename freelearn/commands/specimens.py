@@ -64,7 +64,7 @@ def compare_specimens(data: Specimens, out: Path, console: Console) -> None:
 def _mode(text: str) -> str:
     name = mode_name(text)
     if name is None:
-        raise argparse.ArgumentTypeError(f"unknown mode {text!r}: write UT, ET or PS")
+        raise argparse.ArgumentTypeError(f"unknown mode {text!r}: write UT, ET, PS or BT")
     return name
 
 
@@ -73,10 +73,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog=" ".join(program("specimens", ["python", "-m", "freelearn.specimens"])),
         description="Fit the rubber's strain energy to tests of rubber alone: uniaxial (UT), equibiaxial (ET), pure "
-        "shear (PS). Writes specimen.json, whose parameters the continuum model can take over, and curves.png.",
+        "shear (PS), both stretches imposed (BT). Writes specimen.json, whose parameters the continuum model can take "
+        "over, and curves.png.",
     )
     parser.add_argument(
-        "table", nargs="+", help="UT=FILE, ET=FILE, PS=FILE (CSV: stretch, stress_mpa), or FILE with mode"
+        "table",
+        nargs="+",
+        help="UT=FILE, ET=FILE, PS=FILE (CSV: stretch, stress_mpa), BT=FILE (with stretch_2, stress_2_mpa), "
+        "or FILE with mode",
     )
     parser.add_argument(
         "--effects", nargs="*", default=[], metavar="NAME", help="energy effects besides the neo-Hookean"

@@ -16,6 +16,8 @@ from freelearn.bed.virtual import simulate
 from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.files import write_text
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.members_table import read_members
 from freelearn.measurements.table import TableFile, read_table
 from freelearn.results.origin import Provenance
 
@@ -42,17 +44,21 @@ def load_table(data: DataSettings) -> LoadedTable:
         table = _simulated(_bed(data))
         return LoadedTable(table, np.arange(len(table)) + 2, (), Provenance("virtual", True, seed=data.seed))
     digest = data_version(data)
-    read = _read(str(data.path), digest)
+    read = _read(str(data.path), digest, data.bed, None if data.members is None else str(data.members))
     provenance = Provenance("csv", False, path=str(data.path), sha256=digest)
     return LoadedTable(read.table, read.lines, tuple(read.warnings), provenance)
 
 
 def data_version(data: DataSettings) -> str:
-    """SHA-256 of the table's file; empty for simulated data, which their settings determine, and unreadable files."""
+    """SHA-256 of the table's file (and of its members'); empty for simulated data, which their settings determine, and
+    for unreadable files."""
     if not isinstance(data, CsvData):
         return ""
     try:
-        return hashlib.sha256(Path(data.path).read_bytes()).hexdigest()
+        digest = hashlib.sha256(Path(data.path).read_bytes())
+        if data.members is not None:
+            digest.update(Path(data.members).read_bytes())
+        return digest.hexdigest()
     except OSError:
         return ""  # reading the table says what is wrong with the file
 
@@ -84,5 +90,5 @@ def _simulated(bed: str) -> pd.DataFrame:
 
 
 @lru_cache(KEPT)
-def _read(path: str, digest: str) -> TableFile:
-    return read_table(path)
+def _read(path: str, digest: str, bed: str, members: str | None) -> TableFile:
+    return read_table(path, BEDS[bed], None if members is None else read_members(members))

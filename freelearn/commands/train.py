@@ -21,6 +21,7 @@ from freelearn.errors import UserError
 from freelearn.fit.store import FitStore
 from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
+from freelearn.measurements.members import members_in
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
@@ -54,7 +55,9 @@ class _Task:
     def build(self, with_effects: bool = True) -> Model:
         """A fresh model."""
         chosen = self.settings
-        return build_model(chosen.model.name, chosen.model.values, chosen.effects if with_effects else (), self.samples)
+        members = len(members_in(self.loaded.table.columns))
+        effects = chosen.effects if with_effects else ()
+        return build_model(chosen.model.name, chosen.model.values, effects, self.samples, members)
 
 
 def train(

@@ -49,8 +49,8 @@ def fit(
     initial = model.vector().detach().clone()
     kept, kept_validation = (torch.ones(len(rows), dtype=torch.bool) for rows in (train, validation))
     _check_count(model, len(train), len(train))
-    model.prepare(train.states, train.loads)
-    places = starts(model, train.states, train.loads, options.restarts if model.needs_restarts else 1, generator)
+    model.prepare(train)
+    places = starts(model, train, options.restarts if model.needs_restarts else 1, generator)
     history: list[tuple[int, float, float]] = []
     settled, ended = None, (False, "")
     for _ in range(ROUNDS):

@@ -15,7 +15,8 @@ from freelearn.models.base import BLOCK, Bound, Model
 class Problem:
     """Residuals of a model over rows, normalized so that their sum of squares is N·E².
 
-    residual: raw vector (p,) → (2N,), force and moment of a row side by side. scale: (2,), the loads that count as
+    residual: raw vector (p,) → (2N,), force and moment of a row side by side (or what its bed measures), zero where
+    nothing was measured. scale: (2,), the loads that count as
     one; by default the largest of the rows.
     """
 
@@ -33,6 +34,12 @@ class Problem:
         """Residuals at one raw vector, (p,) → (2N,), differentiable."""
         return self._scaled(self.model(self.rows.states, self.model.physical(vector)).loads)
 
+    def readings(self, vector: Tensor) -> Tensor:
+        """What the model says the sensors show, at one raw vector: (N, 2) SI."""
+        with torch.no_grad():
+            shown: Tensor = self.model(self.rows.states, self.model.physical(vector)).loads
+        return shown
+
     def residuals(self, vectors: Tensor) -> Tensor:
         """Residuals of several members: (members, p) → (members, 2N), in one batch."""
         if len(vectors) > 1:
@@ -44,7 +51,7 @@ class Problem:
         return self.residual(vectors[0])[None]
 
     def _scaled(self, loads: Tensor) -> Tensor:
-        return ((loads - self.rows.loads) / self.scale).reshape(-1)
+        return (self.rows.readings.missed(loads) / self.scale).reshape(-1)
 
     def jacobians(self, vectors: Tensor) -> Tensor:
         """∂residual/∂vector of several members: (members, p) → (members, 2N, p)."""
@@ -53,8 +60,15 @@ class Problem:
         if len(known) < len(rows):
             return self._automatic(vectors)
         # Networks on many rows: megabytes, so nothing is copied without need.
-        scaled = [j.div_(self.scale[:, None]).flatten(0, 1) for j in known]
+        pairs = zip(known, vectors, strict=True)
+        scaled = [self._felt(j.div_(self.scale[:, None]), vector).flatten(0, 1) for j, vector in pairs]
         return torch.stack(scaled) if len(scaled) > 1 else scaled[0][None]
+
+    def _felt(self, jacobian: Tensor, vector: Tensor) -> Tensor:
+        """Rates (N, 2, p) of the readings, zero for those that do not count."""
+        if self.rows.readings.plain:
+            return jacobian
+        return jacobian * self.rows.readings.felt(self.readings(vector))[..., None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
         return self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
@@ -69,11 +83,14 @@ class Problem:
         count = len(self.rows)
         blocks = []
         for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):
-            states = self.rows.states[rows % count]
+            place = rows % count
             with torch.enable_grad():
                 copies = vectors.detach()[rows // count].requires_grad_()
-                force, moment = self.model.chain(states, self.model.physical(copies)).loads.unbind(-1)
-                (by_force,) = torch.autograd.grad(force.sum(), copies, retain_graph=True)
-                (by_moment,) = torch.autograd.grad(moment.sum(), copies)
+                loads = self.model.chain(self.rows.states[place], self.model.physical(copies)).loads
+                force, moment = self.rows.readings[place].missed(loads).unbind(-1)
+                by_force, by_moment = (
+                    torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)[0]
+                    for load in (force, moment)
+                )
             blocks.append(torch.stack([by_force / self.scale[0], by_moment / self.scale[1]], dim=1))
         return torch.cat(blocks).reshape(members, 2 * count, size)

@@ -16,14 +16,16 @@ from freelearn.fit.levenberg_marquardt import Function, LevenbergMarquardt
 from freelearn.fit.solver import Result, Termination
 from freelearn.fit.starts import START_DECADES
 from freelearn.fit.uncertainty import RANK_TOLERANCE
-from freelearn.mechanics.mode import MODES, MPA
+from freelearn.measurements.specimen_modes import MODES
+from freelearn.measurements.specimen_stresses import Stresses
+from freelearn.mechanics.sheet import MPA
 from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber
 
 # Starts tried for an effect's parameter: no effect, and its own start times these.
 FACTORS = (0.01, 0.1, 1.0, 10.0)
-# Searches that run to their end, from the best places of the grid.
-MEMBERS = 8
+# Searches that run to their end, from the best places of the grid; of 8, none finds the minimum of three effects.
+MEMBERS = 32
 # A search that finds the minimum does so in about twenty steps.
 ITERATIONS = 200
 TOLERANCE = 1e-10
@@ -31,7 +33,7 @@ TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class ModeError:
-    """error: root mean square of the misfit over the mode's largest stress. n: rows. fitted: or held out.
+    """error: root mean square of the misfit over the mode's largest stress. n: stresses. fitted: or held out.
 
     The error is not finite where the fitted energy has no stress at a stretch held out (beyond limited chains).
     """
@@ -45,7 +47,7 @@ class ModeError:
 class RubberFit:
     """values, stderr: by parameter, in SI; stderr NaN for a parameter at a bound or undetermined.
 
-    error: over all fitted rows, as in ModeError. at_bound: parameters that the fit left on a bound.
+    error: over all fitted stresses, as in ModeError. at_bound: parameters that the fit left on a bound.
     """
 
     rubber: Rubber
@@ -58,22 +60,24 @@ class RubberFit:
 
 
 def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()) -> RubberFit:
-    """Fits all modes of a table (mode, stretch, stress_mpa) together but those held out.
+    """Fits all modes of a table (of read_specimens) together but those held out.
 
-    Minimizes Σ ((P̂ − P)/P_max)² over the fitted rows, P_max the largest |P| of the row's mode, so that every mode
-    counts by its shape and number of rows, not by its stress. Standard errors are s² (JᵀJ)⁻¹, which takes the
-    misfits of neighboring rows as independent; other parameters' are those at the bound where one sits on a bound.
-    The start is looked for on a grid. Raises UserError where too few rows or no modes are left to fit.
+    Minimizes Σ ((P̂ − P)/P_max)² over the fitted stresses, P_max the largest |P| of their mode, so that every mode
+    counts by its shape and number of stresses, not by their size. Standard errors are s² (JᵀJ)⁻¹, which takes the
+    misfits of neighbors as independent; other parameters' are those at the bound where one sits on a bound.
+    The start is looked for on a grid. Raises UserError where too few stresses or no modes are left to fit.
     """
-    data = {mode: _Rows.of(table[table["mode"] == mode]) for mode in MODES if (table["mode"] == mode).any()}
+    data = {mode: _Measured.of(table[table["mode"] == mode]) for mode in MODES if (table["mode"] == mode).any()}
     fitted = _fitted(list(data), held_out)
-    count = sum(len(data[mode].stretch) for mode in fitted)
+    count = sum(len(data[mode].stress) for mode in fitted)
     if count < len(rubber.declared):
-        raise UserError(f"{count} rows cannot determine {len(rubber.declared)} parameters: add rows or drop effects.")
+        raise UserError(
+            f"{count} stresses cannot determine {len(rubber.declared)} parameters: add rows or drop effects."
+        )
 
     def residual(vector: Tensor) -> Tensor:
         values = rubber.physical(vector)
-        return torch.cat([data[mode].misfit(rubber, values, mode) for mode in fitted])
+        return torch.cat([data[mode].misfit(rubber, values) for mode in fitted])
 
     lower, upper = rubber.bounds()
     search = LevenbergMarquardt(
@@ -93,8 +97,8 @@ def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()
         raise UserError(f"No start gives finite stresses with effects {names}: look at the largest stretches.")
     values = rubber.physical(best.x)
     modes = {}
-    for mode, rows in data.items():
-        misfit = rows.misfit(rubber, values, mode)
+    for mode, measured in data.items():
+        misfit = measured.misfit(rubber, values)
         modes[mode] = ModeError(float(misfit.square().mean().sqrt()), len(misfit), mode in fitted)
     bound = ((best.x <= lower) | (best.x >= upper)).tolist()
     return RubberFit(
@@ -109,19 +113,21 @@ def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
-class _Rows:
-    """One mode's rows: stretch (N,), stress (N,) Pa."""
+class _Measured:
+    """One mode's stresses [Pa] and the stretches along and across them, each (N,)."""
 
-    stretch: Tensor
+    along: Tensor
+    across: Tensor
     stress: Tensor
 
     @classmethod
-    def of(cls, rows: pd.DataFrame) -> _Rows:
-        return cls(torch.tensor(rows["stretch"].to_numpy()), torch.tensor(rows["stress_mpa"].to_numpy()) * MPA)
+    def of(cls, rows: pd.DataFrame) -> _Measured:
+        held = Stresses.of(rows)
+        return cls(torch.tensor(held.along), torch.tensor(held.across), torch.tensor(held.stress_mpa) * MPA)
 
-    def misfit(self, rubber: Rubber, values: dict[str, Tensor], mode: str) -> Tensor:
+    def misfit(self, rubber: Rubber, values: dict[str, Tensor]) -> Tensor:
         """(P̂ − P)/P_max, (N,)."""
-        return (rubber.stress(values, mode, self.stretch) - self.stress) / self.largest
+        return (rubber.stress(values, self.along, self.across) - self.stress) / self.largest
 
     @property
     def largest(self) -> Tensor:

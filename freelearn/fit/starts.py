@@ -12,6 +12,7 @@ from torch import Tensor
 
 from freelearn.fit.stiffness import best_stiffness
 from freelearn.measurements.error import load_scale, usual_scale
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
@@ -36,10 +37,10 @@ LN10 = math.log(10.0)
 
 
 @singledispatch
-def starts(model: Model[Any], states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+def starts(model: Model[Any], rows: Rows, members: int, generator: torch.Generator) -> Tensor:
     """Raw vectors from which a fit of training rows may start: at most (members, p), the best first.
 
-    states, loads: the training rows, N and (N, 2) N, N·m. generator: for what is drawn at random.
+    rows: those of training. generator: for what is drawn at random.
 
     Of a model not known here: its own values, and a grid of its logarithmic parameters from a thousandth to a thousand
     times their declared start, so that a fit does not depend on where its user started. One without such parameters, or
@@ -49,18 +50,20 @@ def starts(model: Model[Any], states: States, loads: Tensor, members: int, gener
     axes = {p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in logarithmic}
     if not 1 <= len(axes) <= MOST_AXES:
         return _declared(model, members)
-    return _grid(model, states, loads, axes)[:members]
+    return _grid(model, rows, axes)[:members]
 
 
 @starts.register
-def _continuum(model: Continuum, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+def _continuum(model: Continuum, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
     """The model's own values and a coarse grid of C1 × C2."""
-    return _grid(model, states, loads, dict.fromkeys(("C1", "C2"), START_DECADES * LN10))[:members]
+    return _grid(model, rows, dict.fromkeys(("C1", "C2"), START_DECADES * LN10))[:members]
 
 
 @starts.register
-def _linear(model: Linear, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+def _linear(model: Linear, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
     """The best K for the present effects, exactly, whatever the model's own K: a fit has only to polish it."""
+    rows = rows.as_loads
+    states, loads = rows.states, rows.loads
     scale = load_scale(loads)
     values = {name: value.detach() for name, value in model.values().items()}
 
@@ -72,7 +75,8 @@ def _linear(model: Linear, states: States, loads: Tensor, members: int, generato
     origin = torch.zeros(3, dtype=torch.float64)
     with torch.no_grad():
         fluid: Prediction = model(states, values | dict.fromkeys(("ka", "kb", "kc"), origin[0]))
-    usable = (fluid.status == Status.OK).repeat_interleave(2)
+    told = rows.readings.present & ~rows.readings.slack[:, None] & (fluid.status == Status.OK)[:, None]
+    usable = told.reshape(-1)
     target = ((loads - fluid.loads) / scale).reshape(-1)[usable]
     if model.effects:
         columns = torch.func.jacfwd(scaled)(origin)
@@ -87,28 +91,28 @@ def _linear(model: Linear, states: States, loads: Tensor, members: int, generato
 
 
 @starts.register
-def _inextensible(
-    model: ContinuumInextensible, states: States, loads: Tensor, members: int, generator: torch.Generator
-) -> Tensor:
+def _inextensible(model: ContinuumInextensible, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
     """The best C1 for the present effects: the loads are linear in it."""
-    scale = load_scale(loads)
+    rows = rows.as_loads
+    states, loads, scale = rows.states, rows.loads, load_scale(rows.loads)
     values = {name: value.detach() for name, value in model.values().items()}
 
     def scaled(C1: float) -> Tensor:
         predicted: Prediction = model(states, values | {"C1": torch.tensor(C1, dtype=torch.float64)})
-        return (predicted.loads / scale)[predicted.status == Status.OK].reshape(-1)
+        return (predicted.loads / scale)[usable]
 
     with torch.no_grad():
-        usable = model(states).status == Status.OK
+        told = rows.readings.present & ~rows.readings.slack[:, None]
+        usable = told & (model(states).status == Status.OK)[:, None]
         offset = scaled(0.0)
         column = (scaled(1e6) - offset) / 1e6
-        target = (loads / scale)[usable].reshape(-1) - offset
+        target = (loads / scale)[usable] - offset
         best = float((column @ target) / column.square().sum().clamp_min(1e-300))
     return _at(model, {"C1": min(max(best, START_RANGE[0]), START_RANGE[1])}, members)
 
 
 @starts.register
-def _network(model: MLP, states: States, loads: Tensor, members: int, generator: torch.Generator) -> Tensor:
+def _network(model: MLP, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
     """Nguyen-Widrow starts: the neurons' active ranges spread over the inputs' range (Nguyen & Widrow 1990)."""
     active = int((model.input_gain != 0).sum())
     magnitude = 0.7 * HIDDEN ** (1 / max(active, 1))
@@ -136,7 +140,7 @@ def _at(model: Model[Any], values: dict[str, float], members: int) -> Tensor:
     return torch.stack([raw[name] for name in model.declared]).expand(members, -1).clone()
 
 
-def _grid(model: Model[Any], states: States, loads: Tensor, axes: Mapping[str, Tensor]) -> Tensor:
+def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
     """The model's own raw vector and every place of a grid of raw parameters, the best first: (places, p).
 
     axes: raw values to try, by the parameter's name. Every place is looked at in a few rows.
@@ -146,16 +150,16 @@ def _grid(model: Model[Any], states: States, loads: Tensor, axes: Mapping[str, T
     candidates = torch.cat([here[None], here.expand(len(grid), -1)])
     labels = model.labels()
     candidates[1:, [labels.index(name) for name in axes]] = grid
-    some = slice(None, None, max(1, len(states) // START_ROWS))
-    states, loads = states[some], loads[some]
-    scale = usual_scale(loads)
+    some = rows.as_loads[torch.arange(0, len(rows), max(1, len(rows) // START_ROWS))]
+    scale = usual_scale(some.readings)
     # All candidates in one batch: every row once for each, with the candidate's values.
-    row = torch.arange(len(states)).repeat(len(candidates))
-    values = model.physical(candidates.repeat_interleave(len(states), dim=0))
+    row = torch.arange(len(some)).repeat(len(candidates))
+    values = model.physical(candidates.repeat_interleave(len(some), dim=0))
     with torch.no_grad():
-        predicted = model.chain(states[row], values).loads
+        predicted = model.chain(some.states[row], values).loads
     # The logarithm bounds what a reading that slipped can do (Cauchy's loss).
-    costs = ((predicted - loads[row]) / scale).square().log1p().reshape(len(candidates), -1).sum(-1)
+    misses = some.readings[row].missed(predicted) / scale
+    costs = misses.square().log1p().reshape(len(candidates), -1).sum(-1)
     return candidates[costs.nan_to_num(nan=torch.inf).argsort()]
 
 

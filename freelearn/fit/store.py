@@ -59,11 +59,15 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
     """Digest of the rows, the model with its starts and effects, the options, the seed and the code: 24 digits."""
     digest = hashlib.sha256(code_version().encode())
     for rows in (train, validation):
-        for field in fields(rows.states):
-            digest.update(field.name.encode() + getattr(rows.states, field.name).numpy().tobytes())
+        for name, tensor in rows.states.tensors():
+            digest.update(name.encode() + tensor.numpy().tobytes())
+        digest.update(rows.states.bed.name.encode())
         # Only which rows share a state matters, not how states are numbered.
         grouping = np.unique(rows.state, return_inverse=True)[1].astype(np.int64)
-        digest.update(rows.loads.numpy().tobytes() + grouping.tobytes())
+        readings = rows.readings
+        for tensor in (readings.value, readings.present, readings.slack):
+            digest.update(tensor.numpy().tobytes())
+        digest.update(grouping.tobytes())
     for part in (model, *model.effects):
         digest.update(Path(inspect.getfile(type(part))).read_bytes())
     description = model.description()

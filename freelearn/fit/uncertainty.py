@@ -30,7 +30,7 @@ class Uncertainty:
     one, s² (JᵀJ)⁻¹, that lmfit and SciPy users know; it is right only if all residuals are independent.
     low, high: ends of the 95 % intervals, see `interval`. freedom: kinematic states less parameters, at least 1; what
     Student's t has in those intervals. covariance: (p, p), the one behind `stderr`. chi_square: sum of squared
-    residuals of n = 2·rows residuals.
+    residuals of n readings, two a row where none is blank.
     """
 
     names: list[str]
@@ -98,7 +98,8 @@ def uncertainty(problem: Problem) -> Uncertainty:
 
     rank = int(strong.sum())
     chi_square = float(residual.square().sum())
-    independent = to_physical @ (bread * (chi_square / max(len(residual) - rank, 1))) @ to_physical.T
+    count = problem.rows.readings.count
+    independent = to_physical @ (bread * (chi_square / max(count - rank, 1))) @ to_physical.T
     meat, states = _meat(jacobian, residual, problem.rows.state)
     robust = to_physical @ (bread @ meat @ bread) @ to_physical.T * _small_sample(states, rank)
 
@@ -121,7 +122,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
         freedom=freedom,
         covariance=np.where(known[:, None] & known, robust.numpy(), np.nan),
         chi_square=chi_square,
-        residuals=len(residual),
+        residuals=count,
     )
 
 

@@ -14,12 +14,15 @@ from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.scatter import MAD, Scatter, scatter
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.bed_accuracy import changed, sensors, shared
+from freelearn.measurements.beds import Bed
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
-from freelearn.units import DEG, KPA, MM
+from freelearn.units import DEG, KPA, MM, NMM
 
 # Repeats of a state count as such within these distances.
 SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
+SAME_N, SAME_NMM = 0.01, 0.1
 FEWEST_REPEATS = 10
 
 
@@ -37,25 +40,21 @@ def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]
     found = scatter(
         fit.raw_residual,
         fit.raw_jacobian,
-        rows.loads + fit.raw_residual,
+        fit.shown,
         sensitivity,
         rows.states,
         torch.as_tensor(rows.state),
         replace(like, pressure=0.0),
+        readings=rows.readings,
     )
-    return measured(found), False
+    return measured(found, rows.states.bed), False
 
 
-def measured(found: Scatter) -> Accuracy:
+def measured(found: Scatter, bed: Bed) -> Accuracy:
     """Standard deviations as estimated; noise that grows with load or pressure at the middle of the way."""
     place = found.position * found.tails.deviation
     typical = found.deviations * (1 + found.growth.amount / 2)
-    force, moment = (
-        float(d) * stated for d, stated in zip(typical, (found.like.force, found.like.moment), strict=True)
-    )
-    return replace(
-        found.like, length=place * found.like.length, twist=place * found.like.twist, force=force, moment=moment
-    )
+    return changed(found.like, bed, typical * sensors(found.like, bed), place * shared(found.like, bed))
 
 
 def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) -> Accuracy | None:
@@ -66,14 +65,15 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
     groups = repeats(_places(rows.states), rows.state)
     if len(groups) < FEWEST_REPEATS:
         return None
-    residual = raw.numpy()
+    residual, bed = raw.numpy(), rows.states.bed
+    there = rows.readings.present.any(0).numpy()
     apart: dict[int, np.ndarray] = {}
     for several in groups:
         # Of n alike, one less is free.
         spread = (residual[several] - residual[several].mean(0)) * np.sqrt(len(several) / (len(several) - 1))
         apart.update(zip(several.tolist(), spread, strict=True))
-    scale = np.median(np.abs(list(apart.values())), axis=0).clip(1e-300)
-    position = sensitivity.numpy()[:, :, :2] * np.array([like.length, like.twist])
+    scale = np.where(there, np.median(np.abs(list(apart.values())), axis=0).clip(1e-300), 1.0)
+    position = sensitivity.numpy()[:, :, :2] * shared(like, bed).numpy() * there[:, None]
     by_visit: dict[int, list[int]] = {}
     for row in apart:
         by_visit.setdefault(int(rows.state[row]), []).append(row)
@@ -89,9 +89,10 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
         rests.append((target - along) * scale / np.sqrt(1 - 1 / len(visit)))
         moves.append(move)
         leverage.append((inverse.reshape(2, -1, 2) ** 2).sum(1))
-    force, moment = (float(max(d, 1e-12)) for d in MAD * np.median(np.abs(np.concatenate(rests)), axis=0))
-    ratio = _beyond(np.array(moves), np.array(leverage) @ (np.array([force, moment]) / scale) ** 2) if moves else 0.0
-    return Accuracy(ratio * like.length, ratio * like.twist, 0.0, force, moment)
+    own = (MAD * np.median(np.abs(np.concatenate(rests)), axis=0)).clip(1e-12)
+    own = np.where(there, own, sensors(like, bed).numpy())
+    ratio = _beyond(np.array(moves), np.array(leverage) @ (own / scale) ** 2) if moves else 0.0
+    return changed(replace(like, pressure=0.0), bed, torch.as_tensor(own), ratio * shared(like, bed))
 
 
 def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
@@ -106,15 +107,12 @@ def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
 
 def _places(states: States) -> pd.DataFrame:
     """Where each row was measured, rounded to what counts as the same."""
-    return pd.DataFrame(
-        {
-            "sample": states.sample.numpy(),
-            "length": (states.length.numpy() / (SAME_MM * MM)).round(),
-            "twist": (states.twist.numpy() / (SAME_DEG * DEG)).round(),
-            "pressure": (states.pressure.numpy() / (SAME_KPA * KPA)).round(),
-            "direction": states.direction.numpy(),
-        }
-    )
+    near = {"length": SAME_MM * MM, "twist": SAME_DEG * DEG, "force": SAME_N, "moment": SAME_NMM * NMM}
+    grains = [near[quantity.field] for quantity in states.bed.state]
+    inputs = states.inputs()
+    grains += [SAME_KPA * KPA] * (len(inputs) - 2)
+    rounded = {str(i): (x.numpy() / grain).round() for i, (x, grain) in enumerate(zip(inputs, grains, strict=True))}
+    return pd.DataFrame({"sample": states.sample.numpy(), **rounded, "direction": states.direction.numpy()})
 
 
 def repeats(places: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
@@ -133,13 +131,14 @@ def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None
     residual: predicted − measured (N, 2) N, N·m; a model's own error is the same in a repeat and drops out. Readings
     that slipped are left out.
     """
-    z = (residual / whiten.variance.sqrt()).numpy()
+    z = (residual / whiten.variance.sqrt().clamp_min(1e-300)).numpy()
     slipped = whiten.scatter.slipped.any(-1).numpy() if whiten.scatter else np.zeros(len(z), dtype=bool)
+    there = rows.readings.present.any(0).numpy()
     squares = []
     for group in repeats(_places(rows.states), rows.state):
         several = z[group[~slipped[group]]]
         if len(several) > 1:
-            squares.append(((several - several.mean(0)) ** 2).sum(0) / (len(several) - 1))
+            squares.append((((several - several.mean(0)) ** 2).sum(0) / (len(several) - 1))[there])
     if len(squares) < FEWEST_REPEATS:
         return None
     return float(np.sqrt(np.mean(squares)))

@@ -52,13 +52,14 @@ def common_errors(models: Sequence[Model], rows: Rows) -> list[float]:
     answered = common(*(status == Status.OK for _, status in answers))
     if not bool(answered.any()):
         return []
-    return [set_error(rows.loads, loads, answered).E for loads, _ in answers]
+    return [set_error(rows, loads, answered).E for loads, _ in answers]
 
 
 def _heldout(findings: Findings, inside: np.ndarray) -> list[float]:
     chosen = torch.as_tensor(np.flatnonzero(inside))
     found = findings.final.whiten.scatter
-    right = torch.ones(len(chosen), 2).double() if found is None else (~found.slipped[chosen]).double()
+    present = findings.rows.readings.present[chosen]
+    right = (present if found is None else present & ~found.slipped[chosen]).double()
     scale = load_scale(findings.rows.loads[chosen] * right)
     squares = [(step.heldout.raw[chosen] / scale).square() * right for step in (findings.steps[0], findings.final)]
     return [float((s.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt()) for s in squares]

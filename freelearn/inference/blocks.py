@@ -13,10 +13,9 @@ from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.shapes import rows_of_samples
 from freelearn.inference.step import Step
 from freelearn.inference.structure import structure
-from freelearn.inference.suspects import LOADS, Suspect
+from freelearn.inference.suspects import Suspect
 from freelearn.inference.thresholds import BLOCK, LEFT
 from freelearn.measurements.rows import Rows
-from freelearn.units import NMM
 
 ZERO, SCALE = "zero", "scale"
 MOST = 4
@@ -40,11 +39,12 @@ class Block:
 
         in_order_of: inputs in whose order the states were measured: where a block begins, something may begin in them.
         """
+        quantity = rows.states.bed.readings[self.load]
         place = tuple(int(p) for p in np.flatnonzero(kept)[self.rows])
         shown = float(rows.loads[self.rows[0], self.load])
         if self.kind == ZERO:
             expected = shown - self.size
-            change = f"{self.size:+.3g} N" if self.load == 0 else f"{self.size / NMM:+.3g} N·mm"
+            change = f"{self.size / quantity.factor:+.3g} {quantity.unit}"
             slip = f"zero jump by {change} from here on, {len(place)} rows"
         else:
             expected = shown / (1 + self.size)
@@ -53,7 +53,7 @@ class Block:
             names = " or ".join(in_order_of)
             slip += f"; or something that depends on {names}, in whose order the states were measured"
         sigmas = float(np.sign(shown - expected)) * self.gain**0.5
-        return Suspect(place[0], LOADS[self.load], shown, expected, sigmas, slip, place)
+        return Suspect(place[0], quantity.name, shown, expected, sigmas, slip, place)
 
 
 @dataclass(frozen=True)
@@ -94,13 +94,8 @@ def blocks(step: Step, rows: Rows) -> Blocks:
 def _column(block: Block, step: Step, rows: Rows) -> Tensor:
     column = torch.zeros(len(rows), 2, 1, dtype=torch.float64)
     chosen = torch.as_tensor(block.rows)
-    column[chosen, block.load, 0] = _expected(step, rows)[chosen, block.load] if block.kind == SCALE else 1.0
+    column[chosen, block.load, 0] = step.fit.shown[chosen, block.load] if block.kind == SCALE else 1.0
     return column
-
-
-def _expected(step: Step, rows: Rows) -> Tensor:
-    """Loads as the model has them: those measured would make every residual look like a wrong scale."""
-    return rows.loads + step.fit.raw_residual
 
 
 def _best(step: Step, rows: Rows, absorbed: Tensor, residual: Tensor, taken: set[tuple[int, int]]) -> Block | None:
@@ -114,7 +109,8 @@ def _best(step: Step, rows: Rows, absorbed: Tensor, residual: Tensor, taken: set
             if (int(rows.states.sample[own[0]]), load) in taken:
                 continue
             for kind in (ZERO, SCALE):
-                columns = inside * _expected(step, rows)[:, load, None] if kind == SCALE else inside
+                # Loads as the model has them: those measured would make every residual look like a wrong scale.
+                columns = inside * step.fit.shown[:, load, None] if kind == SCALE else inside
                 for start, stop, (gain, size) in _scan(columns, load, step, absorbed, residual):
                     if best is None or gain > best.gain:
                         chosen = own[(level >= start) & (level < stop)].numpy()

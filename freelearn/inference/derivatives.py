@@ -93,8 +93,8 @@ class _Carried(NamedTuple):
 
 
 def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
-    """None where a mount that gives way makes the state depend on the loads."""
-    if fit.model.yielding:
+    """None where the state depends on the loads (a mount that gives way, a dead load), and where loads are not all."""
+    if fit.model.yielding or not rows.states.bed.loads or rows.states.members:
         return None
     with torch.no_grad():
         values = fit.model.physical(fit.vector)
@@ -125,7 +125,7 @@ def _columns(
     present = {effect.name for effect in fit.model.effects}
     added = [effect for effect in model.effects if effect.name not in present]
     if carried is not None and all(effect.late for effect in added):
-        raw = _late_jacobian(model, vector, carried)
+        raw = _late_jacobian(model, vector, carried) * rows.readings.felt(fit.shown)[..., None]
     else:
         raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
     jacobian = whiten(raw[:, :, places]).flatten(0, 1)

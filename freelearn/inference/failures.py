@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from freelearn.inference.regions import Region, regions
+from freelearn.measurements.beds import ELONGATION, FORCE, KINEMATIC, MOMENT, PRESSURE, TWIST, Bed, Quantity, bed_of
+from freelearn.measurements.members import members_in, pressure_column
 from freelearn.measurements.states import pressure_direction
-from freelearn.units import NMM
 
 DEPTH = 3
 # Smallest region, as a share of the rows.
@@ -19,37 +20,43 @@ SMALLEST = 0.03
 SMALLEST_GAIN = 0.02
 MOST = 6
 EVERYWHERE = "everywhere"
-UNITS = {"elongation": " mm", "twist": "°", "pressure": " kPa"}
+QUANTITIES = (ELONGATION, TWIST, PRESSURE, FORCE, MOMENT)
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Rows of one region. mean_force_n, mean_moment_nmm: predicted − measured; sigma_*: in units of a row's noise."""
+    """Rows of one region. mean: predicted − measured of each of the bed's quantities that is measured there, in its
+    column's unit; sigma: the same in units of a row's noise."""
 
     where: str
     rows: int
     share_of_rows: float
     share_of_squared_error: float
-    mean_force_n: float
-    mean_moment_nmm: float
-    sigma_force: float
-    sigma_moment: float
+    quantities: tuple[Quantity, ...]
+    mean: tuple[float, ...]
+    sigma: tuple[float, ...]
 
     def numbers(self) -> dict[str, Any]:
-        """The sentence and its numbers, as discovery.json and results.json hold them."""
-        return {"sentence": self.sentence(), **vars(self)}
+        """The sentence and its numbers, as discovery.json and results.json hold them: mean_force_n, mean_moment_nmm and
+        their σ, None where the bed does not measure them, and the same of what else it measures."""
+        plain: dict[str, Any] = {"sentence": self.sentence()}
+        plain |= {n: getattr(self, n) for n in ("where", "rows", "share_of_rows", "share_of_squared_error")}
+        plain |= {f"mean_{q.column}": None for q in (FORCE, MOMENT)} | {
+            f"sigma_{q.name}": None for q in (FORCE, MOMENT)
+        }
+        for quantity, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True):
+            plain |= {f"mean_{quantity.column}": mean, f"sigma_{quantity.name.replace(' ', '_')}": sigma}
+        return plain
 
     def sentence(self) -> str:
         """What a researcher would say about it."""
         parts = [
-            f"{load} is {'over' if mean > 0 else 'under'}-predicted by {abs(mean):.3g} {unit} ({abs(sigma):.1f} σ)"
-            for load, mean, sigma, unit in (
-                ("force", self.mean_force_n, self.sigma_force, "N"),
-                ("moment", self.mean_moment_nmm, self.sigma_moment, "N·mm"),
-            )
+            f"{q.name} is {'over' if mean > 0 else 'under'}-predicted by {abs(mean):.3g}{_unit(q)} ({abs(sigma):.1f} σ)"
+            for q, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True)
             if abs(sigma) >= 0.5
         ]
-        what = " and ".join(parts) or "loads scatter without a common sign"
+        loads = {FORCE, MOMENT}.issuperset(self.quantities)
+        what = " and ".join(parts) or f"{'loads' if loads else 'readings'} scatter without a common sign"
         place = self.where if self.where == EVERYWHERE else f"where {self.where}"
         return (
             f"{what} {place}: {100 * self.share_of_rows:.0f} % of the rows hold "
@@ -58,25 +65,32 @@ class Failure:
 
 
 def inputs_of(table: pd.DataFrame) -> pd.DataFrame:
-    """What a region may depend on, in engineering units: sample, elongation, twist, pressure, direction."""
+    """What a region may depend on, in engineering units: sample, what the bed imposes (elongation, twist, pressure),
+    and direction."""
+    state = {quantity.name: table[quantity.column].to_numpy() for quantity in bed_of(table).state}
+    members = members_in(table.columns)
+    pressures = {f"pressure {m}": table[pressure_column(m)].to_numpy() for m in members}
     return pd.DataFrame(
         {
             "sample": table["sample"].to_numpy(),
-            "elongation": table["elongation_mm"].to_numpy(),
-            "twist": table["twist_deg"].to_numpy(),
-            "pressure": table["pressure_kpa"].to_numpy(),
+            **state,
+            **(pressures or {"pressure": table["pressure_kpa"].to_numpy()}),
             "direction": pressure_direction(table),
         }
     )
 
 
-def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, noise: np.ndarray) -> list[Failure]:
+def failures(
+    inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, noise: np.ndarray, bed: Bed = KINEMATIC
+) -> list[Failure]:
     """Regions by their share of the squared error, worst first.
 
-    inputs: see `inputs_of`, N rows. residual: predicted − measured (N, 2) N, N·m. scale: (2,), largest loads, which the
-    error is normalized by. noise: (N, 2), one standard deviation of each load. The tree splits on the signed residuals,
-    so a region is one where the model errs in one way.
+    inputs: see `inputs_of`, N rows. residual: predicted − measured (N, 2) N, N·m, or what else the bed measures. scale:
+    (2,), largest loads, which the error is normalized by. noise: (N, 2), one standard deviation of each load. The tree
+    splits on the signed residuals, so a region is one where the model errs in one way.
     """
+    told = [i for i, quantity in enumerate(bed.readings) if quantity in bed.measured]
+    quantities = tuple(bed.readings[i] for i in told)
     scaled = residual / scale
     leaf = max(10, int(SMALLEST * len(inputs)))
     least = SMALLEST_GAIN * float(scaled.var(0).mean())
@@ -86,17 +100,16 @@ def failures(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, nois
     for region in regions(columns, scaled, DEPTH, leaf, least):
         inside = region.inside
         mean = residual[inside].mean(0)
-        sigma = mean / np.sqrt((noise[inside] ** 2).mean(0))
+        sigma = mean / np.sqrt((noise[inside] ** 2).mean(0)).clip(1e-300)
         regional.append(
             Failure(
                 _where(inputs, region),
                 int(inside.sum()),
                 float(inside.mean()),
                 float(squared[inside].sum() / squared.sum()) if squared.sum() else 0.0,
-                float(mean[0]),
-                float(mean[1] / NMM),
-                float(sigma[0]),
-                float(sigma[1]),
+                quantities,
+                tuple(float(mean[i] / bed.readings[i].factor) for i in told),
+                tuple(float(sigma[i]) for i in told),
             )
         )
     return sorted(regional, key=lambda f: -f.share_of_squared_error)[:MOST]
@@ -116,19 +129,31 @@ def _where(inputs: pd.DataFrame, region: Region) -> str:
             kinds = {-1.0: "falling", 0.0: "at its first step", 1.0: "rising"}
             words.append("pressure is " + " or ".join(kinds[d] for d in np.unique(inputs["direction"][inside])))
         elif name in low and name in high:
-            words.append(f"{low[name]:.3g} < {name} ≤ {high[name]:.3g}{UNITS[name]}")
+            words.append(f"{low[name]:.3g} < {name} ≤ {high[name]:.3g}{_unit_of(name)}")
         elif name in low:
-            words.append(f"{name} > {low[name]:.3g}{UNITS[name]}")
+            words.append(f"{name} > {low[name]:.3g}{_unit_of(name)}")
         else:
-            words.append(f"{name} ≤ {high[name]:.3g}{UNITS[name]}")
+            words.append(f"{name} ≤ {high[name]:.3g}{_unit_of(name)}")
     return " and ".join(words).replace("-", "−") or EVERYWHERE
 
 
-def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray) -> pd.DataFrame:
-    """Error E and its force and moment parts by sample, thirds of elongation, twist and pressure, and direction."""
+def _unit(quantity: Quantity) -> str:
+    """The unit as it stands behind a number."""
+    return quantity.unit if quantity.unit == "°" else f" {quantity.unit}"
+
+
+def _unit_of(name: str) -> str:
+    """The unit of an input, by its name in `inputs_of`."""
+    return next(_unit(q) for q in QUANTITIES if q.name == name.split(" ")[0])
+
+
+def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, bed: Bed = KINEMATIC) -> pd.DataFrame:
+    """Error E and its parts (of a bed that measures loads force and moment) by sample, thirds of what is imposed, and
+    direction."""
     scaled = residual / scale
     groups: dict[str, pd.Series] = {"sample": inputs["sample"].astype(str)}
-    for name, unit in UNITS.items():
+    for name in [str(column) for column in inputs.columns if column not in ("sample", "direction")]:
+        unit = _unit_of(name)
         if inputs[name].nunique() > 2:
             thirds = pd.qcut(inputs[name], 3, duplicates="drop")
             groups[name] = thirds.map(lambda i, u=unit: f"{i.left:.3g} … {i.right:.3g}{u}").astype(str)
@@ -141,4 +166,5 @@ def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray) 
             part = scaled[(group == value).to_numpy()]
             force, moment = np.sqrt((part**2).mean(0))
             rows.append((by, value, len(part), float(np.hypot(force, moment)), float(force), float(moment)))
-    return pd.DataFrame(rows, columns=["by", "value", "rows", "E", "E_force", "E_moment"])
+    parts = [f"E_{quantity.name.replace(' ', '_')}" for quantity in bed.readings]
+    return pd.DataFrame(rows, columns=["by", "value", "rows", "E", *parts])

@@ -32,26 +32,32 @@ class Growth:
 EVEN = Growth()
 
 
-def grown(errors: Tensor, loads: Tensor, pressure: Tensor, tails: Tails) -> tuple[Growth, Tensor]:
-    """How errors (N, 2) grow, and the scale (2,) of those at no load or pressure, in the errors' unit."""
+def grown(
+    errors: Tensor, loads: Tensor, pressure: Tensor, tails: Tails, told: Tensor | None = None
+) -> tuple[Growth, Tensor]:
+    """How errors (N, 2) grow, and the scale (2,) of those at no load or pressure, in the errors' unit.
+
+    told: (N, 2) bool, the errors that there are, all by default."""
+    there = np.ones(errors.shape, dtype=bool) if told is None else told.numpy()
     choices = [EVEN, *(Growth(kind, amount) for kind in (LOAD, PRESSURE) for amount in STEPS)]
-    tried = [_likelihood(errors, choice.factor(loads, pressure), tails) for choice in choices]
+    tried = [_likelihood(errors, choice.factor(loads, pressure), tails, there) for choice in choices]
     best = int(np.argmax([likelihood for likelihood, _ in tried]))
     if tried[best][0] < tried[0][0] + WORTH:
         best = 0
     return choices[best], torch.as_tensor(tried[best][1])
 
 
-def _likelihood(errors: Tensor, factor: Tensor, tails: Tails) -> tuple[float, np.ndarray]:
+def _likelihood(errors: Tensor, factor: Tensor, tails: Tails, told: np.ndarray) -> tuple[float, np.ndarray]:
     """Log-likelihood of errors whose scale grows by a factor, (N, 2) each, that scale refitted, and the scale (2,)."""
     z, scale = (errors / factor).numpy(), np.ones(2)
     for _ in range(4):
-        good = tails.good(z / scale)
+        good = tails.good(z / scale) * told
         weight = good * tails.weight(z / scale)
-        scale = np.maximum(np.sqrt((weight * z**2).sum(0) / np.maximum(good.sum(0), 1.0)), 1e-9)
+        each = np.sqrt((weight * z**2).sum(0) / np.maximum(good.sum(0), 1.0))
+        scale = np.where(told.any(0), np.maximum(each, 1e-9), 1.0)
     # Readings that slipped are in the likelihood too: else even noise would be spared what it makes of large errors.
     right = (1 - tails.slipped) * np.exp(tails.log_density(z / scale)) / scale / factor.numpy()
-    return float(np.log(right + max(tails.slipped, 1e-6) / SPREAD).sum()), scale
+    return float(np.log(right + max(tails.slipped, 1e-6) / SPREAD)[told].sum()), scale
 
 
 def _relative(kind: str, loads: Tensor, pressure: Tensor) -> Tensor:

@@ -14,7 +14,6 @@ from freelearn.inference.screens import ALPHA, Screen
 from freelearn.inference.shapes import monomials
 from freelearn.inference.structure import f_test
 from freelearn.measurements.states import States
-from freelearn.units import NMM
 
 NAME = "rising against falling pressure"
 # Fewer comparisons show nothing.
@@ -86,19 +85,25 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])
     spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
     basis = orthonormal(monomials(states[torch.as_tensor(place)], 1)[0]).numpy()
-    p_value = min(1.0, 2 * min(_p_value(z, basis) for z in (difference / spread).T))
+    told = [i for i, quantity in enumerate(states.bed.readings) if quantity in states.bed.measured]
+    p_value = min(1.0, len(told) * min(_p_value((difference / spread)[:, i], basis) for i in told))
     mean = difference.mean(0)
+
+    def amounts(sizes: np.ndarray, form: str) -> str:
+        shown = [(sizes[i] / states.bed.readings[i].factor, states.bed.readings[i].unit) for i in told]
+        return " and ".join(f"{size:{form}} {unit}" for size, unit in shown)
+
     if p_value < ALPHA:
+        what = "loads differ" if states.bed.loads else "readings differ"
         says = (
-            f"loads differ between falling and rising pressure (by {-mean[0]:+.3g} N and {-mean[1] / NMM:+.3g} N·mm on "
-            "average, measured): friction_hysteresis, relaxation or stress_softening takes part"
+            f"{what} between falling and rising pressure (by {amounts(-mean, '+.3g')} on average, measured): "
+            "friction_hysteresis, relaxation or stress_softening takes part"
         )
         return Screen(NAME, True, p_value, says)
     most = np.abs(mean) + QUANTILE * difference.std(0, ddof=1) / np.sqrt(len(pairs))
-    says = (
-        f"no difference beyond the noise; on average it is at most {most[0]:.2g} N and {most[1] / NMM:.2g} N·mm, so "
-        "friction_hysteresis is at most half of that"
-    )
+    says = f"no difference beyond the noise; on average it is at most {amounts(most, '.2g')}"
+    if states.bed.loads:
+        says += ", so friction_hysteresis is at most half of that"
     return Screen(NAME, False, p_value, says, (float(most[0]), float(most[1])))
 
 

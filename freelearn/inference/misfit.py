@@ -8,10 +8,10 @@ import pandas as pd
 import torch
 
 from freelearn.inference.failures import Failure, failures, inputs_of
-from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.inference.noise import Whitener, noise_floor, sensitivities
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import load_scale
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.rows import Readings, Rows
 from freelearn.models.base import Model
 from freelearn.models.predicted import usable
 
@@ -38,15 +38,14 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfi
     if len(rows) < FEWEST:
         return None
     kept = predictions.iloc[rows]
-    loads = measured_loads(kept)
-    names = {"force_pred_n": "force_n", "moment_pred_nmm": "moment_nmm"}
-    residual = measured_loads(kept[list(names)].rename(columns=names)) - loads
-    states = States.from_table(predictions)[torch.as_tensor(rows)]
-    state = torch.as_tensor(kinematic_state(predictions)[rows])
-    variance = Whitener(sensitivities(model, states), state, accuracy).variance
+    used = Rows.from_table(predictions)[torch.as_tensor(rows)]
+    bed, readings = used.states.bed, used.readings
+    residual = readings.missed(Readings.from_table(kept, predicted=True).value)
+    state = torch.as_tensor(used.state)
+    whiten = Whitener(sensitivities(model, used.states), state, accuracy, bed=bed, present=readings.present)
     tested = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
     scored = tested if bool(tested.any()) else ~tested
-    floor = float((variance[scored] / load_scale(loads[scored]) ** 2).sum(1).mean().sqrt())
+    floor = noise_floor(whiten.variance[scored], readings.present[scored], load_scale(readings.value[scored]))
     inputs = inputs_of(predictions).iloc[rows].reset_index(drop=True)
-    regional = failures(inputs, residual.numpy(), load_scale(loads).numpy(), variance.sqrt().numpy())
-    return Misfit(regional, floor)
+    scale = load_scale(readings.value).numpy()
+    return Misfit(failures(inputs, residual.numpy(), scale, whiten.variance.sqrt().numpy(), bed), floor)

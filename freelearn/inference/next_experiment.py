@@ -13,41 +13,58 @@ import torch
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.step import Step
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.beds import ELONGATION, FORCE, MOMENT, TWIST, bed_of
+from freelearn.measurements.members import members_in, pressure_column
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Status
+from freelearn.units import KPA
 
-ELONGATIONS, TWISTS, PRESSURES = 9, 13, 5
+# Places along the two quantities of a kinematic state (elongation and twist), and along the pressure.
+FIRSTS, SECONDS, PRESSURES = 9, 13, 5
 # A difference below this many standard deviations of one row is not worth a mounting.
 TELLING = 1.0
 
 
 @dataclass(frozen=True)
 class NextState:
-    """A state whose measurement is expected to split two effects by expected_z standard deviations of one row."""
+    """A state whose measurement is expected to split two effects by expected_z standard deviations of one row.
+
+    elongation_mm, twist_deg: None on a bed that does not impose them; force_n, moment_nmm: on one that does. pressures:
+    of each actuator on one end block."""
 
     sample: int
-    elongation_mm: float
-    twist_deg: float
+    elongation_mm: float | None
+    twist_deg: float | None
     pressure_kpa: float
     separates: list[str]
     expected_z: float
+    force_n: float | None = None
+    moment_nmm: float | None = None
+    pressures_kpa: tuple[float, ...] = ()
 
 
 def reach(table: pd.DataFrame) -> pd.DataFrame:
     """Measurement columns on a grid over all that the bed went to, for each sample; rising pressure."""
     parts = []
     low, high = table.min(numeric_only=True), table.max(numeric_only=True)
-    axes = [
-        np.linspace(low[name], high[name], count)
-        for name, count in (("elongation_mm", ELONGATIONS), ("twist_deg", TWISTS), ("pressure_kpa", PRESSURES))
-    ]
-    elongation, twist, pressure = (a.ravel() for a in np.meshgrid(*axes, indexing="ij"))
+    first, second = (quantity.column for quantity in bed_of(table).state)
+    # An end block's actuators are inflated one at a time, or all at once.
+    pressures = [pressure_column(m) for m in members_in(table.columns)] or ["pressure_kpa"]
+    alone = [[name] for name in pressures] if len(pressures) > 1 else []
+    axes = [np.linspace(low[name], high[name], n) for name, n in ((first, FIRSTS), (second, SECONDS))]
+    share = np.linspace(0, 1, PRESSURES)
+    places = [a.ravel() for a in np.meshgrid(*(np.unique(axis) for axis in axes), share, indexing="ij")]
     for _, rows in table.groupby("sample"):
-        part = pd.concat([rows.iloc[:1]] * len(elongation), ignore_index=True)
-        part["elongation_mm"], part["twist_deg"], part["pressure_kpa"] = elongation, twist, pressure
-        # Rows of one state follow each other in rising pressure.
-        part["step"] = np.tile(np.arange(PRESSURES), ELONGATIONS * TWISTS)
-        parts.append(part)
+        for inflated in [*alone, pressures]:
+            part = pd.concat([rows.iloc[:1]] * len(places[0]), ignore_index=True)
+            part[first], part[second] = places[:2]
+            for name in pressures:
+                part[name] = low[name] + places[2] * ((high[name] - low[name]) if name in inflated else 0.0)
+            if len(pressures) > 1:
+                part["pressure_kpa"] = part[pressures].mean(axis=1)
+            # Rows of one state follow each other in rising pressure.
+            part["step"] = np.tile(np.arange(PRESSURES), len(part) // PRESSURES)
+            parts.append(part)
     return pd.concat(parts, ignore_index=True)
 
 
@@ -57,7 +74,7 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
     states = States.from_table(grid)
     first = next(iter(alike.values())).fit.model
     # Each row is a visit of its own: its position error is not shared.
-    whiten = Whitener(sensitivities(first, states), torch.arange(len(grid)), accuracy)
+    whiten = Whitener(sensitivities(first, states), torch.arange(len(grid)), accuracy, bed=states.bed)
     predicted = {}
     usable = torch.ones(len(grid), dtype=torch.bool)
     for name, step in alike.items():
@@ -68,18 +85,25 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
     for one, other in combinations(alike, 2):
         z = whiten(predicted[one] - predicted[other]).square().sum(-1).sqrt()
         z = torch.where(usable, z, 0.0)
-        best = grid.iloc[int(z.argmax())]
-        proposed.append(
-            NextState(
-                int(best["sample"]),
-                float(best["elongation_mm"]),
-                float(best["twist_deg"]),
-                float(best["pressure_kpa"]),
-                [one, other],
-                float(z.max()),
-            )
-        )
+        proposed.append(next_state(states, int(z.argmax()), [one, other], float(z.max())))
     return sorted(proposed, key=lambda p: -p.expected_z)
+
+
+def next_state(states: States, row: int, separates: list[str], expected_z: float) -> NextState:
+    """One of some states, proposed."""
+    imposed = dict.fromkeys(q.column for q in (ELONGATION, TWIST, FORCE, MOMENT))
+    inputs = states.inputs()
+    for quantity, value in zip(states.bed.state, inputs[:2], strict=True):
+        here = value[row] - (states.reference_length[row] if quantity is ELONGATION else 0.0)
+        imposed[quantity.column] = float(here / quantity.factor)
+    return NextState(
+        sample=int(states.sample[row]),
+        pressure_kpa=float(states.pressure[row] / KPA),
+        separates=separates,
+        expected_z=expected_z,
+        pressures_kpa=tuple(float(p[row] / KPA) for p in inputs[2:]) if states.members else (),
+        **imposed,
+    )
 
 
 def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:

@@ -8,24 +8,32 @@ from torch import Tensor
 from freelearn.inference.scatter import Scatter
 from freelearn.inference.shapes import both_loads
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.bed_accuracy import sensors, shared
+from freelearn.measurements.beds import KINEMATIC, Bed
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
 
 
 def sensitivities(model: Model, states: States) -> Tensor:
-    """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer."""
+    """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer.
+
+    Of other beds: of what they measure by what they impose, (N, 2, 2 + pressures), see States.inputs."""
     parts = []
     values = {name: value.detach() for name, value in model.values().items()}
     for rows in torch.arange(len(states)).split(BLOCK):
         part = states[rows]
         with torch.enable_grad():
-            inputs = [getattr(part, n).detach().requires_grad_() for n in ("length", "twist", "pressure")]
-            moved = part.replace(length=inputs[0], twist=inputs[1], pressure=inputs[2])
-            force, moment = model.chain(moved, values).loads.unbind(-1)
+            inputs = [x.detach().requires_grad_() for x in part.inputs()]
+            force, moment = model.chain(part.with_inputs(inputs), values).loads.unbind(-1)
             by_force = torch.autograd.grad(force.sum(), inputs, retain_graph=True, materialize_grads=True)
             by_moment = torch.autograd.grad(moment.sum(), inputs, materialize_grads=True)
         parts.append(torch.stack([torch.stack(by_force, -1), torch.stack(by_moment, -1)], dim=1))
     return torch.cat(parts).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def noise_floor(variance: Tensor, present: Tensor, scale: Tensor) -> float:
+    """The error E of a perfect model: variance (N, 2), zero where nothing is present (N, 2); scale (2,)."""
+    return float(((variance / scale**2).sum(0) / present.sum(0).clamp_min(1)).sum().sqrt())
 
 
 class Whitener:
@@ -40,22 +48,42 @@ class Whitener:
     that slipped becomes zero and takes no part in its state's position error.
     """
 
-    def __init__(self, sensitivity: Tensor, state: Tensor, accuracy: Accuracy, scatter: Scatter | None = None) -> None:
-        """sensitivity: (N, 2, 3), see `sensitivities`. state: (N,) int64, number of each row's kinematic state."""
-        self.scatter = scatter
+    def __init__(
+        self,
+        sensitivity: Tensor,
+        state: Tensor,
+        accuracy: Accuracy,
+        scatter: Scatter | None = None,
+        bed: Bed = KINEMATIC,
+        present: Tensor | None = None,
+    ) -> None:
+        """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
+        state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
+        they are said to be."""
+        if present is None:
+            measured = torch.tensor([q in bed.measured for q in bed.readings])
+            present = measured.expand(len(state), 2)
+        self.scatter, self.present = scatter, present
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1 if len(state) else 0
-        by_pressure = sensitivity[:, :, 2] * accuracy.pressure
-        force = accuracy.force**2 + by_pressure[:, 0] ** 2
-        moment = accuracy.moment**2 + by_pressure[:, 1] ** 2
-        both = by_pressure[:, 0] * by_pressure[:, 1]
+        by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
+        own = sensors(accuracy, bed) ** 2 + by_pressure.square().sum(-1)
+        force, moment = own.unbind(-1)
+        counts = present if scatter is None else present & (scatter.reading > 0)
+        # A reading that does not count tells nothing of the other one of its row.
+        both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
         self.lean = slant / self.moment
-        position = sensitivity[:, :, :2] * torch.tensor([accuracy.length, accuracy.twist], dtype=torch.float64)
-        # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not.
-        self.variance = torch.stack([force, moment], dim=-1) + position.square().sum(-1)
-        if scatter is not None:
+        position = sensitivity[:, :, :2] * shared(accuracy, bed)
+        # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
+        self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
+        if scatter is None:
+            self.force, self.moment = (
+                torch.where(there, size, torch.inf)
+                for there, size in zip(present.unbind(-1), (self.force, self.moment), strict=True)
+            )
+        else:
             root = scatter.reading.sqrt()
             self.force, self.moment = self.force / root[:, 0], self.moment / root[:, 1]
             position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
@@ -68,6 +96,15 @@ class Whitener:
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
         self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
+
+    @property
+    def count(self) -> int:
+        """How many readings there are."""
+        return int(self.present.sum())
+
+    def floor(self, scale: Tensor) -> float:
+        """The error E that the noise alone would make, with the readings' largest values (2,)."""
+        return noise_floor(self.variance, self.present, scale)
 
     @property
     def efficiency(self) -> float:
@@ -85,7 +122,7 @@ class Whitener:
         part.state, part.states, part.shrink = state, len(chosen), self.shrink[chosen]
         part.force, part.moment = self.force[rows], self.moment[rows]
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
-        part.variance, part.shared = self.variance[rows], self.shared[rows]
+        part.variance, part.shared, part.present = self.variance[rows], self.shared[rows], self.present[rows]
         return part
 
     @torch.no_grad()

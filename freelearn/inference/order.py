@@ -8,17 +8,17 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.linear_algebra import orthonormal
-from freelearn.inference.next_experiment import NextState
+from freelearn.inference.next_experiment import NextState, next_state
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.refit import without
-from freelearn.inference.shapes import Block, both_loads, dense, elongation, rows_of_samples, scaled
+from freelearn.inference.shapes import Block, both_loads, dense, imposed, rows_of_samples, scaled
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import COINCIDE, SORTED
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.bed_accuracy import sensors
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
-from freelearn.units import DEG, KPA, MM
 
 DRIFT = "sensor_drift"
 # Knots of a function of one input: what may stand in the place of a drift.
@@ -32,7 +32,7 @@ def unknown(name: str) -> str:
 
 def inputs(states: States) -> Mapping[str, Tensor]:
     """What a bed may go through in order, each (N,)."""
-    return {"elongation": elongation(states), "twist": states.twist}
+    return {quantity.name: imposed(states)[quantity.name] for quantity in states.bed.state}
 
 
 def confounded(prepared: Prepared, final: Step) -> list[str]:
@@ -60,17 +60,10 @@ def telling_repeat(final: Step, rows: Rows, name: str, accuracy: Accuracy) -> Ne
     own = torch.nonzero(states.sample == states.sample[last])[:, 0]
     first = int(own[states.clock[own].argmin()])
     values = final.fit.values()
-    noise = torch.tensor([accuracy.force, accuracy.moment], dtype=torch.float64)
+    noise = sensors(accuracy, states.bed)
     rates = torch.tensor([values[f"{DRIFT}.force_rate"], values[f"{DRIFT}.moment_rate"]], dtype=torch.float64)
     drifted = rates * (states.clock[last] - states.clock[first])
-    return NextState(
-        int(states.sample[first]),
-        float((states.length[first] - states.reference_length[first]) / MM),
-        float(states.twist[first] / DEG),
-        float(states.pressure[first] / KPA),
-        [DRIFT, unknown(name)],
-        float((drifted / noise).square().sum().sqrt()),
-    )
+    return next_state(states, first, [DRIFT, unknown(name)], float((drifted / noise).square().sum().sqrt()))
 
 
 def in_order_of(states: States) -> list[str]:
@@ -119,6 +112,7 @@ def _with_function(reduced: Step, shapes: Tensor) -> WhiteFit:
         jacobian,
         fit.raw_residual - raw @ move,
         raw,
+        fit.shown - columns @ move[fit.jacobian.shape[2] :],
         True,
         "",
     )

@@ -17,6 +17,7 @@ from freelearn.inference.step import Step
 from freelearn.inference.thresholds import BOUNDED, WHITENINGS
 from freelearn.inference.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.bed_accuracy import changed
 from freelearn.measurements.error import load_scale, usual_scale
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
@@ -44,8 +45,7 @@ class Prepared:
     def step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         """The step of a fitted model."""
         heldout = cross_validate(fit, self.fold, self.rows.state)
-        floor = float((whiten.variance / self.scale**2).sum(-1).mean().sqrt())
-        step = Step(effects, fit, whiten, heldout, self.rows.states, 0.0, 0.0, None, floor)
+        step = Step(effects, fit, whiten, heldout, self.rows.states, 0.0, 0.0, None, whiten.floor(self.scale))
         return self.judged(step, whiten.scatter.slipped if whiten.scatter else None)
 
     def judged(self, step: Step, slipped: Tensor | None) -> Step:
@@ -62,15 +62,16 @@ class Prepared:
 
     def _error(self, raw: Tensor, slipped: Tensor | None) -> float:
         squares = (raw / self.scale).square()
-        right = torch.ones_like(squares) if slipped is None else (~slipped).double()
+        present = self.rows.readings.present
+        right = (present if slipped is None else present & ~slipped).double()
         return float(((squares * right).sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
 
 
 def prepare(question: Question) -> tuple[Prepared, Step]:
     """Fits the model with the given effects, which settles the rows, and their whitening, in a few rounds."""
     model, rows = question.build(list(question.given)), question.rows
-    model.prepare(rows.states, rows.loads)
-    start = starts(model, rows.states, rows.loads, 1, torch.Generator().manual_seed(question.seed))[0]
+    model.prepare(rows)
+    start = starts(model, rows, 1, torch.Generator().manual_seed(question.seed))[0]
     kept = torch.ones(len(rows), dtype=torch.bool)
     fit = _first_fit(model, rows, start)
     found: Scatter | None = None
@@ -92,19 +93,20 @@ def prepare(question: Question) -> tuple[Prepared, Step]:
 def _first_fit(model: Model, rows: Rows, start: Tensor) -> WhiteFit:
     """Noise in proportion to the largest loads: the paper's error, for a first look. No reading has more than bounded
     influence, and the largest loads are those below which nearly all are: some may have slipped."""
-    largest = usual_scale(rows.loads)
-    even = Accuracy(0.0, 0.0, 0.0, *(float(x) for x in largest))
+    bed, present = rows.states.bed, rows.readings.present
+    even = changed(Accuracy(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), bed, usual_scale(rows.readings), torch.zeros(2))
     still, state = torch.zeros(len(rows), 2, 3, dtype=torch.float64), torch.as_tensor(rows.state)
     fit = evaluated(model, rows, start)
     for power in BOUNDED:
-        bounded = huber(fit.raw_residual, even, power)
-        fit = white_fit(model, rows, Whitener(still, state, even, bounded), fit.vector)
+        bounded = huber(fit.raw_residual, even, power, rows.states, rows.readings.felt(fit.shown))
+        fit = white_fit(model, rows, Whitener(still, state, even, bounded, bed, present), fit.vector)
     return fit
 
 
 def _whitener(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | None) -> Whitener:
     """Of the noise that the model's own stiffness implies, and of the scatter about it."""
     sensitivity, state = sensitivities(fit.model, rows.states), torch.as_tensor(rows.state)
-    predicted = rows.loads + fit.raw_residual
-    found = scatter(fit.raw_residual, fit.raw_jacobian, predicted, sensitivity, rows.states, state, accuracy, before)
-    return Whitener(sensitivity, state, accuracy, found)
+    found = scatter(
+        fit.raw_residual, fit.raw_jacobian, fit.shown, sensitivity, rows.states, state, accuracy, before, rows.readings
+    )
+    return Whitener(sensitivity, state, accuracy, found, rows.states.bed, rows.readings.present)

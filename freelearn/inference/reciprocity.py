@@ -13,6 +13,7 @@ from freelearn.inference.noise import Whitener, whitened_basis
 from freelearn.inference.screens import ALPHA, Screen
 from freelearn.inference.shapes import bins, both_loads, elongation, monomials, rows_of_samples, scaled
 from freelearn.inference.structure import f_test
+from freelearn.measurements.beds import FORCE, MOMENT
 from freelearn.measurements.states import States
 
 NAME = "reciprocity"
@@ -39,6 +40,8 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     F-test, and by flipping the signs of whole kinematic states, since what the potentials could not follow is common to
     the rows of a state. Both have to agree.
     """
+    if states.bed.measured != (FORCE, MOMENT):
+        return Screen(NAME, None, None, "this bed does not measure force and moment, which reciprocity ties together")
     parts = [_examine(residual, jacobian, states, whiten, rows) for rows in rows_of_samples(states)]
     freedom, rank = sum(p.freedom for p in parts), sum(p.extra for p in parts)
     if freedom < FEWEST_FREE or not rank:
@@ -96,7 +99,7 @@ def _examine(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitene
     extra = orthonormal(clear(loads, conservative))
     along, across = conservative.T @ flat, extra.T @ flat
     kept, broken = float(along.square().sum()), float(across.square().sum())
-    freedom = len(flat) - absorbed.shape[1] - conservative.shape[1] - extra.shape[1]
+    freedom = part.count - absorbed.shape[1] - conservative.shape[1] - extra.shape[1]
     left = float(flat.square().sum()) - kept - broken
     flipped = _flipped(extra, flat - conservative @ along, part)
     return _Part(conservative.shape[1], extra.shape[1], freedom, kept, broken, left, flipped)

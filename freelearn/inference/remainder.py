@@ -9,10 +9,10 @@ from torch import Tensor
 
 from freelearn.inference.linear_algebra import clear, orthonormal
 from freelearn.inference.noise import Whitener, whitened_basis
-from freelearn.inference.shapes import bases, dense, monomials
+from freelearn.inference.shapes import bases, dense, imposed, monomials
 from freelearn.measurements.states import States
 
-INPUTS = ("elongation", "twist", "pressure", "direction of the pressure change")
+DIRECTION = "direction of the pressure change"
 
 
 @dataclass(frozen=True)
@@ -39,22 +39,23 @@ def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
         span = orthonormal(clear(columns, absorbed))
         return float((span.T @ flat).square().sum()) - span.shape[1] * scale**2
 
+    inputs_named = (*imposed(states), DIRECTION)
     everything = explained(whitened_basis(dense(bases(states)[-1], len(states)), whiten))
     if everything <= 0:
-        return Remainder(0.0, dict.fromkeys(INPUTS, 0.0), "none", 0.0)
+        return Remainder(0.0, dict.fromkeys(inputs_named, 0.0), "none", 0.0)
     terms, names = monomials(states, 3)
     terms = torch.cat([terms, states.direction[:, None]], dim=1)
-    names = [*names, INPUTS[-1]]
+    names = [*names, DIRECTION]
     zero = torch.zeros(len(states), dtype=torch.float64)
     best, share = "none", 0.0
     for column, name in zip(terms.T, names, strict=True):
-        for load in ("force", "moment"):
-            pair = torch.stack([column, zero] if load == "force" else [zero, column], dim=1)[..., None]
+        for i, quantity in enumerate(states.bed.readings):
+            pair = torch.stack([zero, column] if i else [column, zero], dim=1)[..., None]
             part = explained(whiten(pair).flatten(0, 1)) / everything
             if part > share:
-                best, share = f"{load} ~ {name}", part
+                best, share = f"{quantity.name} ~ {name}", part
     inputs = {}
-    for name in INPUTS:
+    for name in inputs_named:
         own = [i for i, n in enumerate(names) if n == name or (n.startswith(f"{name}^") and "×" not in n)]
         inputs[name] = max(explained(whitened_basis(terms[:, own], whiten)) / everything, 0.0)
     return Remainder(everything / float(flat.square().sum()), inputs, best, share)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
 import pandas as pd
 
 from freelearn.fit.rubber import fit_rubber
@@ -33,29 +34,44 @@ def compare(table: pd.DataFrame, modes: Sequence[str]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def conclusion(compared: pd.DataFrame) -> str:
-    """Which energy terms the tests ask for, in a sentence: those that predict modes which they were not fitted to.
+def held_out_errors(compared: pd.DataFrame) -> pd.Series:
+    """Error over modes held out by combination of effects: root mean square, each mode counting alike.
 
-    Of the combinations within a tenth of the least error over held-out modes (root mean square, each mode counting
-    alike), those with the fewest effects. A better fit alone proves nothing: more terms always fit better.
+    compared: of `compare`. Empty where nothing was held out.
     """
     apart = compared[compared["held_out"] == compared["mode"]]
-    if not len(apart):
+    return apart.groupby("effects", sort=False)["error"].agg(lambda e: float((e**2).mean() ** 0.5))
+
+
+def asked_for(error: pd.Series) -> pd.Series:
+    """The errors, least first, of the combinations that tests ask for: those with the fewest effects of the good ones.
+
+    error: of `held_out_errors`. Good are those within a tenth of the least: more terms always fit better.
+    """
+    good = error[error <= (1 + CLOSE) * error.min()]
+    count = _effects(good)
+    return good[count == count.min()].sort_values()
+
+
+def conclusion(compared: pd.DataFrame) -> str:
+    """Which energy terms the tests ask for, in a sentence: those that predict modes which they were not fitted to."""
+    error = held_out_errors(compared)
+    if not len(error):
         return "One mode alone cannot tell energy terms apart: add tests in another mode."
-    error = apart.groupby("effects", sort=False)["error"].agg(lambda e: float((e**2).mean() ** 0.5))
-    count = error.index.map(lambda name: 0 if name == NEO_HOOKEAN else len(name.split()))
-    good = error <= (1 + CLOSE) * error.min()
-    fewest = count[good].min()
-    chosen = error[good & (count == fewest)].sort_values()
-    plain = error[NEO_HOOKEAN]
-    if not fewest:
+    chosen, plain = asked_for(error), error[NEO_HOOKEAN]
+    if NEO_HOOKEAN in chosen:
         return f"These tests ask for no more than the neo-Hookean wall: {100 * plain:.1f} % on modes held out."
     names = " or ".join(f"{' + '.join(name.split())} ({100 * e:.1f} %)" for name, e in chosen.items())
     said = f"These tests ask for {names}: on modes held out the error falls from {100 * plain:.1f} % to that."
-    worse = error[(count > fewest) & ~good]
+    worse = error[(_effects(error) > _effects(chosen).min()) & (error > (1 + CLOSE) * error.min())]
     if len(worse):
         said += " More terms fit better and predict worse: " + ", ".join(
             f"{' + '.join(name.split())} {100 * e:.1f} %" for name, e in worse.items()
         )
         said += "."
     return said
+
+
+def _effects(error: pd.Series) -> np.ndarray:
+    """How many effects each combination has."""
+    return np.array([0 if name == NEO_HOOKEAN else len(str(name).split()) for name in error.index])

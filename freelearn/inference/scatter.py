@@ -20,6 +20,9 @@ from freelearn.inference.shapes import rows_of_samples
 from freelearn.inference.smooth import Part, Smooth
 from freelearn.inference.tails import Tails, fitted
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.bed_accuracy import sensors, shared
+from freelearn.measurements.beds import KINEMATIC
+from freelearn.measurements.rows import Readings
 from freelearn.measurements.states import States
 
 # Rounds of the estimate: at first, and from where an earlier one of nearly the same model ended.
@@ -77,38 +80,48 @@ def scatter(
     state: Tensor,
     like: Accuracy,
     before: Scatter | None = None,
+    readings: Readings | None = None,
 ) -> Scatter:
     """Estimates the scatter of N rows.
 
     raw: predicted − measured (N, 2) of a fit; jacobian (N, 2, p): its derivatives; loads (N, 2): as predicted, which
     errors may grow with. sensitivity: (N, 2, 3), see `sensitivities`. state: number of each row's kinematic state,
-    (N,) int64. like: the stated accuracy. before: an earlier estimate of the same rows, to go on from.
+    (N,) int64. like: the stated accuracy. before: an earlier estimate of the same rows, to go on from. readings: the
+    rows', where some are blank or censored: those that are tell nothing of the scatter.
     """
-    sensors = torch.tensor([like.force, like.moment], dtype=torch.float64)
-    noise = (sensors**2 + (sensitivity[:, :, 2] * like.pressure) ** 2).sqrt()
-    positions = sensitivity[:, :, :2] * torch.tensor([like.length, like.twist], dtype=torch.float64)
+    bed = states.bed
+    readings = readings or Readings.whole(raw)
+    told = readings.felt(loads)
+    noise = (sensors(like, bed) ** 2 + (sensitivity[:, :, 2:] * like.pressure).square().sum(-1)).sqrt()
+    positions = sensitivity[:, :, :2] * shared(like, bed)
     samples = [
-        Smooth(rows, raw[rows], jacobian[rows], noise[rows], positions[rows], states[rows], state[rows])
+        Smooth(rows, raw[rows], jacobian[rows], noise[rows], positions[rows], states[rows], state[rows], told[rows])
         for rows in rows_of_samples(states)
     ]
-    now = before or _unknown(raw, noise, like)
+    now = before or _unknown(raw, noise, like, told)
     if before:
         for sample, variance in zip(samples, before.variances, strict=True):
             sample.variance = variance
     rounds = AGAIN if before else ROUNDS
     for turn in range(rounds):
         base = noise * now.scale * now.growth.factor(loads, states.pressure)
-        weight = now.reading * (base / noise) ** 2
+        weight = torch.where(told, now.reading * (base / noise) ** 2, 0.0)
         parts = [s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows]) for s in samples]
         cautious = not before and turn < CAUTIOUS
-        now = _updated(now, samples, parts, base, loads, states.pressure, cautious, rounds - turn <= GROWING)
-    return now
+        now = _updated(now, samples, parts, base, loads, states.pressure, told, cautious, rounds - turn <= GROWING)
+    # What is censored is believed like any other, once the model comes to it; what is not there never.
+    return replace(now, reading=torch.where(readings.present, now.reading, 0.0))
 
 
-def huber(raw: Tensor, like: Accuracy, power: int = 1) -> Scatter:
-    """Huber's weights to a power for residuals (N, 2) of which nothing is known yet, in units of their own size."""
-    noise = torch.tensor([like.force, like.moment], dtype=torch.float64).expand_as(raw)
-    unknown = _unknown(raw, noise, like)
+def huber(
+    raw: Tensor, like: Accuracy, power: int = 1, states: States | None = None, told: Tensor | None = None
+) -> Scatter:
+    """Huber's weights to a power for residuals (N, 2) of which nothing is known yet, in units of their own size.
+
+    states: the rows', where their bed is not kinematic. told: (N, 2) bool, readings that tell something of that size,
+    all by default."""
+    noise = sensors(like, states.bed if states else KINEMATIC).expand_as(raw)
+    unknown = _unknown(raw, noise, like, torch.ones_like(raw, dtype=torch.bool) if told is None else told)
     return replace(unknown, reading=_bounded(unknown.z) ** power)
 
 
@@ -116,18 +129,27 @@ def _bounded(z: Tensor) -> Tensor:
     return (HUBER / z.abs().clamp_min(1e-9)).clamp_max(1.0)
 
 
-def _unknown(raw: Tensor, noise: Tensor, like: Accuracy) -> Scatter:
+def _unknown(raw: Tensor, noise: Tensor, like: Accuracy, told: Tensor) -> Scatter:
     """Where the first estimate starts: all of the residuals is noise, and what is far off counts for next to nothing,
     since a reading that slipped far bends all that is fitted to it."""
-    scale = (MAD * (raw / noise).abs().median(0).values).clamp_min(1e-6)
+    scale = _typical(raw / noise, told)
     z = raw / noise / scale
     one = torch.ones_like(raw)
     reading = _bounded(z) ** 2 / scale**2
     return Scatter(like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, torch.ones(len(raw)).double(), ())
 
 
+def _typical(z: Tensor, told: Tensor) -> Tensor:
+    """Robust size (2,) of what is told in either channel; one where nothing is."""
+    sizes = [
+        MAD * each[there].abs().median() if bool(there.any()) else torch.ones((), dtype=z.dtype)
+        for each, there in zip(z.unbind(-1), told.unbind(-1), strict=True)
+    ]
+    return torch.stack(sizes).clamp_min(1e-6)
+
+
 def _updated(
-    now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, loads: Tensor, pressure: Tensor,
+    now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, loads: Tensor, pressure: Tensor, told: Tensor,
     cautious: bool, growing: bool,
 ) -> Scatter:  # fmt: skip
     """The estimate after one round. growing: whether it is asked once more how the noise grows."""
@@ -135,23 +157,24 @@ def _updated(
     state = torch.ones(len(base), dtype=torch.float64)
     for sample, part in zip(samples, parts, strict=True):
         error[sample.rows], spread[sample.rows], smooth[sample.rows] = part.error, part.spread, part.expected
-    z = error / (base**2 + spread).sqrt()
+    z = torch.where(told, error / (base**2 + spread).sqrt(), 0.0)
     scale, growth, tails = now.scale, now.growth, now.tails
     if cautious:
-        size = (MAD * z.abs().median(0).values).clamp_min(1e-6)
+        size = _typical(z, told)
         weight, good = _bounded(z / size), torch.ones_like(z)
         scale = scale * size
         z = z / size
     else:
         good = torch.as_tensor(tails.good(z.numpy()))
         weight = good * torch.as_tensor(tails.weight(z.numpy()))
-        each = ((weight * z.square()).sum(0) / good.sum(0).clamp_min(1.0)).sqrt().clamp(0.2, 5.0)
+        each = ((weight * z.square()).sum(0) / (good * told).sum(0).clamp_min(1.0)).sqrt().clamp(0.2, 5.0)
+        each = torch.where(told.any(0), each, 1.0)
         z, scale = z / each, scale * each
-        tails, common = fitted(z.reshape(-1).numpy(), tails)
+        tails, common = fitted(z[told].numpy(), tails)
         z, scale = z / common, scale * common
         if growing:
             before = growth.factor(loads, pressure)
-            growth, size = grown(z * before, loads, pressure, tails)
+            growth, size = grown(z * before, loads, pressure, tails, told)
             z, scale = z * before / growth.factor(loads, pressure) / size, scale * size
         good = torch.as_tensor(tails.good(z.numpy()))
         weight = good * torch.as_tensor(tails.weight(z.numpy()))

@@ -47,17 +47,40 @@ def elongation(states: States) -> Tensor:
     return states.length - states.reference_length
 
 
+def imposed(states: States) -> dict[str, Tensor]:
+    """What the bed imposes, by name, (N,) each: the two quantities of a kinematic state (its length as a change), then
+    the pressure of each actuator."""
+    inputs = states.inputs()
+    names = [quantity.name for quantity in states.bed.state]
+    count = len(inputs) - 2
+    names += ["pressure"] if count == 1 else [f"pressure {i + 1}" for i in range(count)]
+    named = dict(zip(names, inputs, strict=True))
+    return named | ({"elongation": elongation(states)} if "elongation" in named else {})
+
+
 def monomials(states: States, degree: int) -> tuple[Tensor, list[str]]:
-    """Products of powers of length change, twist and pressure (each scaled to [−1, 1]) up to a total degree: (N, k)."""
-    x = [scaled(elongation(states)), scaled(states.twist), scaled(states.pressure)]
+    """Products of powers of what is imposed (each scaled to [−1, 1]) up to a total degree: (N, k)."""
+    named = {name: scaled(x) for name, x in imposed(states).items()}
     columns, names = [], []
-    for i in range(degree + 1):
-        for j in range(degree + 1 - i):
-            for k in range(degree + 1 - i - j):
-                columns.append(x[0] ** i * x[1] ** j * x[2] ** k)
-                powers = zip(("elongation", "twist", "pressure"), (i, j, k), strict=True)
-                names.append(" × ".join(n if p == 1 else f"{n}^{p}" for n, p in powers if p) or "constant")
+    for powers in _powers(len(named), degree):
+        parts = [(name, p) for name, p in zip(named, powers, strict=True) if p]
+        column = torch.ones(len(states), dtype=torch.float64)
+        for name, p in parts:
+            column = column * named[name] ** p
+        columns.append(column)
+        names.append(" × ".join(name if p == 1 else f"{name}^{p}" for name, p in parts) or "constant")
     return torch.stack(columns, dim=-1), names
+
+
+def _powers(count: int, degree: int) -> list[tuple[int, ...]]:
+    """Exponents of `count` factors whose sum is at most the degree.
+
+    >>> _powers(2, 1)
+    [(0, 0), (0, 1), (1, 0)]
+    """
+    if not count:
+        return [()]
+    return [(i, *rest) for i in range(degree + 1) for rest in _powers(count - 1, degree - i)]
 
 
 def bases(states: States) -> list[Basis]:
@@ -67,7 +90,7 @@ def bases(states: States) -> list[Basis]:
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
     coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
     fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
-    uneven = torch.cat([binned(elongation(states), states), binned(states.twist, states), _waves(states)], dim=1)
+    uneven = torch.cat([*(binned(x, states) for x in _places(states)), _waves(states)], dim=1)
     everywhere = torch.arange(len(states))
     pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven)]
     samples = torch.unique(states.sample)
@@ -88,16 +111,22 @@ def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
     visits: number of its kinematic states. As many shapes as the rows bear: SHARING rows for each polynomial, and as
     many states for each bin and wave, or they would take their position errors and single readings.
     """
-    degree = max(d for d in range(POOLED_DEGREE + 1) if comb(d + 3, 3) * SHARING <= len(states) or d == 0)
+    axes = len(imposed(states))
+    degree = max(d for d in range(POOLED_DEGREE + 1) if comb(d + axes, axes) * SHARING <= len(states) or d == 0)
     low, _ = monomials(states, 1)
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
     kinds = [monomials(states, degree)[0], torch.cat([states.direction[:, None] * low, order], dim=1)]
     bearable = min(visits // SHARING, BINS)
     if bearable >= FEWEST_BINS:
-        kinds += [binned(elongation(states), states, bearable), binned(states.twist, states, bearable)]
+        kinds += [binned(x, states, bearable) for x in _places(states)]
     kinds.append(_waves(states, min(bearable, WAVES)))
     kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
     return torch.cat(kinds, dim=1), kind
+
+
+def _places(states: States) -> list[Tensor]:
+    """The two quantities of a kinematic state."""
+    return list(imposed(states).values())[:2]
 
 
 def dense(basis: Basis, count: int) -> Tensor:

@@ -31,5 +31,5 @@ def _loss(step: Step) -> float:
 def _unexplained(step: Step) -> float:
     """Held-out χ² beyond what noise makes of it: one for each reading that did not slip."""
     scatter = step.whiten.scatter
-    count = 2 * len(step.states) if scatter is None else int((~scatter.slipped).sum())
+    count = step.whiten.count - (0 if scatter is None else int(scatter.slipped.sum()))
     return max(_loss(step) - count, 0.0)

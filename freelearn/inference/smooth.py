@@ -42,8 +42,10 @@ class Smooth:
         positions: Tensor,
         states: States,
         state: Tensor,
+        told: Tensor,
     ) -> None:
-        """noise (n, 2): standard deviations as stated; positions (n, 2, 2): loads of one such position error."""
+        """noise (n, 2): standard deviations as stated; positions (n, 2, 2): loads of one such position error; told
+        (n, 2) bool: readings that there are, and that are not censored."""
         self.rows, self.residual, self.positions = rows, residual, positions
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1
@@ -55,7 +57,8 @@ class Smooth:
         self.columns = torch.cat([both_loads(shapes * unit[0], shapes * unit[1]), own], dim=2)
         kinds = int(kind.max()) + 1
         self.group = torch.cat([kind, kind + kinds, torch.full((own.shape[2],), -1)])
-        scatter = (residual / noise).abs().median().clamp_min(1.0) ** 2
+        some = (residual / noise)[told]
+        scatter = some.abs().median().clamp_min(1.0) ** 2 if len(some) else 1.0
         self.variance = torch.full((2 * kinds,), BROAD * float(scatter), dtype=torch.float64)
 
     def expected(self, base: Tensor, weight: Tensor, position: float, precision: Tensor) -> Part:

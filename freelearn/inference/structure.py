@@ -41,15 +41,17 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     a few rows on a kink of the model are not a systematic misfit, and neither is one odd state: where the F-test sees
     something, it has to see it without any one of the states too.
     """
-    flat = winsorized(residual.reshape(-1))
+    flat = winsorized(residual.reshape(-1), whiten.present.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
     views = [_view(basis, absorbed, flat, whiten) for basis in bases(states)]
     views = [view for view in views if view.rank]
     total = float(flat.square().sum())
+    if not views:
+        return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
     finest = max(views, key=lambda view: view.rank)
-    freedom = len(flat) - absorbed.shape[1] - finest.rank
+    freedom = whiten.count - absorbed.shape[1] - finest.rank
     if freedom < FEWEST_FREE:
-        return Structure(1.0, float((total / max(len(flat) - absorbed.shape[1], 1)) ** 0.5))
+        return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
     every = torch.ones(1, whiten.states, dtype=torch.float64)
     variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
 
@@ -118,7 +120,7 @@ def _view(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _Vi
     )
 
 
-def winsorized(residual: Tensor) -> Tensor:
-    """Residuals drawn in to OUTLYING standard deviations, these from the median absolute value."""
-    limit = OUTLYING * 1.4826 * float(residual.abs().median())
+def winsorized(residual: Tensor, present: Tensor) -> Tensor:
+    """Residuals drawn in to OUTLYING standard deviations, these from the median absolute value of those present."""
+    limit = OUTLYING * 1.4826 * float(residual[present].abs().median())
     return residual.clamp(-limit, limit) if limit > 0 else residual

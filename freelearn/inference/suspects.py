@@ -10,13 +10,15 @@ import torch
 from freelearn.inference.scatter import Scatter
 from freelearn.inference.step import Step
 from freelearn.measurements.rows import Rows
-from freelearn.units import NMM
+from freelearn.units import DEG, NMM
 
-LOADS = ("force", "moment")
 # What a reading in another unit is multiplied by to be right; N·m for N·mm looks like a decimal shift.
 UNITS = {
     "force": {"pounds-force": 4.4482216, "kilograms-force": 9.80665, "ounces-force": 0.27801385},
     "moment": {"inch-pounds": 0.112984829 / NMM},
+    "elongation": {"inches": 25.4},
+    "outer diameter": {"inches": 25.4},
+    "twist": {"radians": 1 / DEG},
 }
 DECIMALS = (10.0, 100.0, 1000.0)
 # A slip explains a reading if what is left then is this many standard deviations, and this share of what it was.
@@ -27,7 +29,8 @@ FEWEST_STUCK, ALIKE = 4, 0.05
 
 @dataclass(frozen=True)
 class Suspect:
-    """row: place among the rows that were asked about (Question.rows). load: "force" or "moment". shown, expected:
+    """row: place among the rows that were asked about (Question.rows). load: "force", "moment", or what else the bed
+    measures. shown, expected:
     SI, the latter by the last model and what is smooth in its misfit. sigmas: signed. slip: how it probably slipped, in
     words, "" where nothing fits. rows: places of all rows concerned where a block slipped together, (row,) otherwise.
     source: place of the row whose reading it may be, if any.
@@ -50,7 +53,7 @@ def suspects(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
     if scatter is None:
         return []
     place = np.flatnonzero(kept)
-    expected = rows.loads + step.fit.raw_residual - scatter.smooth
+    expected = step.fit.shown - scatter.smooth
     out = []
     for row, load in torch.nonzero(scatter.slipped).tolist():
         shown, right = float(rows.loads[row, load]), float(expected[row, load])
@@ -58,7 +61,7 @@ def suspects(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
         slip, source = _slip(row, load, right, abs((shown - right) / sigmas), rows, scatter)
         found = None if source is None else int(place[source])
         at = int(place[row])
-        out.append(Suspect(at, LOADS[load], shown, right, sigmas, slip, (at,), found))
+        out.append(Suspect(at, rows.states.bed.readings[load].name, shown, right, sigmas, slip, (at,), found))
     return sorted(out, key=lambda s: -abs(s.sigmas))
 
 
@@ -67,11 +70,12 @@ def _slip(
 ) -> tuple[str, int | None]:
     """How the reading may have slipped, in words, and whose it may be."""
     loads, sample = rows.loads[:, load].numpy(), rows.states.sample.numpy()
+    there = rows.readings.present[:, load].numpy()
     shown = loads[row]
     # The very same number elsewhere is no accident, unless the table is rounded so far that many are the same.
-    same = np.flatnonzero((loads == shown) & (sample == sample[row]))
+    same = np.flatnonzero((loads == shown) & (sample == sample[row]) & there)
     same = same[same != row]
-    if len(same) and len(np.unique(loads)) > 0.9 * len(loads):
+    if len(same) and len(np.unique(loads[there])) > 0.9 * there.sum():
         if row and row - 1 in same:
             return "stuck: the reading of the row before", row - 1
         return "another row's reading", int(same[np.abs(same - row).argmin()])
@@ -81,7 +85,7 @@ def _slip(
     if len(alike) >= FEWEST_STUCK:
         return f"stuck: {len(alike)} readings far off show nearly the same", None
     tolerance = min(WITHIN * deviation, SHARE * abs(shown - expected))
-    for text, factor in _factors(LOADS[load]):
+    for text, factor in _factors(rows.states.bed.readings[load].name):
         if abs(shown * factor - expected) <= tolerance:
             return text, None
     for other in slipped.tolist():
@@ -95,5 +99,5 @@ def _factors(load: str) -> list[tuple[str, float]]:
     factors = [("sign turned", -1.0)]
     factors += [(f"decimal shift: {f:g} times too small", f) for f in DECIMALS]
     factors += [(f"decimal shift: {f:g} times too large", 1 / f) for f in DECIMALS]
-    factors += [(f"unit factor: in {unit}", f) for unit, f in UNITS[load].items()]
+    factors += [(f"unit factor: in {unit}", f) for unit, f in UNITS.get(load, {}).items()]
     return factors

@@ -33,8 +33,9 @@ class WhiteFit:
     """A model at its whitened least-squares optimum over N rows.
 
     vector: raw parameters (p,). residual (N, 2) and jacobian (N, 2, p): measured − predicted is −residual, whitened.
-    raw_residual (N, 2) N, N·m and raw_jacobian (N, 2, p): the same, not whitened. converged: whether the search ended
-    at a minimum; message says how it ended.
+    raw_residual (N, 2) N, N·m and raw_jacobian (N, 2, p): the same, not whitened. shown (N, 2): what the model says the
+    sensors show, of blank and censored readings too. converged: whether the search ended at a minimum; message says how
+    it ended.
     """
 
     model: Model
@@ -43,6 +44,7 @@ class WhiteFit:
     jacobian: Tensor
     raw_residual: Tensor
     raw_jacobian: Tensor
+    shown: Tensor
     converged: bool
     message: str
 
@@ -107,7 +109,7 @@ def white_fit(
     )
     state = solver.init(start[None])
     message = ""
-    while state.running and not (message := _enough(state, 2 * len(rows), rival)):
+    while state.running and not (message := _enough(state, rows.readings.count, rival)):
         state = solver.step(state)
     result = state.result().member(0)
     model.set_vector(result.x)
@@ -120,7 +122,8 @@ def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:
     with torch.no_grad():
         raw = problem.residual(vector).reshape(-1, 2)
     jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
-    return WhiteFit(model, vector, raw, jacobian, raw, jacobian, False, "Not fitted.")
+    shown = problem.readings(vector)
+    return WhiteFit(model, vector, raw, jacobian, raw, jacobian, shown, False, "Not fitted.")
 
 
 GIVEN_UP = "Given up: another model fits far better than this one can."
@@ -147,7 +150,8 @@ def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: 
     residual, jacobian = whiten(raw), whiten(raw_jacobian)
     possible = status != Termination.INVALID_START and message != GIVEN_UP
     converged = status.converged or (possible and _settled(residual, jacobian, vector, model))
-    return WhiteFit(model, vector.clone(), residual, jacobian, raw, raw_jacobian, converged, message)
+    shown = problem.problem.readings(vector)
+    return WhiteFit(model, vector.clone(), residual, jacobian, raw, raw_jacobian, shown, converged, message)
 
 
 def _settled(residual: Tensor, jacobian: Tensor, vector: Tensor, model: Model) -> bool:

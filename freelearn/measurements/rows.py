@@ -2,22 +2,133 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.measurements.states import States
+from freelearn.measurements.beds import DEAD_LOAD, FORCE, KINEMATIC, MOMENT, Bed, bed_of
+from freelearn.measurements.states import States, kinematic_state
+from freelearn.measurements.usable import SLACK
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What N rows show in the two channels of their bed.
+
+    value: (N, 2) SI, zero where nothing was measured. present: (N, 2) bool. slack: (N,) bool, rows in which the tube
+    hangs loose: their force is censored, a predicted push costs nothing and a predicted pull counts in full.
+    """
+
+    value: Tensor
+    present: Tensor
+    slack: Tensor
+
+    @classmethod
+    def whole(cls, value: Tensor) -> Readings:
+        """Readings (N, 2) of which none is blank."""
+        return cls(value, torch.ones_like(value, dtype=torch.bool), torch.zeros(len(value), dtype=torch.bool))
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame, predicted: bool = False) -> Readings:
+        """From a measurement table; predicted: what a model says there, of the columns of predictions.csv."""
+        bed = bed_of(table)
+        value, present = _columns(table, bed, predicted)
+        slack = np.zeros(len(table), dtype=bool)
+        if SLACK in table and FORCE in bed.measured:
+            slack = table[SLACK].to_numpy(np.float64) == 1
+        # A tube that hangs loose carries no moment that could tell anything.
+        present = present & ~(slack[:, None] & np.array([q is MOMENT for q in bed.readings]))
+        value = np.where(present, value, 0.0)
+        return cls(torch.as_tensor(value), torch.as_tensor(present), torch.as_tensor(slack))
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __getitem__(self, rows: Tensor) -> Readings:
+        return Readings(self.value[rows], self.present[rows], self.slack[rows])
+
+    def to(self, device: torch.device | str) -> Readings:
+        """The same readings on a device."""
+        return Readings(self.value.to(device), self.present.to(device), self.slack.to(device))
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether every reading is there and none is censored."""
+        return bool(self.present.all()) and not bool(self.slack.any())
+
+    @cached_property
+    def count(self) -> int:
+        """How many readings there are."""
+        return int(self.present.sum())
+
+    def missed(self, predicted: Tensor) -> Tensor:
+        """Predicted − measured where it counts, (N, 2): zero where nothing was measured, and for a push on a tube that
+        hangs loose."""
+        if self.plain:
+            return predicted - self.value
+        return torch.where(self.felt(predicted), predicted - self.value, 0.0)
+
+    def felt(self, predicted: Tensor) -> Tensor:
+        """Readings whose miss changes with the prediction (N, 2), (N, 2) bool."""
+        loose = self.slack & (predicted[..., 0] >= self.value[..., 0])
+        return self.present & ~torch.stack([loose, torch.zeros_like(loose)], dim=-1)
+
+
+def loads_of(table: pd.DataFrame) -> Tensor:
+    """What a table's rows show, (N, 2) SI: force and moment, or what their bed measures in their place."""
+    return Readings.from_table(table).value
+
+
+def _columns(table: pd.DataFrame, bed: Bed, predicted: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Values (N, 2) SI of the bed's channels, and whether each is there."""
+    blank = np.full(len(table), np.nan)
+    columns = []
+    for quantity in bed.readings:
+        name = quantity.predicted if predicted else quantity.column
+        there = quantity in bed.measured and name in table
+        columns.append(table[name].to_numpy(np.float64) * quantity.factor if there else blank)
+    value = np.stack(columns, axis=1)
+    return value, np.isfinite(value)
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Configurations with their measured loads (N, 2) N, N·m and the number of their kinematic state (N,)."""
+    """Configurations, what was read there, and the number of their kinematic state (N,)."""
 
     states: States
-    loads: Tensor
+    readings: Readings
     state: np.ndarray
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame) -> Rows:
+        """All rows of a measurement table."""
+        return cls(States.from_table(table), Readings.from_table(table), kinematic_state(table))
+
+    @classmethod
+    def whole(cls, states: States, loads: Tensor, state: np.ndarray | None = None) -> Rows:
+        """Rows of whose readings (N, 2) SI none is blank; state: each row's own by default."""
+        return cls(states, Readings.whole(loads), np.arange(len(states)) if state is None else state)
+
+    @property
+    def loads(self) -> Tensor:
+        """The readings' values, (N, 2) SI: force and moment, or what the bed measures in their place."""
+        return self.readings.value
+
+    @property
+    def as_loads(self) -> Rows:
+        """Under a dead load the same rows as of a kinematic bed that imposed the places measured (those that were not,
+        at rest) and measured the loads: good enough for a fit to start from. Of other beds the rows themselves."""
+        if self.states.bed is not DEAD_LOAD:
+            return self
+        place, hung = self.readings.value, torch.stack([self.states.force, self.states.moment], dim=-1)
+        states = replace(
+            self.states, bed=KINEMATIC, length=self.states.reference_length + place[:, 0], twist=place[:, 1]
+        )
+        return Rows(states, Readings.whole(hung), self.state)
 
     def __len__(self) -> int:
         return len(self.states)
@@ -25,10 +136,10 @@ class Rows:
     def __getitem__(self, rows: Tensor) -> Rows:
         """The rows of these numbers (n,) int64, or marked by (N,) bool."""
         there = rows.to(self.loads.device)
-        return Rows(self.states[there], self.loads[there], self.state[rows.cpu().numpy()])
+        return Rows(self.states[there], self.readings[there], self.state[rows.cpu().numpy()])
 
     def to(self, device: torch.device | str) -> Rows:
         """The same rows with their tensors on a device; themselves where they are there already."""
         if self.loads.device == torch.device(device):
             return self
-        return Rows(self.states.to(device), self.loads.to(device), self.state)
+        return Rows(self.states.to(device), self.readings.to(device), self.state)

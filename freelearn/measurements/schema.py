@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from difflib import get_close_matches
 
 import pandas as pd
 
+from freelearn.measurements.columns import MARKS, Columns
+from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
-from freelearn.measurements.usable import LEFT_OUT
+from freelearn.measurements.members import DESIGN, SECOND
 
-DESIGN = ("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm")
-STATE = ("elongation_mm", "twist_deg", "step", "pressure_kpa")
-INTEGERS = ("sample", "step", "buckled", LEFT_OUT)
-REQUIRED = (
-    *("sample", *DESIGN, "step", "elongation_mm", "twist_deg"),
-    *("pressure_kpa", "force_n", "moment_nmm", "buckled"),
-)
-OPTIONAL = ("time_s", "temperature_c", LEFT_OUT)
 # The standard atmosphere is 101.325 kPa; gauges err and weather changes little below it.
 VACUUM_KPA = -101.4
 # Sample and step numbers beyond this are typing errors; below it float64 holds every integer exactly.
@@ -51,22 +45,30 @@ def _no_mark(column: str) -> Callable[[pd.DataFrame], pd.Series]:
     return lambda table: ~table[column].isin([0, 1])
 
 
-_SAME = ("sample", *STATE, "force_n", "moment_nmm")
+class _Repeats:
+    """Rows that say the same as an earlier one."""
 
+    def __init__(self, columns: Columns) -> None:
+        self.columns = columns
 
-def _same(table: pd.DataFrame) -> list[str]:
-    # Two readings at different times are two measurements, however alike.
-    return [*_SAME, "time_s"] if "time_s" in table else list(_SAME)
+    @property
+    def rule(self) -> Rule:
+        needs = ("sample", *self.columns.state)
+        return Rule("", needs, self._repeated, "duplicate of line {}: delete one of the two", self._first_line)
 
+    def _keys(self, table: pd.DataFrame) -> pd.DataFrame:
+        # Two readings at different times are two measurements, however alike.
+        names = ("sample", *self.columns.state, *self.columns.measured, "time_s")
+        return table[[name for name in names if name in table]]
 
-def _repeated(table: pd.DataFrame) -> pd.Series:
-    keys = table[_same(table)]
-    return keys.duplicated() & keys.notna().all(axis=1)
+    def _repeated(self, table: pd.DataFrame) -> pd.Series:
+        keys = self._keys(table)
+        return keys.duplicated() & keys.notna().all(axis=1) & (keys.shape[1] > len(self.columns.state) + 1)
 
-
-def _first_line(table: pd.DataFrame) -> pd.Series:
-    lines = table.index.to_series().groupby([table[c] for c in _same(table)])
-    return lines.transform("first").astype("Int64")
+    def _first_line(self, table: pd.DataFrame) -> pd.Series:
+        keys = self._keys(table)
+        lines = table.index.to_series().groupby([keys[name] for name in keys])
+        return lines.transform("first").astype("Int64")
 
 
 RULES = (
@@ -77,34 +79,10 @@ RULES = (
         "is not a positive integer: number the actuators 1, 2, …",
     ),
     Rule(
-        "gamma_deg",
-        ("gamma_deg",),
-        lambda t: (t["gamma_deg"] <= 0) | (t["gamma_deg"] >= 90),
-        "is outside 0 … 90 (both excluded): give the fiber angle to the axis in degrees, without a sign",
-    ),
-    Rule(
-        "length_mm",
-        ("length_mm",),
-        lambda t: t["length_mm"] <= 0,
-        "is not positive: give the unloaded length",
-    ),
-    Rule(
         "elongation_mm",
         ("elongation_mm", "length_mm"),
         lambda t: (t["length_mm"] > 0) & (t["length_mm"] + t["elongation_mm"] <= 0),
         "leaves no length: give the change from length_mm, negative when shorter",
-    ),
-    Rule(
-        "inner_radius_mm",
-        ("inner_radius_mm",),
-        lambda t: t["inner_radius_mm"] <= 0,
-        "is not positive: give the unloaded inner radius",
-    ),
-    Rule(
-        "outer_radius_mm",
-        ("outer_radius_mm", "inner_radius_mm"),
-        lambda t: t["outer_radius_mm"] <= t["inner_radius_mm"],
-        "is not above inner_radius_mm: look whether the two are swapped, or one is a diameter",
     ),
     Rule(
         "step",
@@ -113,15 +91,12 @@ RULES = (
         "is not an integer from 0 up: count 0, 1, … in time",
     ),
     Rule(
-        "pressure_kpa",
-        ("pressure_kpa",),
-        lambda t: t["pressure_kpa"] < VACUUM_KPA,
-        "is below a vacuum: give the gauge pressure in kPa",
+        "outer_diameter_mm",
+        ("outer_diameter_mm",),
+        lambda t: t["outer_diameter_mm"] <= 0,
+        "is not positive: give the outer diameter under pressure",
     ),
-    *(
-        Rule(column, (column,), _no_mark(column), "is neither 0 nor 1: write one of them")
-        for column in ("buckled", LEFT_OUT)
-    ),
+    *(Rule(column, (column,), _no_mark(column), "is neither 0 nor 1: write one of them") for column in MARKS),
     *(
         Rule(
             column,
@@ -130,27 +105,67 @@ RULES = (
             "differs from {} in the sample's other rows: correct it, or give another actuator another number",
             _usual(column),
         )
-        for column in DESIGN
+        for column in (*DESIGN, SECOND)
     ),
-    Rule("", _SAME, _repeated, "duplicate of line {}: delete one of the two", _first_line),
 )
 
 
-def missing_column(name: str, header: Sequence[str]) -> str:
+def _below_vacuum(column: str) -> Rule:
+    return Rule(
+        column, (column,), lambda t: t[column] < VACUUM_KPA, "is below a vacuum: give the gauge pressure in kPa"
+    )
+
+
+def missing_column(name: str, header: Sequence[str], known: Sequence[str]) -> str:
     """What to do about a missing column: names the one that was probably meant."""
-    spare = {column.lower(): column for column in header if column not in (*REQUIRED, *OPTIONAL)}
-    near = get_close_matches(name, spare, n=1, cutoff=0.7)
-    return f"column is missing: rename {spare[near[0]]!r} to it" if near else "column is missing: add it"
+    near = _near(name, header, known)
+    return f"column is missing: rename {near!r} to it" if near else "column is missing: add it"
 
 
-def find_faults(numbers: pd.DataFrame, text: Mapping[str, Sequence[str]], header_line: int) -> list[Fault]:
+def _near(name: str, header: Sequence[str], known: Sequence[str]) -> str:
+    """The column that was probably meant; "" where none is like it."""
+    spare = {column.lower(): column for column in header if column not in known}
+    found = get_close_matches(name, spare, n=1, cutoff=0.7)
+    return spare[found[0]] if found else ""
+
+
+def find_faults(
+    numbers: pd.DataFrame, text: Mapping[str, Sequence[str]], header_line: int, columns: Columns
+) -> list[Fault]:
     """Every fault of a measurement table.
 
-    numbers: the required and optional columns that exist, float64, NaN where `text` is no finite number; its
-    index is the line in the file. text: every column's cells as they stand in the file, in the header's order.
+    numbers: the known columns that exist, float64, NaN where `text` is no finite number; its index is the line in the
+    file. text: every column's cells as they stand in the file, in the header's order.
     """
-    known = (*REQUIRED, *OPTIONAL)
+    known = columns.known
+    may_be_blank = {*columns.measured, *columns.blank}
     # Numbers first, so that a cell without one is reported as that.
-    rules = [*(Rule(name, (name,), no_number(name), "") for name in known), *RULES]
-    columns: dict[str, tuple[str | None, bool]] = {name: ("float64", name in REQUIRED) for name in known}
-    return faults_by_rules(numbers, text, header_line, rules, columns, missing_column)
+    rules = number_rules(known, text, may_be_blank)
+    rules += [*design_rules(), *RULES, *map(_below_vacuum, columns.pressures), _Repeats(columns).rule]
+    types: dict[str, tuple[str | None, bool]] = {name: ("float64", name in columns.required) for name in known}
+    faults = faults_by_rules(
+        numbers, text, header_line, rules, types, lambda n, header: missing_column(n, header, known)
+    )
+    return [*faults, *_nothing_measured(text, header_line, columns)]
+
+
+def number_rules(known: Sequence[str], text: Mapping[str, Sequence[str]], may_be_blank: Collection[str]) -> list[Rule]:
+    """A rule for each column: its cells are numbers, or blank where they may be."""
+    return [Rule(name, (name,), _no_number_in(name, text if name in may_be_blank else {}), "") for name in known]
+
+
+def _no_number_in(name: str, text: Mapping[str, Sequence[str]]) -> Callable[[pd.DataFrame], pd.Series]:
+    """Rows without a number in a column; text: of it, where a blank is none."""
+    if name not in text:
+        return no_number(name)
+    written = [bool(cell.strip()) for cell in text[name]]
+    return lambda table: table[name].isna() & pd.Series(written, index=table.index)
+
+
+def _nothing_measured(text: Mapping[str, Sequence[str]], header_line: int, columns: Columns) -> list[Fault]:
+    """Faults of measured columns that are absent: all of them, or one that another column's name nearly is."""
+    absent = [name for name in columns.measured if name not in text]
+    known = columns.known
+    if len(absent) < len(columns.measured):
+        absent = [name for name in absent if _near(name, list(text), known)]
+    return [Fault(header_line, name, "", missing_column(name, list(text), known)) for name in absent]

@@ -1,33 +1,75 @@
-"""What a table of specimen tests must hold, the faults of one that does not, and numbers that look wrong."""
+"""What a table of specimen tests must hold, and the faults of one that does not."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 
 import numpy as np
 import pandas as pd
 
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
-from freelearn.measurements.specimen_modes import MODE_NAMES
+from freelearn.measurements.specimen_modes import MODES
 
-COLUMNS = ("mode", "stretch", "stress_mpa")
-# No rubber carries this much nominal stress [MPa]; soft silicones in kPa do exceed it.
-LARGEST_MPA = 100.0
-# Rubber tears before it is ten times its length.
-LARGEST_STRETCH = 12.0
-# Stresses beyond this share of the largest have a sign that noise does not turn.
-CLEAR = 0.1
+COLUMNS = ("mode", "stretch", "stress_mpa", "stretch_2", "stress_2_mpa")
+# What direction 2 is stretched by and carries: a test in one direction need not tell.
+OPTIONAL = ("stretch_2", "stress_2_mpa")
+# Stretches across that differ by more than this share from what a mode imposes are of another mode.
+SAME_STRETCH = 0.02
+
+
+def _in(mode: str, table: pd.DataFrame) -> pd.Series:
+    return table["mode"] == mode
+
+
+def _not_positive(column: str) -> Callable[[pd.DataFrame], pd.Series]:
+    return lambda table: table[column] <= 0
+
+
+def _of_another_mode(table: pd.DataFrame) -> pd.Series:
+    wrong = pd.Series(False, index=table.index)
+    for mode in MODES.values():
+        imposed = mode.across(table["stretch"].where(table["stretch"] > 0).to_numpy())
+        wrong |= _in(mode.name, table) & ((table["stretch_2"] / imposed - 1).abs() > SAME_STRETCH)
+    return wrong
+
+
+def _unmeasured(table: pd.DataFrame) -> pd.Series:
+    """Rows that hold no stress: a test in two directions may have measured the other one alone."""
+    other = table["stress_2_mpa"].notna() & ~_in("uniaxial", table) if "stress_2_mpa" in table else False
+    return table["stress_mpa"].isna() & ~pd.Series(other, index=table.index)
+
 
 RULES = (
     Rule("stretch", ("stretch",), no_number("stretch"), ""),
-    Rule("stress_mpa", ("stress_mpa",), no_number("stress_mpa"), ""),
-    Rule("mode", ("mode",), lambda t: t["mode"].isna(), f"is no mode: write {', '.join(MODE_NAMES)}"),
+    Rule("mode", ("mode",), lambda t: t["mode"].isna(), f"is no mode: write {', '.join(MODES)}"),
+    *(
+        Rule(
+            column,
+            (column,),
+            _not_positive(column),
+            "is not positive: give the length over the unloaded length, 1 at rest (strain + 1)",
+        )
+        for column in ("stretch", "stretch_2")
+    ),
     Rule(
-        "stretch",
-        ("stretch",),
-        lambda t: t["stretch"] <= 0,
-        "is not positive: give the length over the unloaded length, 1 at rest (strain + 1)",
+        "stretch_2",
+        ("mode", "stretch_2"),
+        lambda t: t["stretch_2"].isna() & _in("biaxial", t),
+        "is blank: a biaxial test imposes it, so write it",
+    ),
+    Rule(
+        "stretch_2",
+        ("mode", "stretch", "stretch_2"),
+        _of_another_mode,
+        "is not what this mode imposes: leave it blank, or call the mode biaxial",
+    ),
+    Rule("stress_mpa", ("mode", "stress_mpa"), _unmeasured, ""),
+    Rule(
+        "stress_2_mpa",
+        ("mode", "stress_2_mpa"),
+        lambda t: t["stress_2_mpa"].fillna(0).ne(0) & _in("uniaxial", t),
+        "is not 0, but a uniaxial test leaves direction 2 free: leave it blank, or call the mode biaxial",
     ),
 )
 
@@ -38,12 +80,21 @@ def find_faults(table: pd.DataFrame, text: Mapping[str, Sequence[str]], line: in
     table: those of COLUMNS that exist, None or NaN where a cell is no mode or no number; its index is the line in
     the file. text: every column's cells as they stand in the file. line: the header's. mode: what all rows must have.
     """
-    rules = list(RULES)
+    # A blank tells something in the columns below: there a cell that holds another thing than a number is a fault.
+    filled = [name for name in ("stress_mpa", *OPTIONAL) if name in text]
+    rules = [*(Rule(name, (name,), _no_number_in(name, text[name]), "") for name in filled), *RULES]
     if mode is not None and "mode" in text:
         problem = f"is not {mode}, the mode that the command gives this file: correct one of the two"
         rules.append(Rule("mode", ("mode",), lambda t: t["mode"] != mode, problem))
-    columns: dict[str, tuple[str | None, bool]] = {c: (None if c == "mode" else "float64", True) for c in COLUMNS}
+    columns: dict[str, tuple[str | None, bool]] = {c: ("float64", c not in OPTIONAL) for c in COLUMNS}
+    columns["mode"] = (None, True)
+    columns["stretch_2"] = ("float64", "mode" in table and bool(_in("biaxial", table).any()))
     return faults_by_rules(table, text, line, rules, columns, _missing)
+
+
+def _no_number_in(column: str, cells: Sequence[str]) -> Callable[[pd.DataFrame], pd.Series]:
+    written = np.array([bool(cell.strip()) for cell in cells])
+    return lambda table: table[column].isna() & written
 
 
 def _missing(name: str, header: Sequence[str]) -> str:
@@ -53,30 +104,7 @@ def _missing(name: str, header: Sequence[str]) -> str:
     if near:
         return f"column is missing: rename {spare[near[0]]!r} to it"
     if name == "mode":
-        return "column is missing: add it, or give the file as UT=FILE, ET=FILE or PS=FILE"
+        return "column is missing: add it, or give the file as UT=FILE, ET=FILE, PS=FILE or BT=FILE"
+    if name == "stretch_2":
+        return "column is missing: add it, a biaxial test imposes it too"
     return "column is missing: add it"
-
-
-def suspicions(table: pd.DataFrame) -> list[str]:
-    """A sentence for each mode whose numbers suggest another unit or sign; nothing is converted."""
-    sentences = []
-    for mode, rows in table.groupby("mode", sort=False):
-        stretch, stress = rows["stretch"], rows["stress_mpa"]
-        largest = stress.abs().max()
-        if largest > LARGEST_MPA:
-            unit, factor = ("Pa", 1e-6) if largest > 1e4 else ("kPa", 1e-3)
-            sentences.append(
-                f"stress_mpa of mode {mode} looks like {unit} (largest {largest:.4g}, more than rubber carries): "
-                f"in MPa it would be {factor * largest:.4g}."
-            )
-        if stretch.max() > LARGEST_STRETCH:
-            sentences.append(
-                f"stretch of mode {mode} looks like percent (largest {stretch.max():.4g}): at rest it is 1."
-            )
-        wrong = (np.sign(stretch - 1) * stress < -CLEAR * largest).sum()
-        if wrong:
-            sentences.append(
-                f"{wrong} rows of mode {mode} are in tension below stretch 1 or in compression above it: "
-                "look whether stretch holds strains, or the stress has the other sign."
-            )
-    return sentences

@@ -13,8 +13,10 @@ import pandas as pd
 from freelearn.errors import UserError
 from freelearn.measurements.faults import TableError
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
-from freelearn.measurements.specimen_modes import MODE_NAMES, mode_name
-from freelearn.measurements.specimen_schema import COLUMNS, find_faults, suspicions
+from freelearn.measurements.specimen_modes import MODES, mode_name
+from freelearn.measurements.specimen_schema import COLUMNS, OPTIONAL, find_faults
+from freelearn.measurements.specimen_stresses import Stresses
+from freelearn.measurements.specimen_suspicions import suspicions
 from freelearn.measurements.table import SEPARATORS
 
 # Headings of tables in the literature, and ours.
@@ -23,7 +25,11 @@ ALIASES = {"lambda": "stretch", "P_MPa": "stress_mpa"}
 
 @dataclass(frozen=True)
 class Specimens:
-    """table: mode, specimen, stretch, stress_mpa (nominal), in the files' order. files: {path, sha256} of each."""
+    """table: the files' rows in their order. files: {path, sha256} of each.
+
+    Columns: mode, specimen, stretch and stretch_2 along and across the sheet (what its mode imposes where the file does
+    not say), nominal stress_mpa and stress_2_mpa in these two directions, NaN where it was not measured.
+    """
 
     table: pd.DataFrame
     files: list[dict[str, str]]
@@ -32,14 +38,16 @@ class Specimens:
     @property
     def modes(self) -> list[str]:
         """The modes that the table holds, in their usual order."""
-        return [mode for mode in MODE_NAMES if (self.table["mode"] == mode).any()]
+        return [mode for mode in MODES if (self.table["mode"] == mode).any()]
 
 
 def read_specimens(sources: Sequence[str]) -> Specimens:
     """Reads tables, each given as FILE with a column `mode`, or as MODE=FILE.
 
-    Columns: mode (uniaxial, equibiaxial, pure_shear, or UT, ET, PS), stretch λ (or lambda), nominal stress
-    stress_mpa (or P_MPa), and optionally specimen; others are ignored. Raises UserError with all faults of all files.
+    Columns: mode (uniaxial, equibiaxial, pure_shear, biaxial, or UT, ET, PS, BT), stretch λ (or lambda), nominal stress
+    stress_mpa (or P_MPa), and optionally specimen, stress_2_mpa across the stretch, and stretch_2, which a biaxial test
+    must tell; others are ignored. A row with both stresses may leave one blank. Raises UserError with all faults of all
+    files.
     """
     tables: list[pd.DataFrame] = []
     files: list[dict[str, str]] = []
@@ -60,7 +68,7 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
         raise UserError("\n".join(map(str, mistakes)))
     table = pd.concat(tables, ignore_index=True)
     for name, rows in table.groupby("mode", sort=False):
-        if (rows["stress_mpa"] == 0).all():
+        if not Stresses.of(rows).stress_mpa.any():
             raise UserError(f"Every stress in mode {name} is zero, so its error has no scale: leave its rows out.")
     return Specimens(table, files, suspicions(table))
 
@@ -72,7 +80,7 @@ def _split(source: str) -> tuple[str | None, str]:
         return None, source
     mode = mode_name(short)
     if mode is None:
-        known = ", ".join(f"{short} ({name})" for name, short in MODE_NAMES.items())
+        known = ", ".join(f"{mode.short} ({name})" for name, mode in MODES.items())
         raise UserError(f"Unknown mode {short!r} in {source!r}: write MODE=FILE with one of {known}.")
     return mode, path
 
@@ -104,7 +112,18 @@ def _read(path: str, mode: str | None) -> pd.DataFrame:
         faults = [replace(fault, column=named.get(fault.column, fault.column)) for fault in faults]
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
     frame["specimen"] = [cell.strip() for cell in text["specimen"]] if "specimen" in text else ""
-    return frame[["mode", "specimen", "stretch", "stress_mpa"]]
+    return _complete(frame)
+
+
+def _complete(frame: pd.DataFrame) -> pd.DataFrame:
+    """All columns of a faultless file: what its modes impose across, and no stress across where nothing pulls."""
+    frame = frame.reindex(columns=["mode", "specimen", "stretch", "stretch_2", "stress_mpa", "stress_2_mpa"])
+    for mode in MODES.values():
+        if mode.power is not None:
+            own = frame["mode"] == mode.name
+            frame.loc[own, "stretch_2"] = mode.across(frame.loc[own, "stretch"].to_numpy())
+    frame.loc[frame["mode"] == "uniaxial", "stress_2_mpa"] = np.nan
+    return frame
 
 
 def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
@@ -112,4 +131,5 @@ def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
         if len(header) == 1 and separator in header[0]:
             raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
     if not np.isnan(numbers_of(header)).any():
-        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(COLUMNS)}.")
+        required = [name for name in COLUMNS if name not in OPTIONAL]
+        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(required)}.")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 import torch
 from torch import Tensor
 
+from freelearn.measurements.beds import DEAD_LOAD, KINEMATIC, Bed, bed_of
+from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
 from freelearn.units import DEG, KPA, MM, NMM
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # Time from one row to the next where the table has no time_s: the paper averages 20 readings at 1 Hz.
 SECONDS_PER_ROW = 20.0
@@ -29,7 +29,12 @@ class States:
     """N configurations of actuators: design, kinematic state and pressure. All tensors are (N,), float64.
 
     fiber_angle Γ [rad], reference_length L [m], inner_radius R_i [m], outer_radius R_o [m]: the unloaded design.
+    second_angle Γ₂ [rad] and second_share, 1 in rows whose actuator has a second family of fibers and 0 in others: None
+    where no row has one.
     length l [m], twist φ [rad], pressure P [Pa gauge]: the imposed state q = (l, φ) and the fluid's pressure.
+    force F [N], moment M [N·m]: imposed under a dead load, where length and twist are what a search begins from.
+    bed: what is imposed and what is measured. members: the same rows for each of several actuators in parallel on one
+    end block, whose own pressure is then the members' mean.
     sample: the actuator's number (int64). direction: +1 where the pressure rose to reach the row, −1 where it
     fell, 0 for the first step of a kinematic state.
 
@@ -51,9 +56,15 @@ class States:
     dwell: Tensor = None  # type: ignore[assignment]
     severity: Tensor = None  # type: ignore[assignment]
     past_severity: Tensor = None  # type: ignore[assignment]
+    force: Tensor = None  # type: ignore[assignment]
+    moment: Tensor = None  # type: ignore[assignment]
+    second_angle: Tensor | None = None
+    second_share: Tensor | None = None
+    bed: Bed = KINEMATIC
+    members: tuple[States, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("clock", "dwell", "severity", "past_severity"):
+        for name in ("clock", "dwell", "severity", "past_severity", "force", "moment"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, torch.zeros_like(self.length))
 
@@ -61,19 +72,52 @@ class States:
         return self.length.shape[0]
 
     def __getitem__(self, rows: Tensor | slice) -> States:
-        return States(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+        return self._each(lambda tensor: tensor[rows])
 
     def replace(self, **changes: Tensor) -> States:
         """The same states with some fields, each (N,), exchanged."""
-        return replace(self, **changes)
+        return replace(self, **changes)  # type: ignore[arg-type]
 
     def detach(self) -> States:
         """The same states, cut from every derivative."""
-        return States(**{f.name: getattr(self, f.name).detach() for f in fields(self)})
+        return self._each(Tensor.detach)
 
     def to(self, device: torch.device | str) -> States:
         """The same states on a device."""
-        return States(**{f.name: getattr(self, f.name).to(device) for f in fields(self)})
+        return self._each(lambda tensor: tensor.to(device))
+
+    def _each(self, change: Callable[[Tensor], Tensor]) -> States:
+        """The same states with every tensor changed."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        changed = {name: change(value) for name, value in own.items() if isinstance(value, Tensor)}
+        members = tuple(member._each(change) for member in self.members)
+        return replace(self, members=members, **changed)  # type: ignore[arg-type]
+
+    def tensors(self) -> Iterator[tuple[str, Tensor]]:
+        """Every tensor by name, the members' too."""
+        for f in fields(self):
+            if isinstance(value := getattr(self, f.name), Tensor):
+                yield f.name, value
+        for i, member in enumerate(self.members, start=1):
+            yield from ((f"{name}[{i}]", value) for name, value in member.tensors())
+
+    def of_members(self) -> list[States]:
+        """Each member at the end block's present elongation and twist."""
+        elongation = self.length - self.reference_length
+        return [m.replace(length=m.reference_length + elongation, twist=self.twist) for m in self.members]
+
+    def inputs(self) -> list[Tensor]:
+        """What the bed imposes, (N,) each: the two quantities of a kinematic state, and each actuator's pressure."""
+        state = [getattr(self, quantity.field) for quantity in self.bed.state]
+        return [*state, *([m.pressure for m in self.members] or [self.pressure])]
+
+    def with_inputs(self, inputs: Sequence[Tensor]) -> States:
+        """The same states with other inputs, in the order of `inputs`."""
+        state = {q.field: value for q, value in zip(self.bed.state, inputs[:2], strict=True)}
+        if not self.members:
+            return self.replace(pressure=inputs[2], **state)
+        members = tuple(m.replace(pressure=p) for m, p in zip(self.members, inputs[2:], strict=True))
+        return replace(self, members=members, pressure=torch.stack(list(inputs[2:])).mean(0), **state)  # type: ignore[arg-type]
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> States:
@@ -85,26 +129,41 @@ class States:
         def column(name: str, factor: float = 1.0) -> Tensor:
             return torch.as_tensor(table[name].to_numpy(dtype=np.float64) * factor)
 
-        reference = column("length_mm", MM)
+        bed, reference = bed_of(table), column("length_mm", MM)
+        resting = torch.zeros_like(reference)
+        hung = bed is DEAD_LOAD
+        second = column(SECOND, DEG) if SECOND in table else resting + torch.nan
+        some = bool(second.isfinite().any())
         return cls(
             fiber_angle=column("gamma_deg", DEG),
             reference_length=reference,
             inner_radius=column("inner_radius_mm", MM),
             outer_radius=column("outer_radius_mm", MM),
-            length=reference + column("elongation_mm", MM),
-            twist=column("twist_deg", DEG),
+            length=reference + (resting if hung else column("elongation_mm", MM)),
+            twist=resting if hung else column("twist_deg", DEG),
             pressure=column("pressure_kpa", KPA),
             sample=torch.tensor(table["sample"].to_numpy(dtype=np.int64)),
             direction=torch.as_tensor(pressure_direction(table)),
+            force=column("force_n") if hung else resting,
+            moment=column("moment_nmm", NMM) if hung else resting,
+            second_angle=second.nan_to_num(nan=0.0) if some else None,
+            second_share=second.isfinite().double() if some else None,
+            bed=bed,
+            members=tuple(_member(table, number) for number in members_in(table.columns)),
             **{name: torch.as_tensor(value) for name, value in _memory(table).items()},
         )
 
 
-def measured_loads(table: pd.DataFrame) -> Tensor:
-    """Measured force and moment of a table: (N, 2) N, N·m."""
-    return torch.as_tensor(
-        np.stack([table["force_n"].to_numpy(np.float64), table["moment_nmm"].to_numpy(np.float64) * NMM], axis=1)
+def _member(table: pd.DataFrame, number: int) -> States:
+    """One member's part of a table: its own design and pressure, its number for a sample."""
+    every = members_in(table.columns)
+    taken = {
+        name: table[design_column(name, number)] for name in (*DESIGN, SECOND) if design_column(name, number) in table
+    }
+    own = table.drop(columns=[pressure_column(m) for m in every]).assign(
+        **taken, pressure_kpa=table[pressure_column(number)]
     )
+    return States.from_table(own).replace(sample=torch.full((len(table),), number))
 
 
 def kinematic_state(table: pd.DataFrame) -> np.ndarray:
@@ -114,12 +173,21 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     up in them. A repeat of a state later in the file is a visit, and so a state, of its own: it has its own
     position error. The length is left out of the comparison where the step keeps counting, because real beds
     creep while the pressure changes; a new count starts a new state.
+
+    Under a dead load a state is one load as hung: rows that share sample, force and moment while `step` counts up.
     """
-    sample, twist = table["sample"].to_numpy(), table["twist_deg"].to_numpy()
-    elongation, step = table["elongation_mm"].to_numpy(), table["step"].to_numpy()
+    sample, step = table["sample"].to_numpy(), table["step"].to_numpy()
     new = np.ones(len(table), dtype=bool)
-    same_place = (sample[1:] == sample[:-1]) & (twist[1:] == twist[:-1])
     counting = step[1:] > step[:-1]
+    if bed_of(table) is DEAD_LOAD:
+        same = sample[1:] == sample[:-1]
+        for name in ("force_n", "moment_nmm"):
+            load = table[name].to_numpy()
+            same = same & (load[1:] == load[:-1])
+        new[1:] = ~(same & counting)
+        return np.cumsum(new) - 1
+    twist, elongation = table["twist_deg"].to_numpy(), table["elongation_mm"].to_numpy()
+    same_place = (sample[1:] == sample[:-1]) & (twist[1:] == twist[:-1])
     same_length = elongation[1:] == elongation[:-1]
     # Without a usable count (all steps equal) only an unchanged length keeps rows together.
     new[1:] = ~(same_place & (counting | (same_length & (step[1:] == step[:-1]))))
@@ -140,24 +208,36 @@ def severity(table: pd.DataFrame) -> np.ndarray:
 
     The energy that a thin tube of the wall's mean radius R and thickness t stores, over its shear modulus / 2: with the
     hoop stretch √q, the stretch λ, ρ = R φ/L and the paper's energy, S = 1/(λ²q) + (1 + ρ²) q + λ² − 3 + k (I₄ − 1)²,
-    I₄ = q (sin Γ + ρ cos Γ)² + λ² cos² Γ. q is the one at which the wall balances the pressure: ∂S/∂q = P R λ/(t C1).
+    I₄ = q (sin Γ + ρ cos Γ)² + λ² cos² Γ. q is the one at which the wall balances the pressure: ∂S/∂q = P R λ/(t C1). A
+    second family adds a term like the first's.
     """
     length, inner, outer = (
         table[name].to_numpy(np.float64) * MM for name in ("length_mm", "inner_radius_mm", "outer_radius_mm")
     )
-    angle, radius = table["gamma_deg"].to_numpy(np.float64) * DEG, (inner + outer) / 2
-    axial = (1 + table["elongation_mm"].to_numpy(np.float64) * MM / length) ** 2
-    shear = radius * table["twist_deg"].to_numpy(np.float64) * DEG / length
+    radius = (inner + outer) / 2
+    angle = np.stack([table[name].to_numpy(np.float64) * DEG for name in ("gamma_deg", SECOND) if name in table])
+    fibers, angle = STIFFER * np.isfinite(angle), np.nan_to_num(angle)
+    axial = (1 + _shown(table, "elongation_mm") * MM / length) ** 2
+    shear = radius * _shown(table, "twist_deg") * DEG / length
     along, across = axial * np.cos(angle) ** 2, (np.sin(angle) + shear * np.cos(angle)) ** 2
     push = table["pressure_kpa"].to_numpy(np.float64) * KPA * radius * axial**0.5 / (outer - inner) / SHEAR_MODULUS
     hoop = np.full(len(table), LEAST_HOOP)
     for _ in range(HOOP_ITERATIONS):
         # Rising and concave from the left of its zero: Newton's method never passes it.
-        slope = -1 / (axial * hoop**2) + 1 + shear**2 + 2 * STIFFER * across * (hoop * across + along - 1) - push
-        hoop = (hoop - slope / (2 / (axial * hoop**3) + 2 * STIFFER * across**2)).clip(LEAST_HOOP, MOST_HOOP)
-    values: np.ndarray = (
-        1 / (axial * hoop) + (1 + shear**2) * hoop + axial - 3 + STIFFER * (hoop * across + along - 1) ** 2
-    )
+        held = (fibers * across * (hoop * across + along - 1)).sum(0)
+        slope = -1 / (axial * hoop**2) + 1 + shear**2 + 2 * held - push
+        steeper = 2 / (axial * hoop**3) + 2 * (fibers * across**2).sum(0)
+        hoop = (hoop - slope / steeper).clip(LEAST_HOOP, MOST_HOOP)
+    stored = (fibers * (hoop * across + along - 1) ** 2).sum(0)
+    values: np.ndarray = 1 / (axial * hoop) + (1 + shear**2) * hoop + axial - 3 + stored
+    return values
+
+
+def _shown(table: pd.DataFrame, name: str) -> np.ndarray:
+    """A column that a dead load's table may lack or leave blank: zero there."""
+    if name not in table:
+        return np.zeros(len(table))
+    values: np.ndarray = np.nan_to_num(table[name].to_numpy(np.float64))
     return values
 
 

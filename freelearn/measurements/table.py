@@ -11,12 +11,17 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.measurements.beds import BED, KINEMATIC, Bed
+from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.faults import TableError
+from freelearn.measurements.members import with_members
 from freelearn.measurements.plausibility import unit_warnings
-from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
-from freelearn.measurements.schema import INTEGERS, OPTIONAL, REQUIRED, find_faults
-from freelearn.measurements.usable import LEFT_OUT, usable_rows
+from freelearn.measurements.records import Records, header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.rows import Readings
+from freelearn.measurements.schema import find_faults
+from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows
 
+BLANK_MARKS = (LEFT_OUT, SLACK)
 SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
@@ -34,15 +39,19 @@ class TableFile:
     warnings: list[str]
 
 
-def read_table(path: str | Path) -> TableFile:
+def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | None = None) -> TableFile:
     """Reads and checks a measurement table. Blank lines are skipped.
+
+    bed: what was imposed and what was measured. members: of one end block, see `read_members`.
 
     Raises TableError with all faults of the rows and columns, and UserError where the file as a whole is not such a
     table. Nothing is executed or written.
     """
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    _refuse_other_formats(path, header)
+    columns = Columns(bed, 0 if members is None else len(members))
+    _refuse_other_formats(path, header, columns)
+    _refuse_other_bed(path, header, records, bed)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
 
@@ -50,15 +59,15 @@ def read_table(path: str | Path) -> TableFile:
     odd = {fault.line for fault in faults}
     lines = [line for line in records.lines if line not in odd]
     rows = (row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd)
-    columns = zip(*rows, strict=True) if lines else [()] * len(header)
+    cells = zip(*rows, strict=True) if lines else [()] * len(header)
     text: dict[str, Sequence[str]] = {}
-    for name, column in zip(header, columns, strict=True):
+    for name, column in zip(header, cells, strict=True):
         text.setdefault(name, column)
 
-    known = [name for name in (*REQUIRED, *OPTIONAL) if name in text]
-    columns_read = {name: numbers_of(_unmarked(text[name]) if name == LEFT_OUT else text[name]) for name in known}
+    known = [name for name in columns.known if name in text]
+    columns_read = {name: numbers_of(_unmarked(text[name]) if name in BLANK_MARKS else text[name]) for name in known}
     numbers = pd.DataFrame(columns_read, index=pd.Index(lines, dtype=np.int64))
-    faults += find_faults(numbers, text, records.header_line)
+    faults += find_faults(numbers, text, records.header_line, columns)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
 
@@ -67,7 +76,13 @@ def read_table(path: str | Path) -> TableFile:
         marked = "buckled" if numbers["buckled"].all() else "buckled or left out"
         raise UserError(f"Every row of {path} is marked as {marked}, so none can be fitted or scored.")
     frame = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in header})
-    return TableFile(frame, np.array(lines, dtype=np.int64), [*_near_optional(header), *unit_warnings(frame)])
+    if bed is not KINEMATIC:
+        frame[BED] = bed.name
+    if members is not None:
+        frame = with_members(frame, members)
+    _refuse_nothing_read(path, frame)
+    warnings = [*_near_optional(header, columns), *_unmeasured(header, columns), *unit_warnings(frame)]
+    return TableFile(frame, np.array(lines, dtype=np.int64), warnings)
 
 
 def _unmarked(cells: Sequence[str]) -> list[str]:
@@ -75,22 +90,46 @@ def _unmarked(cells: Sequence[str]) -> list[str]:
     return [cell if cell.strip() else "0" for cell in cells]
 
 
-def _refuse_other_formats(path: str | Path, header: list[str]) -> None:
-    required = set(REQUIRED)
+def _refuse_nothing_read(path: str | Path, frame: pd.DataFrame) -> None:
+    usable = frame[usable_rows(frame)]
+    if not bool(Readings.from_table(usable).present.any()):
+        raise UserError(f"{path} has no reading in any row that may be fitted: fill in what was measured.")
+
+
+def _refuse_other_bed(path: str | Path, header: list[str], records: Records, bed: Bed) -> None:
+    """A table that tells its bed, as predictions.csv does, was measured on no other."""
+    if BED not in header:
+        return
+    told = {row[header.index(BED)].strip() for row in records.rows if len(row) == len(header)}
+    if told - {bed.name}:
+        other = sorted(told - {bed.name})[0]
+        raise UserError(
+            f"{path} says that its bed is {other!r}, not {bed.name!r}: add data.bed={other}, or correct it."
+        )
+
+
+def _unmeasured(header: list[str], columns: Columns) -> list[str]:
+    """A sentence where a bed measures less than it might."""
+    absent = [name for name in columns.measured if name not in header]
+    return [f"The table has no {name}: only the other readings are fitted and scored." for name in absent]
+
+
+def _refuse_other_formats(path: str | Path, header: list[str], columns: Columns) -> None:
+    required = set(columns.required)
     for separator, name in SEPARATORS.items():
         parts = {part.strip() for part in separator.join(header).split(separator)}
         if len(parts & required) > len(required.intersection(header)):
             raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
     if not np.isnan(numbers_of(header)).any():
-        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(REQUIRED)}.")
+        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(columns.listed)}.")
 
 
-def _near_optional(header: list[str]) -> list[str]:
+def _near_optional(header: list[str], columns: Columns) -> list[str]:
     """Warnings about columns whose names nearly are those of optional ones, which are therefore not used."""
     warnings = []
-    for name in OPTIONAL:
+    for name in (*columns.blank, *OPTIONAL):
         if name not in header:
-            further = [column for column in header if column not in (*REQUIRED, *OPTIONAL)]
+            further = [column for column in header if column not in columns.known]
             for near in get_close_matches(name, further, n=1, cutoff=0.75):
                 warnings.append(f"Column {near!r} is kept but not used: rename it to {name} if that is meant.")
     return warnings

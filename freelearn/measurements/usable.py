@@ -7,6 +7,8 @@ import pandas as pd
 
 # A column that a table may have: 1 where the user wants a row left out.
 LEFT_OUT = "left_out"
+# Another: 1 where the tube hangs loose.
+SLACK = "slack"
 
 
 def usable_rows(table: pd.DataFrame) -> np.ndarray:

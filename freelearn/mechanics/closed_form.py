@@ -128,23 +128,35 @@ class FiberWall:
 
     @classmethod
     def of(cls, tube: Tube) -> FiberWall:
-        """The wall of C2 = 1 Pa."""
+        """The wall of C2 = 1 Pa, with all of its families."""
+        first, *others = (cls._family(family) for family in tube.families)
+        for other in others:
+            first = first.joined(other)
+        return first
+
+    def joined(self, other: FiberWall) -> FiberWall:
+        """The fibers of both: polynomials in the same x, whose coefficients add up."""
+        pairs = ((self.pressure, other.pressure), (self.tension, other.tension), (self.shear, other.shear))
+        return FiberWall(self.rest, *(tuple(a + b for a, b in zip(*pair, strict=True)) for pair in pairs))
+
+    @classmethod
+    def _family(cls, tube: Tube) -> FiberWall:
+        """One family alone."""
         axial = tube.axial * tube.cosine
         axial2 = axial * axial
         e, cross = axial2 - 1.0, axial2 + 1.0  # 2 λz² cos² Γ − e
         g = _DoubleStretchMoments(tube)
         bent, curved, stretched = g(4, 1), g(4, 0), g(2, 0)
         fixed = addcmul(cross * g(2, 1), axial2 * e, tube.powers[1], value=2.0) - g(4, 2)
-        return cls(
-            rest=tube.unloaded_u,
-            pressure=(addcmul(bent, e, stretched), curved),
-            tension=(fixed, torch.sub(cross * stretched, bent, alpha=2.0), -curved),
-            shear=(
-                axial * addcmul(g(3, 2), e, g(1, 1)),
-                axial * addcmul(2.0 * g(3, 1), e, g(1, 0)),
-                axial * g(3, 0),
-            ),
+        pressure = (addcmul(bent, e, stretched), curved)
+        tension = (fixed, torch.sub(cross * stretched, bent, alpha=2.0), -curved)
+        shear = (
+            axial * addcmul(g(3, 2), e, g(1, 1)),
+            axial * addcmul(2.0 * g(3, 1), e, g(1, 0)),
+            axial * g(3, 0),
         )
+        wall = cls(tube.unloaded_u, pressure, tension, shear)
+        return wall if tube.share is None else wall.scaled(tube.share)
 
     def scaled(self, modulus: Tensor) -> FiberWall:
         """The wall with its modulus, () or (N,), times as large."""

@@ -129,4 +129,8 @@ class EnergySum:
         others = [term for term, wall in zip(self.terms, closed, strict=True) if wall is None]
         if others:
             parts.append(QuadratureWall(others, Layers.of(tube)))
+        # A term of the fibers counts for each family of them.
+        fibers = [term for term in others if "i4" in term.depends_on]
+        if fibers and tube.second is not None:
+            parts.append(QuadratureWall(fibers, Layers.of(tube.second)))
         return parts[0] if len(parts) == 1 else WallSum(parts)

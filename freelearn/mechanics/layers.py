@@ -60,8 +60,10 @@ class Layers:
         axial2 = axial * axial
         fiber_axial = axial * tube.cosine
         fiber_hoop = addcmul(tube.fiber_turn, tube.sine, inverse)
+        weight = (2 * weights) * half * radius
         return cls(
-            weight=(2 * weights) * half * radius,
+            # A family of fibers that some rows lack: what it carries has a share in them.
+            weight=weight if tube.share is None else weight * tube.share,
             offset=squared - tube.unloaded_u,
             radial=squared / axial,
             hoop=addcmul(tube.twist_rate * tube.twist_rate, inverse * inverse, torch.reciprocal(axial)),

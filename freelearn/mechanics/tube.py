@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import torch
@@ -26,6 +26,9 @@ class Tube:
     the one unknown u = r_i² [m²], and r dr = a da. The fiber's circumferential stretch is r g with
     g = sin Γ/R + k cos Γ, its axial one λz cos Γ.
 
+    share: of the family of fibers at the angle Γ, a factor (N,) of what it carries; None for one. second: the same
+    tubes with the second family's angle, where some have one.
+
     points: of the quadrature through the wall; None takes the exact integrals wherever an energy has them.
     """
 
@@ -36,13 +39,15 @@ class Tube:
     sine: Tensor
     cosine: Tensor
     points: int | None = None
+    share: Tensor | None = None
+    second: Tube | None = None
 
     @classmethod
     def from_states(cls, states: States, points: int | None = None) -> Tube:
         """The tubes of N states."""
         axial = states.length / states.reference_length
         thinner = torch.rsqrt(axial)
-        return cls(
+        first = cls(
             axial=axial,
             inner=states.inner_radius * thinner,
             outer=states.outer_radius * thinner,
@@ -51,6 +56,15 @@ class Tube:
             cosine=torch.cos(states.fiber_angle),
             points=points,
         )
+        if states.second_angle is None:
+            return first
+        sine, cosine = torch.sin(states.second_angle) * thinner, torch.cos(states.second_angle)
+        return replace(first, second=replace(first, sine=sine, cosine=cosine, share=states.second_share))
+
+    @property
+    def families(self) -> list[Tube]:
+        """The same tubes for each family of fibers."""
+        return [self] if self.second is None else [self, self.second]
 
     @cached_property
     def fiber_turn(self) -> Tensor:

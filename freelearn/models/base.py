@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Generic, Protocol
 import torch
 from torch import Tensor
 
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.chain import BLOCK, Chain
 from freelearn.models.effect import OWN, Effect
@@ -99,7 +100,7 @@ class Model(Chain, Generic[P]):
         """Sentences on the present parameters that a reader of a fit should know. None by default."""
         return []
 
-    def prepare(self, states: States, loads: Tensor) -> None:
+    def prepare(self, rows: Rows) -> None:
         """Looks at the training rows before a fit (input scaling). Nothing by default."""
 
     def row_jacobian(self, states: States, vector: Tensor) -> Tensor | None:
@@ -114,7 +115,8 @@ class Model(Chain, Generic[P]):
         """Everything needed to rebuild the model, as plain containers and tensors (see models.build)."""
         samples = sorted({sample for effect in self.effects for sample in effect.samples})
         effects = [effect.name for effect in self.effects]
-        return {"model": self.name, "effects": effects, "samples": samples, "state": self.state()}
+        members = max((len(effect.members) for effect in self.effects), default=0)
+        return {"model": self.name, "effects": effects, "samples": samples, "members": members, "state": self.state()}
 
 
 def _none(mask: Tensor) -> bool:

@@ -48,11 +48,13 @@ def build_model(
     values: Mapping[str, float] | None = None,
     effects: Sequence[str] = (),
     samples: Sequence[int] | None = None,
+    members: int = 0,
 ) -> Model[Any]:
     """A model with its parameters' start values (SI) and effects. Raises UserError for unknown names or values.
 
     samples: those of the training set. With several, what is set by building or mounting a sample has one parameter
-    for each of them.
+    for each of them. members: how many actuators share an end block, none for one alone; what is each one's own then
+    has a parameter for each.
     """
     if name not in MODELS:
         raise UserError(
@@ -60,7 +62,7 @@ def build_model(
             "If it is your own, name its file in FREELEARN_MODELS."
         )
     kind = MODELS[name]
-    model = kind(effects=make_effects(effects, kind.family, samples or (), name))
+    model = kind(effects=make_effects(effects, kind.family, samples or (), name, members))
     model.set_values(values or {})
     return model
 
@@ -78,6 +80,7 @@ def load_model(path: str | Path) -> Model[Any]:
         raise UserError(f"No checkpoint at {path}.") from None
     except Exception as problem:
         raise UserError(f"{path} is not a freelearn checkpoint: {problem}".split("\n")[0]) from None
-    model = build_model(content["model"], effects=content["effects"], samples=content.get("samples"))
+    known = {name: content.get(name) for name in ("effects", "samples")}
+    model = build_model(content["model"], **known, members=content.get("members", 0))
     model.load_state_dict(content["state"])
     return model

@@ -9,9 +9,12 @@ from typing import Any, TypeVar
 import torch
 from torch import Tensor
 
+from freelearn.errors import UserError
+from freelearn.measurements.beds import DEAD_LOAD, INFLATION
 from freelearn.measurements.states import States
 from freelearn.models.effect import Effect
-from freelearn.models.mount import settle
+from freelearn.models.hang import hang
+from freelearn.models.mount import Settled, settle
 from freelearn.models.parameter import Parameter
 from freelearn.models.play import take_up
 from freelearn.models.ports import (
@@ -67,13 +70,27 @@ class Chain(RawVector):
         return self.chain(states, values)
 
     def chain(self, states: States, values: Values) -> Prediction:
-        """`forward` in one block, with values that may differ from row to row."""
-        states = self.imposed(states, values)
+        """`forward` in one block, with values that may differ from row to row: what the bed of the states measures.
+
+        loads then is force and moment, or what else it measures (Bed.readings), (N, 2) SI.
+        """
+        if states.bed is DEAD_LOAD:
+            return hang(states, values, lambda at, v: self._shown(at, v)[1], self.rows_of)
+        settled, shown = self._shown(states, values)
+        if states.bed is not INFLATION:
+            return shown
+        readings = torch.stack([shown.loads[..., 0], self.swollen(settled, values)], dim=-1)
+        return Prediction(readings, shown.status)
+
+    def _shown(self, states: States, values: Values) -> Settled:
+        """The state that the mount leaves, and force and moment that the sensors show there."""
+        if not states.members:
+            states = self.imposed(states, values)
         if self._mounts:
             states, (loads, status) = settle(states, values, self._mounted, self._rested, self.rows_of)
         else:
             loads, status = self._rested(states, values)
-        return Prediction(self.sensed(loads, states, values), status)
+        return Settled(states, Prediction(self.sensed(loads, states, values), status))
 
     @property
     def yielding(self) -> list[Effect[Any]]:
@@ -93,6 +110,15 @@ class Chain(RawVector):
         return states
 
     def _rested(self, states: States, values: Values) -> Prediction:
+        """Loads on the mount: those of the actuator, or of all that share the end block."""
+        if not states.members:
+            return self._alone(states, values)
+        parts = [self._alone(self.imposed(member, values), values) for member in states.of_members()]
+        loads = torch.stack([part.loads for part in parts]).sum(0)
+        # The first reason not to trust a member's loads is one not to trust the sum.
+        return Prediction(loads, torch.stack([part.status for part in parts]).amax(0))
+
+    def _alone(self, states: States, values: Values) -> Prediction:
         """Loads on the mount where the actuator has taken up the play between them."""
         if not self._plays:
             return self._carried(states, values)
@@ -111,14 +137,22 @@ class Chain(RawVector):
         A wall whose stresses are all s times as large carries s times the pressure, and pushes and turns s times as
         hard, at the same deformation; the fluid is what it was. So loads(s, P) = s · loads(1, P/s), whatever the wall.
         """
+        shaped, left = self._built(states, values)
+        loads, status = self.bare(shaped, values)
+        return Prediction(loads if left is None else loads * left[..., None], status)
+
+    def swollen(self, states: States, values: Values) -> Tensor:
+        """Outer diameter of the actuator as it really is, at the state that was really imposed: (N,) m."""
+        return self.diameter(self._built(states, values)[0], values)
+
+    def _built(self, states: States, values: Values) -> tuple[States, Tensor | None]:
+        """The actuator as it was really built, under the pressure that its wall would balance virgin; what is left of
+        the wall's stresses."""
         shaped = states
         for effect in self._geometry:
             shaped = effect.reshape(shaped, effect.own(values, states))
         left = self.wall_left(states, values)
-        if left is None:
-            return self.bare(shaped, values)
-        loads, status = self.bare(shaped.replace(pressure=shaped.pressure / left), values)
-        return Prediction(loads * left[..., None], status)
+        return (shaped if left is None else shaped.replace(pressure=shaped.pressure / left)), left
 
     def wall_left(self, states: States, values: Values) -> Tensor | None:
         """Factor s of the wall's stresses that its effects leave, (N,); None without such effects."""
@@ -128,6 +162,10 @@ class Chain(RawVector):
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of the structure itself, with no effect but energies: what a model must give."""
         raise NotImplementedError
+
+    def diameter(self, states: States, values: Values) -> Tensor:
+        """Outer diameter of the structure itself, (N,) m. Raises UserError where a model has none."""
+        raise UserError(f"Model {self.name!r} tells no outer diameter, which the bed {states.bed.name} measures.")
 
     def dissipated(self, loads: Tensor, states: States, values: Values) -> Tensor:
         """What of the actuator's loads reaches the mount."""

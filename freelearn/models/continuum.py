@@ -13,6 +13,7 @@ from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFi
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.loads import loads_at
 from freelearn.mechanics.same_tubes import SameTubes
+from freelearn.mechanics.tube import Tube
 from freelearn.models.base import Bound, Model, Values
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
@@ -58,10 +59,16 @@ class Continuum(Model[Material]):
         status = torch.where(inflated.balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
         return Prediction(loads_at(inflated), status)
 
+    def diameter(self, states: States, values: Values) -> Tensor:
+        """As Chain.diameter: r_o² = r_i² + (R_o² − R_i²)/λz."""
+        inflated = inflate(states, self.energy(values), self.points)
+        return 2 * (inflated.u + Tube.from_states(states).solid).sqrt()
+
     def bind(self, states: States) -> Bound | None:
         """Without effects both parameters are logarithms of moduli, and the rest is made once."""
         # A class derived from this one may be another wall.
-        return _BoundContinuum(states) if type(self) is Continuum and not self.effects else None
+        plain = type(self) is Continuum and not self.effects
+        return _BoundContinuum(states) if plain and states.bed.loads and not states.members else None
 
 
 class _BoundContinuum:

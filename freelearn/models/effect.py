@@ -51,11 +51,16 @@ class Effect(Generic[P]):
     method: ClassVar[str]
     yields: ClassVar[bool] = False
     late: ClassVar[bool] = False
+    # Whether it acts on each actuator of an end block, or on the block.
+    of_each: ClassVar[bool] = True
 
-    def __init__(self, samples: Sequence[int] = ()) -> None:
-        """samples: those of a fit; with several, a `per_sample` parameter has one value for each."""
+    def __init__(self, samples: Sequence[int] = (), members: int = 0) -> None:
+        """samples: those of a fit; with several, a `per_sample` parameter has one value for each. members: how many
+        actuators share an end block; each then has its own `per_sample` and `per_member` parameters, if the effect acts
+        on the actuators and not on the block."""
         distinct = tuple(sorted(set(samples)))
         self.samples = distinct if len(distinct) > 1 else ()
+        self.members = tuple(range(1, members + 1)) if self.of_each else ()
 
     @classmethod
     def declared_parameters(cls) -> tuple[Parameter, ...]:
@@ -91,7 +96,13 @@ class Effect(Generic[P]):
 
     def _labels(self, p: Parameter) -> list[str]:
         whole = f"{self.name}.{p.name}"
-        return [f"{whole}[{sample}]" for sample in self.samples] if p.per_sample and self.samples else [whole]
+        return [f"{whole}[{number}]" for number in self._numbers(p)] or [whole]
+
+    def _numbers(self, p: Parameter) -> tuple[int, ...]:
+        """The samples or members of which each has a value of its own."""
+        if self.members:
+            return self.members if p.per_sample or p.per_member else ()
+        return self.samples if p.per_sample else ()
 
     def own(self, values: Mapping[str, Tensor], states: States | None = None) -> P:
         """This effect's parameters out of the model's values, each () or (N,).
@@ -103,8 +114,9 @@ class Effect(Generic[P]):
         return self.parameter_class(**own)  # type: ignore[return-value]  # P is the type of `parameter_class`
 
     def _of_rows(self, each: Tensor, states: States | None) -> Tensor:
-        """Values of the samples, (S,) or (N, S), to one value per row, (N,)."""
+        """Values of the samples (or members), (S,) or (N, S), to one value per row, (N,)."""
         assert states is not None
-        match = states.sample[:, None] == torch.tensor(self.samples, device=states.sample.device)
-        share = torch.where(match.any(1, keepdim=True), match.to(each.dtype), 1 / len(self.samples))
+        numbers = self.members or self.samples
+        match = states.sample[:, None] == torch.tensor(numbers, device=states.sample.device)
+        share = torch.where(match.any(1, keepdim=True), match.to(each.dtype), 1 / len(numbers))
         return (share * each).sum(-1)

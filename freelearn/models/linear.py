@@ -11,13 +11,12 @@ from torch import Tensor
 
 from freelearn.errors import UserError
 from freelearn.measurements.states import States
+from freelearn.mechanics.inextensible import helix
 from freelearn.models.base import Model, Values
 from freelearn.models.effect import Effect
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.prediction import Prediction, Status
 
-# Fibers unwound to within this share of their angle Φ count as parallel to the axis.
-SINGULAR_SHARE = 0.02
 # A start on (or within this of) the edge of positive definiteness is moved this far inside.
 EDGE = 1e-12
 # A fitted K whose determinant is below this share of ka·kb is at the edge.
@@ -38,7 +37,7 @@ class Linear(Model[Stiffness]):
     ka [N/m], kb [N·m/rad], kc [N/rad]. K = C Cᵀ with C = [[e^a, 0], [c, e^b]] is positive definite whatever a fit
     does to (a, c, b) (the log-Cholesky form of Pinheiro & Bates 1996).
     Fluid: V = π (l B² − l³)/(Φ + φ)² with B = L/cos Γ and Φ = (L/R_o) tan Γ (Bruder et al. 2018; the paper's
-    Eq. linearVolume).
+    Eq. linearVolume); of two families of fibers see mechanics.inextensible.
     """
 
     name = "linear"
@@ -92,19 +91,13 @@ class Linear(Model[Stiffness]):
 
     def structure(self, states: States, p: Stiffness) -> Prediction:
         """Loads of fluid and wall; a row at a singular angle or past the fiber's length is marked."""
-        length, reference = states.length, states.reference_length
-        fiber2 = (reference / torch.cos(states.fiber_angle)) ** 2
-        wrap = reference / states.outer_radius * torch.tan(states.fiber_angle)
-        turned = wrap + states.twist
-        singular = turned.abs() < SINGULAR_SHARE * wrap
-        # The row is marked; a finite number keeps it from breaking a loss that it is not part of.
-        turned = torch.where(singular, SINGULAR_SHARE * wrap, turned)
-        stretch = length - reference
-        length2 = length * length
-        force = math.pi * (fiber2 - 3 * length2) / turned**2 * states.pressure
-        moment = -2 * math.pi * length * (fiber2 - length2) / turned**3 * states.pressure
-        force = force - p.ka * stretch - p.kc * states.twist
-        moment = moment - p.kc * stretch - p.kb * states.twist
-        status = torch.where(length2 > fiber2, Status.OVERSTRETCHED, Status.OK)
-        status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
+        fibers, stretch = helix(states), states.length - states.reference_length
+        force = math.pi * fibers.by_length * states.pressure - p.ka * stretch - p.kc * states.twist
+        moment = math.pi * fibers.by_twist * states.pressure - p.kc * stretch - p.kb * states.twist
+        status = torch.where(fibers.radius2 < 0, Status.OVERSTRETCHED, Status.OK)
+        status = torch.where(fibers.singular, Status.SINGULAR, status).to(torch.uint8)
         return Prediction(torch.stack([force, moment], dim=-1), status)
+
+    def diameter(self, states: States, values: Values) -> Tensor:
+        """As Chain.diameter: the fibers' own, which does not depend on K."""
+        return 2 * helix(states).radius2.clamp_min(0.0).sqrt()

@@ -8,6 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from freelearn.errors import UserError
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model, Values
 from freelearn.models.effect import Effect
@@ -91,16 +93,36 @@ class MLP(Model[Parameters]):
                 load_bias[:, f, f] = self.load_half_range[f]
         return jacobian
 
-    def prepare(self, states: States, loads: Tensor) -> None:
+    def chain(self, states: States, values: Values) -> Prediction:
+        """As Chain.chain; on a bed that measures anything but loads, the network gives that by itself."""
+        if states.bed.loads:
+            return super().chain(states, values)
+        if self.effects:
+            raise UserError(
+                f"On the bed {states.bed.name} the network answers with what the bed measures, so that no effect can "
+                f"join it: leave out {', '.join(effect.name for effect in self.effects)}."
+            )
+        return self.bare(states, values)
+
+    def _rested(self, states: States, values: Values) -> Prediction:
+        """A network knows no single members: it takes all of their pressures."""
+        if not states.members:
+            return super()._rested(states, values)
+        return self._carried(self.imposed(states, values), values)
+
+    def prepare(self, rows: Rows) -> None:
         """Takes the input and load scaling from the training rows."""
-        x = inputs(states)
+        x, loads = inputs(rows.states), rows.readings.value
         low, high = x.amin(0), x.amax(0)
         half = (high - low) / 2
         # Rounding of a constant column must not count as variation.
         varies = half > 1e-9 * x.abs().amax(0)
         self.input_center.copy_((low + high) / 2)
         self.input_gain.copy_(torch.where(varies, 1 / torch.where(varies, half, 1.0), 0.0))
-        low, high = loads.amin(0), loads.amax(0)
+        # Blanks are zeros, which must not widen the range.
+        there, most = rows.readings.present, torch.tensor(torch.inf, dtype=torch.float64)
+        low, high = torch.where(there, loads, most).amin(0), torch.where(there, loads, -most).amax(0)
+        low, high = torch.where(there.any(0), low, 0.0), torch.where(there.any(0), high, 0.0)
         self.load_center.copy_((low + high) / 2)
         self.load_half_range.copy_(torch.where(high > low, (high - low) / 2, 1.0))
 
@@ -111,5 +133,13 @@ def _apply(weight: Tensor, x: Tensor) -> Tensor:
 
 
 def inputs(states: States) -> Tensor:
-    """The network's unscaled inputs, (N, 7), SI, in the order of INPUT_NAMES."""
-    return torch.stack([getattr(states, name) for name in INPUT_NAMES], dim=-1)
+    """The network's unscaled inputs, (N, 7), SI: what the bed imposes, and the design (see INPUT_NAMES).
+
+    The design of several actuators on one end block is the same in every row: their pressures stand in its place, of as
+    many as five. Raises UserError for more."""
+    imposed = states.inputs()
+    design = [] if states.members else [getattr(states, name) for name in INPUT_NAMES[len(imposed) :]]
+    if len(imposed) > INPUTS:
+        raise UserError(f"The network has {INPUTS} inputs, too few for the pressures of {len(states.members)} members.")
+    spare = [torch.zeros_like(states.length)] * (INPUTS - len(imposed) - len(design))
+    return torch.stack([*imposed, *design, *spare], dim=-1)

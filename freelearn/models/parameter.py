@@ -16,8 +16,8 @@ class Parameter:
     start: value before any fit. none: value at which it has no effect (None for a parameter without one).
     lower, upper: bounds that the fit respects. log: the fit moves the logarithm, so the value stays positive
     and its scale does not matter. source: where the standard form comes from. per_sample: a fit of several samples
-    has one value for each. scale: size of a noticeable effect (of a plausible one, for a parameter that has no
-    value without effect); every parameter of an effect has it.
+    has one value for each. per_member: each of several actuators on one end block has one. scale: size of a noticeable
+    effect (of a plausible one, for a parameter that has no value without effect); every parameter of an effect has it.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Parameter:
     source: str = ""
     per_sample: bool = False
     scale: float | None = None
+    per_member: bool = False
 
     def to_raw(self, value: float) -> Tensor:
         """The raw number, (), of a value in SI: its logarithm where the fit moves that."""

@@ -30,12 +30,13 @@ def parameter(
     per_sample: bool = False,
     scale: float | None = None,
     source: str = "",
+    per_member: bool = False,
 ) -> Any:
     """Declares one physical parameter inside a class of `Parameters`; the attribute's name is the parameter's.
 
     The arguments are those of `freelearn.models.parameter.Parameter`, in SI.
     """
-    return Parameter("", symbol, unit, start, lower, upper, none, log, source, per_sample, scale)
+    return Parameter("", symbol, unit, start, lower, upper, none, log, source, per_sample, scale, per_member)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter,))

@@ -40,6 +40,7 @@ class BoundaryEffect(Effect[P]):
 class MountEffect(Effect[P]):
     """A mount that gives way: the state that it imposes depends on the loads that it carries (see models.mount)."""
 
+    of_each = False
     port = "boundary"
     method = "impose"
     yields = True
@@ -78,6 +79,7 @@ class EnergyEffect(Effect[P]):
     Its parameters are shared by all samples.
     """
 
+    of_each = False
     port = "energy"
     method = "psi"
     # Invariants that `psi` takes: i1, i2, i4.
@@ -142,6 +144,7 @@ class DissipationEffect(Effect[P]):
 class MeasurementEffect(Effect[P]):
     """Changes what the load cells show."""
 
+    of_each = False
     port = "measurement"
     method = "sense"
     late = True

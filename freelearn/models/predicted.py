@@ -5,20 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.beds import bed_of
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.prediction import Prediction, Status
-from freelearn.units import NMM
 
 
 def predicted_table(table: pd.DataFrame, split: str | np.ndarray, prediction: Prediction) -> pd.DataFrame:
-    """The measurement table with `split`, `status` and predicted loads; these are blank without an equilibrium.
+    """The measurement table with `split`, `status` and what is predicted; this is blank without an equilibrium.
 
     split: of every row, or one for all. prediction: of the table's rows.
     """
-    status = prediction.status.numpy()
+    status, bed = prediction.status.numpy(), bed_of(table)
     loads = np.where((status == Status.NO_EQUILIBRIUM)[:, None], np.nan, prediction.loads.numpy())
     words = np.array([s.name.lower() for s in Status])[status]
-    return table.assign(split=split, force_pred_n=loads[:, 0], moment_pred_nmm=loads[:, 1] / NMM, status=words)
+    shown = {q.predicted: loads[:, i] / q.factor for i, q in enumerate(bed.readings) if q in bed.measured}
+    return table.assign(split=split, **shown, status=words)
 
 
 def usable(predictions: pd.DataFrame) -> pd.DataFrame:

@@ -18,7 +18,8 @@ class Status(IntEnum):
 
 
 class Prediction(NamedTuple):
-    """loads: (N, 2) force [N] and moment [N·m]. status: (N,) uint8 values of Status."""
+    """loads: (N, 2) force [N] and moment [N·m]; of a whole chain, what its bed measures in their place (Bed.readings),
+    SI. status: (N,) uint8 values of Status."""
 
     loads: Tensor
     status: Tensor

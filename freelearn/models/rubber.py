@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.errors import UserError
 from freelearn.mechanics.energy import Energy, NeoHookean
-from freelearn.mechanics.mode import MODES
+from freelearn.mechanics.sheet import nominal_stress
 from freelearn.models.base import Values
 from freelearn.models.continuum import Continuum
 from freelearn.models.effects.registry import EFFECTS, make_effects
@@ -50,9 +50,9 @@ class Rubber:
         material = values | {"C2": torch.zeros_like(values["C1"])}
         return [NeoHookean(values["C1"]), *(effect.term(material) for effect in self.effects)]
 
-    def stress(self, values: Values, mode: str, stretch: Tensor) -> Tensor:
-        """Nominal stress in a mode: stretch (N,) → (N,) Pa."""
-        return MODES[mode].nominal_stress(self.energy(values), stretch)
+    def stress(self, values: Values, along: Tensor, across: Tensor) -> Tensor:
+        """Nominal stress in a direction of a sheet: the stretches along and across it, each (N,) → (N,) Pa."""
+        return nominal_stress(self.energy(values), along, across)
 
 
 def isotropic_effects() -> list[str]:

@@ -14,19 +14,17 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy, EnergySum, NeoHookean, StandardFiber
+from freelearn.mechanics.inextensible import helix
 from freelearn.mechanics.linear_material import LinearMaterial
 from freelearn.mechanics.loads import tube_loads
 from freelearn.mechanics.tube import Tube
-from freelearn.models.base import Model
+from freelearn.models.base import Model, Values
 from freelearn.models.continuum import Continuum
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import columns
 from freelearn.models.prediction import Prediction, Status
-
-# A fiber helix turned to within this share of its own angle counts as parallel to the axis.
-SINGULAR_SHARE = 0.02
 
 
 class ContinuumLinearMaterial(Continuum):
@@ -55,9 +53,9 @@ class Wall(Parameters):
 class ContinuumInextensible(Model[Wall]):
     """Inextensible fiber: a neo-Hookean thick wall, held by a helix on its outer surface that cannot stretch.
 
-    I₄(R_o) = 1 fixes the outer radius, r_o² = (1 − λz² cos²Γ)/(sin Γ/R_o + k cos Γ)², and incompressibility the inner
-    one. The pressure that the wall does not carry is carried by the fiber's tension, which also pulls and turns.
-    The fluid's part of the loads is that of the linear model.
+    I₄(R_o) = 1 fixes the outer radius, r_o² = (1 − λz² cos²Γ)/(sin Γ/R_o + k cos Γ)² (of two families see
+    mechanics.inextensible), and incompressibility the inner one. The pressure that the wall does not carry is carried
+    by the fiber's tension, which also pulls and turns. The fluid's part of the loads is that of the linear model.
     """
 
     name = "continuum_inextensible"
@@ -73,20 +71,17 @@ class ContinuumInextensible(Model[Wall]):
         """Loads of wall, fiber tension and fluid; a row that the fiber forbids is marked."""
         tube = Tube.from_states(states)
         wall = EnergySum([NeoHookean(p.C1)]).wall(tube)
-        axial, smallest = tube.axial * tube.cosine, 1e-2 * states.inner_radius**2
-        own = torch.sin(states.fiber_angle) / states.outer_radius
-        hoop = own + tube.fiber_turn
-        singular = hoop.abs() < SINGULAR_SHARE * own
-        hoop = torch.where(singular, SINGULAR_SHARE * own, hoop)
-        radius2 = (1 - axial * axial) / hoop**2
+        fibers, smallest = helix(states), 1e-2 * states.inner_radius**2
         # A fiber that is too short for the length would have to close the bore: the row is marked, and a finite number
         # keeps it from breaking a loss that it is not part of.
-        overstretched = radius2 - tube.solid < smallest
-        u = torch.where(overstretched, smallest, radius2 - tube.solid)
-        tension = (states.pressure - wall.carried(u).pressure) / hoop**2
-        radius2 = u + tube.solid
-        force = -math.pi * tension * (2 * axial * axial - radius2 * hoop**2)
-        moment = -2 * math.pi * tension * (radius2 * hoop * axial)
+        overstretched = fibers.radius2 - tube.solid < smallest
+        u = torch.where(overstretched, smallest, fibers.radius2 - tube.solid)
+        # By virtual work: what the wall does not carry acts on the volume inside the fibers.
+        carried = math.pi * (states.pressure - wall.carried(u).pressure)
         status = torch.where(overstretched, Status.OVERSTRETCHED, Status.OK)
-        status = torch.where(singular, Status.SINGULAR, status).to(torch.uint8)
-        return Prediction(tube_loads(wall, u) + columns(force, moment), status)
+        status = torch.where(fibers.singular, Status.SINGULAR, status).to(torch.uint8)
+        return Prediction(tube_loads(wall, u) + columns(carried * fibers.by_length, carried * fibers.by_twist), status)
+
+    def diameter(self, states: States, values: Values) -> Tensor:
+        """As Chain.diameter: the fibers' own."""
+        return 2 * helix(states).radius2.clamp_min(0.0).sqrt()

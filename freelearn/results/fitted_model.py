@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.measurements.schema import DESIGN
+from freelearn.measurements.members import DESIGN
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
 from freelearn.models.build import load_model

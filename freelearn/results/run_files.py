@@ -64,8 +64,7 @@ def results(run: Run, origin: Origin) -> dict[str, Any]:
         "fit": run.method,
         "effects": [e.name for e in run.model.effects],
         "parameters": {estimate.name: estimate.plain() for estimate in run.estimates()},
-        "tests": {name: {k: finite(v) if k != "n" else v for k, v in e._asdict().items()}
-                  for name, e in run.errors.items()},
+        "tests": {name: e.plain() for name, e in run.errors.items()},
         "counts": run.counts(),
         "seconds": run.seconds,
         "fit_seconds": run.fit_seconds,

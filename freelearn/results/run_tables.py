@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from freelearn.measurements.beds import bed_of
 from freelearn.results.estimate import parameter_table
 from freelearn.results.formats import percent, sentence
 from freelearn.results.notes import effect_notes, notes
@@ -21,13 +22,16 @@ MEANING = {
 
 def error_table(run: Run) -> DisplayTable:
     """Errors by test set; the training set's own is marked."""
+    measured = [quantity.name for quantity in bed_of(run.table).measured]
     rows = [
-        [f"{name} *" if name == run.train else name, *map(percent, (e.E, e.E_force, e.E_moment)), str(e.n)]
+        [f"{name} *" if name == run.train else name, *map(percent, (e.E, *map(e.part, measured))), str(e.n)]
         for name, e in run.errors.items()
     ]
     fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
     marked = "*: the training set's own test rows" if run.train in run.errors else ""
-    return DisplayTable.of(["test set"], ["E %", "force %", "moment %", "rows"], rows, f"{run.title}, {fitted}", marked)
+    return DisplayTable.of(
+        ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}", marked
+    )
 
 
 def run_parameters(run: Run) -> DisplayTable | str:

@@ -18,7 +18,7 @@ from freelearn.models.rubber import Rubber
 def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> None:
     """Writes a fit: effects, parameters {name: {value, stderr, unit}}, modes {mode: {error, n, fitted}}, data.
 
-    Errors are shares of a mode's largest stress (0.05 is 5 %); numbers that do not exist are null.
+    Errors are shares of a mode's largest stress (0.05 is 5 %), n counts stresses; numbers that do not exist are null.
     """
     parameters = {
         name: {"value": value, "stderr": _number(fit.stderr[name]), "unit": fit.rubber.declared[name].unit}

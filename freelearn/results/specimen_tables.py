@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from freelearn.fit.rubber import RubberFit
-from freelearn.mechanics.mode import MODES
+from freelearn.measurements.specimen_modes import MODES
 from freelearn.results.formats import number, percent
 from freelearn.results.tables import DisplayTable
 
@@ -24,11 +24,11 @@ def mode_table(fits: Mapping[str, RubberFit]) -> DisplayTable:
         ]
         for mode, about in first.modes.items()
     ]
-    return DisplayTable.of(["mode"], ["rows", *fits], rows, title="error E in % of a mode's largest stress")
+    return DisplayTable.of(["mode"], ["stresses", *fits], rows, title="error E in % of a mode's largest stress")
 
 
 def rubber_parameters(fit: RubberFit) -> DisplayTable:
-    """Values and standard errors, which take the misfits of neighboring rows as independent, without intervals."""
+    """Values and standard errors, which take the misfits of neighbors as independent, without intervals."""
     rows = [
         [name, number(value, 6), number(fit.stderr[name], 2), fit.rubber.declared[name].unit]
         for name, value in fit.values.items()

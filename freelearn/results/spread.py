@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from freelearn.measurements.schema import DESIGN
+from freelearn.measurements.members import DESIGN
 from freelearn.results.record import RunRecord
 
 COLUMNS = ["model", "train", "seed", "parameter", "value", "stderr", "unit"]

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from freelearn.fit.problem import Problem
 from freelearn.inference.noise import sensitivities
-from freelearn.measurements.rows import Rows
+from freelearn.measurements.rows import Readings, Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.prediction import Prediction, Status
@@ -22,7 +22,7 @@ STEPS = {"length": 1e-6, "twist": 1e-5, "pressure": 1.0}
 
 def parameter_derivatives(model: Model[Any], states: States, steps: Mapping[str, float]) -> None:
     """Forward and reverse derivatives by all raw parameters agree, and with differences in the steps' labels."""
-    rows = Rows(states, torch.ones(len(states), 2, dtype=torch.float64), np.arange(len(states)))
+    rows = Rows(states, Readings.whole(torch.ones(len(states), 2, dtype=torch.float64)), np.arange(len(states)))
     problem = Problem(model, rows)
     vector = model.vector().detach()
     reverse = problem.jacobians(vector[None])[0]

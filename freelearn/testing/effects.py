@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from freelearn.fit.starts import starts
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.build import MODELS
@@ -66,9 +67,10 @@ def assemble(model: str, effects: Sequence[Kind], values: Mapping[str, float]) -
 
 def network(model: Model[Any], states: States, loads: Tensor) -> Model[Any]:
     """The network with random weights and the scaling of these rows; its effects as they are."""
-    model.prepare(states, loads)
+    rows = Rows.whole(states, loads)
+    model.prepare(rows)
     effects = model.scalars()
-    model.set_vector(starts(model, states, loads, 1, torch.Generator().manual_seed(3))[0])
+    model.set_vector(starts(model, rows, 1, torch.Generator().manual_seed(3))[0])
     model.set_values(effects)
     return model
 

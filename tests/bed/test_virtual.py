@@ -5,7 +5,8 @@ import pytest
 import torch
 
 from freelearn.bed.virtual import simulate
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.rows import loads_of
+from freelearn.measurements.states import States, kinematic_state
 from freelearn.measurements.table import read_table
 from freelearn.models.continuum import Continuum
 
@@ -46,12 +47,12 @@ def test_noise_is_the_accuracy(bed):
     quiet = simulate(TRUTH, {}, ACCURACY | {"elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": 0.0}, 0.45, seed=3)
     usable = quiet[quiet["buckled"] == 0]
     with torch.no_grad():
-        rest = measured_loads(usable) - Continuum(**TRUTH)(States.from_table(usable)).loads
+        rest = loads_of(usable) - Continuum(**TRUTH)(States.from_table(usable)).loads
     assert rest.std(0).tolist() == pytest.approx([0.03, 0.6e-3], rel=0.03)
     # A position error is shared by the rows of a state: at one state the residuals are nearly the same.
     shaky = simulate(TRUTH, {}, ACCURACY | {"force_n": 0.0, "moment_nmm": 0.0, "pressure_kpa": 0.0}, 0.0, seed=3)
     with torch.no_grad():
-        rest = (measured_loads(shaky) - Continuum(**TRUTH)(States.from_table(shaky)).loads)[:, 0].numpy()
+        rest = (loads_of(shaky) - Continuum(**TRUTH)(States.from_table(shaky)).loads)[:, 0].numpy()
     by_state = rest.reshape(-1, 10)
     within, between = by_state.std(1).mean(), by_state.mean(1).std()
     assert within < 0.2 * between

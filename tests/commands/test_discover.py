@@ -248,7 +248,7 @@ def test_held_out_errors_say_what_they_are(friction):
         (lambda t: t, ["data.accuracy=guess"], "estimate"),
         (lambda t: t.assign(buckled=1), [], "marked as buckled"),
         (lambda t: t[:3], [], "too few"),
-        (lambda t: t.drop(columns="force_n"), [], "force_n"),
+        (lambda t: t.drop(columns=["force_n", "moment_nmm"]), [], "force_n"),
     ],
 )
 def test_bad_input_is_one_clear_error(change, overrides, message, tmp_path):

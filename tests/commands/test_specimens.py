@@ -163,3 +163,29 @@ def test_mistakes_end_in_one_sentence(monkeypatch, tmp_path, capsys):
     with pytest.raises(SystemExit):
         command.main()
     assert "drop --effects and --held-out" in capsys.readouterr().err
+
+
+def test_a_biaxial_mode_has_a_panel_for_each_direction_and_a_line_for_each_specimen(tmp_path):
+    rows = [
+        f"{mode},{name},{one},{two},{stress},{across}"
+        for mode, name, one, two, stress, across in (
+            *(("BT", "a", x, 1.5, x / 3, 0.5) for x in (1.0, 1.3, 1.5)),
+            *(("BT", "b", x, 2.0, x / 2, 0.7) for x in (1.0, 1.6)),
+            *(("UT", "", x, "", x / 4, "") for x in (1.2, 1.8)),
+        )
+    ]
+    path = tmp_path / "table.csv"
+    path.write_text("\n".join(["mode,specimen,stretch,stretch_2,stress_mpa,stress_2_mpa", *rows]) + "\n")
+    table = command.read_specimens([str(path)]).table
+    fits = {NEO_HOOKEAN: fit_rubber(Rubber(), table)}
+    curves = curve_table(table, fits)
+    figure = specimen_curves(curves, fits)
+    assert [axes.get_title().split(":")[0] for axes in figure.axes] == ["uniaxial, fitted", *["biaxial, fitted"] * 2]
+    assert [text.get_text() for text in figure.axes[1].texts] == ["a", "b"]
+    # The lines pass where the rows are, and what direction 2 carries is what direction 1 would of the sheet turned.
+    own = curves[(curves["source"] == NEO_HOOKEAN) & (curves["mode"] == "biaxial")]
+    assert own.groupby("specimen")["stretch"].agg(["min", "max"]).to_numpy().tolist() == [[1.0, 1.5], [1.0, 1.6]]
+    equal = own[(own["stretch"] == own["stretch_2"])]
+    assert len(equal) == 1
+    assert equal["stress_mpa"].to_numpy() == pytest.approx(equal["stress_2_mpa"].to_numpy())
+    assert curves.loc[curves["mode"] == "uniaxial", "stress_2_mpa"].isna().all()

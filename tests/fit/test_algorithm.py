@@ -30,7 +30,7 @@ def rows(random_states):
     with torch.no_grad():
         loads = Linear(ka=1500.0, kb=0.15, kc=4.0)(states).loads
     noise = torch.randn(loads.shape, dtype=loads.dtype, generator=torch.Generator().manual_seed(0))
-    return Rows(states, loads + 0.02 * loads.abs().amax(0) * noise, np.arange(120) // 10)
+    return Rows.whole(states, loads + 0.02 * loads.abs().amax(0) * noise, np.arange(120) // 10)
 
 
 def nothing(rows: Rows) -> Rows:
@@ -75,7 +75,7 @@ def test_a_fit_says_whether_it_converged(rows):
     done = fit(Linear(), rows, nothing(rows), LM, seed=0)
     assert done.converged
     assert done.message.startswith("Converged")
-    tube = Rows(rows.states, Continuum(1e6, 2e7)(rows.states).loads.detach(), rows.state)
+    tube = Rows.whole(rows.states, Continuum(1e6, 2e7)(rows.states).loads.detach(), rows.state)
     short = fit(Continuum(), tube, nothing(rows), FitOptions("levenberg_marquardt", 2, 1, 6), seed=0)
     assert not short.converged
     assert "iteration limit" in short.message
@@ -145,8 +145,8 @@ CASES = [("continuum", []), ("linear", []), ("mlp", []), ("continuum", ["fiber_t
 def test_a_fit_makes_no_tensor_where_the_model_is_not(name, effects, rows):
     """With a default device of another kind, every tensor made without saying where would end there and not fit."""
     model = build_model(name, {}, effects)
-    model.prepare(rows.states, rows.loads)
-    start = starts(model, rows.states, rows.loads, 2 if name == "mlp" else 1, torch.Generator().manual_seed(0))
+    model.prepare(rows)
+    start = starts(model, rows, 2 if name == "mlp" else 1, torch.Generator().manual_seed(0))
     bounds = model.raw_bounds()
     with torch.device("meta"):
         problem = Problem(model, rows)

@@ -14,8 +14,8 @@ from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.rows import Rows, loads_of
+from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.continuum import Continuum
 from freelearn.models.linear import Linear
@@ -34,7 +34,7 @@ def rows_from(truth: Model, count: int = 150, seed: int = 0, noise: float = 0.0)
         loads, status = truth(states)
     generator = torch.Generator().manual_seed(seed)
     loads = loads + noise * loads.abs().amax(0) * torch.randn(loads.shape, dtype=loads.dtype, generator=generator)
-    rows = Rows(states, loads, kinematic_state(table))
+    rows = Rows.whole(states, loads, kinematic_state(table))
     return rows[torch.nonzero(status == Status.OK)[:, 0]]
 
 
@@ -98,7 +98,7 @@ def test_stiffness_reaches_the_constrained_global_optimum(case):
     push = generator.normal(size=3) * (800.0, 0.2, 30.0)
     stretch, twist = rows.states.length - rows.states.reference_length, rows.states.twist
     extra = torch.stack([push[0] * stretch + push[2] * twist, push[2] * stretch + push[1] * twist], dim=-1)
-    rows = Rows(rows.states, rows.loads + extra, rows.state)
+    rows = Rows.whole(rows.states, rows.loads + extra, rows.state)
     best, _ = convex_optimum(rows)
     model = Linear()
     fit(model, rows, nothing(rows), LM, seed=0)
@@ -112,9 +112,9 @@ def test_the_network_matches_scipy_from_the_same_start():
     rows = rows_from(Continuum(1e6, 2e7), count=250, noise=0.01)
     rows = rows[torch.nonzero(rows.states.sample % 2 == 0)[:, 0]]
     model = MLP()
-    model.prepare(rows.states, rows.loads)
+    model.prepare(rows)
     problem = Problem(model, rows)
-    starting = starts(model, rows.states, rows.loads, 5, torch.Generator().manual_seed(0))
+    starting = starts(model, rows, 5, torch.Generator().manual_seed(0))
 
     def residual(x: np.ndarray) -> np.ndarray:
         with torch.no_grad():
@@ -138,10 +138,10 @@ def test_the_network_recovers_loads_that_a_network_made():
     table = random_table(400, 1)
     states = States.from_table(table)
     truth = MLP()
-    truth.prepare(states, torch.tensor([[-10.0, -0.1], [20.0, 0.3]]).double().repeat(200, 1))
+    truth.prepare(Rows.whole(states, torch.tensor([[-10.0, -0.1], [20.0, 0.3]]).double().repeat(200, 1)))
     truth.set_vector(torch.randn(62, dtype=torch.float64, generator=torch.Generator().manual_seed(3)) * 0.5)
     with torch.no_grad():
-        rows = Rows(states, truth(states).loads, kinematic_state(table))
+        rows = Rows.whole(states, truth(states).loads, kinematic_state(table))
     model = MLP()
     options = FitOptions("levenberg_marquardt", max_epochs=400, restarts=4, patience=400)
     fit(model, rows[torch.arange(300)], rows[torch.arange(300, 400)], options, seed=0)
@@ -178,9 +178,9 @@ def test_restarts_share_nothing_but_the_run():
     """Several restarts in one batch are each what they would have been alone."""
     rows = rows_from(Continuum(1e6, 2e7), count=80)
     model = MLP()
-    model.prepare(rows.states, rows.loads)
+    model.prepare(rows)
     problem = Problem(model, rows)
-    starting = starts(model, rows.states, rows.loads, 3, torch.Generator().manual_seed(2))
+    starting = starts(model, rows, 3, torch.Generator().manual_seed(2))
     together = problem.residuals(starting)
     for i in range(3):
         torch.testing.assert_close(together[i], problem.residual(starting[i]))
@@ -209,7 +209,7 @@ def test_rows_without_an_equilibrium_leave_the_loss():
     assert 2 < lost.sum() < 50
     # Whatever a ballooned tube shows is not what the formula says.
     loads[lost] *= 0.5
-    rows = Rows(states, loads, kinematic_state(table))
+    rows = Rows.whole(states, loads, kinematic_state(table))
     model = Continuum()
     outcome = fit(model, rows, nothing(rows), LM, seed=0)
     assert not outcome.kept[lost.numpy()].any()
@@ -220,7 +220,7 @@ def test_rows_without_an_equilibrium_leave_the_loss():
 def test_a_fit_does_not_gain_by_losing_rows():
     """Loads far below what the pressure must give: the fit stays with the rows instead of ballooning out of them."""
     rows = rows_from(Continuum(1e6, 2e7), count=150)
-    feeble = Rows(rows.states, 0.02 * rows.loads, rows.state)
+    feeble = Rows.whole(rows.states, 0.02 * rows.loads, rows.state)
     model = Continuum()
     fit(model, feeble, nothing(rows), LM, seed=0)
     assert (model(rows.states).status == Status.OK).float().mean() > 0.8
@@ -270,10 +270,10 @@ def test_standard_errors_cover_when_rows_of_a_state_err_together():
     for seed in range(150):
         shared = torch.randn(count, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(seed))
         noisy = loads + 0.05 * loads.abs().amax(0) * shared.repeat_interleave(per_state, 0)
-        rows = Rows(states, noisy, kinematic_state(table))[usable]
+        rows = Rows.whole(states, noisy, kinematic_state(table))[usable]
         model = Linear()
         # The start of a fit of K is its answer.
-        model.set_vector(starts(model, rows.states, rows.loads, 1, torch.Generator())[0])
+        model.set_vector(starts(model, rows, 1, torch.Generator())[0])
         known = uncertainty(Problem(model, rows))
         results.append((known.values, known.stderr, known.stderr_independent))
     values, clustered, naive = (np.array(column) for column in zip(*results, strict=True))
@@ -284,4 +284,4 @@ def test_standard_errors_cover_when_rows_of_a_state_err_together():
 
 def test_table_loads_are_converted():
     table = random_table(3, 0).assign(force_n=[1.0, 2.0, 3.0], moment_nmm=[10.0, 20.0, 30.0])
-    torch.testing.assert_close(measured_loads(table)[:, 1], torch.tensor([0.01, 0.02, 0.03]).double())
+    torch.testing.assert_close(loads_of(table)[:, 1], torch.tensor([0.01, 0.02, 0.03]).double())

@@ -22,7 +22,7 @@ def rows(random_states):
     states = random_states(30)
     generator = torch.Generator().manual_seed(0)
     loads = torch.randn(30, 2, dtype=torch.float64, generator=generator)
-    return Rows(states, loads, np.arange(30) // 3)
+    return Rows.whole(states, loads, np.arange(30) // 3)
 
 
 def compute(model, rows):
@@ -66,8 +66,8 @@ def test_the_key_depends_on_everything_that_the_numbers_do(rows):
     def key(name="linear", effects=(), values=None, train=rows, options=OPTIONS, seed=0):
         return fit_key(build_model(name, values, effects), train, empty, options, seed)
 
-    moved = Rows(rows.states.replace(pressure=rows.states.pressure * (1 + 1e-12)), rows.loads, rows.state)
-    grouped = Rows(rows.states, rows.loads, np.arange(30) // 5)
+    moved = Rows.whole(rows.states.replace(pressure=rows.states.pressure * (1 + 1e-12)), rows.loads, rows.state)
+    grouped = Rows.whole(rows.states, rows.loads, np.arange(30) // 5)
     keys = [
         key(),
         key("continuum"),
@@ -81,4 +81,4 @@ def test_the_key_depends_on_everything_that_the_numbers_do(rows):
     ]
     assert len(set(keys)) == len(keys)
     # How the states are numbered does not matter, only which rows share one.
-    assert key(train=Rows(rows.states, rows.loads, rows.state + 7)) == keys[0]
+    assert key(train=Rows.whole(rows.states, rows.loads, rows.state + 7)) == keys[0]

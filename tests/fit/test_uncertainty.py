@@ -38,7 +38,7 @@ def fitted(name: str, seed: int) -> tuple[Uncertainty, np.ndarray]:
     shared = torch.randn(STATES, 2, generator=generator, dtype=torch.float64).repeat_interleave(ROWS, 0)
     own = torch.randn(loads.shape, generator=generator, dtype=torch.float64)
     loads = loads + 0.03 * loads.abs().amax(0) * (shared + 0.3 * own)
-    problem = Problem(model, Rows(states, loads, grouping))
+    problem = Problem(model, Rows.whole(states, loads, grouping))
     vector = model.vector().detach().clone()
     for _ in range(ITERATIONS if name == "continuum" else 1):
         jacobian = problem.jacobians(vector[None])[0]
@@ -84,4 +84,4 @@ def test_fewer_states_than_parameters_leave_one_degree_of_freedom():
     model: Model = build_model("linear", {}, [])
     states, grouping = few_states(0, 2)
     loads = model(states).loads.detach() * 1.01
-    assert uncertainty(Problem(model, Rows(states, loads, grouping))).freedom == 1
+    assert uncertainty(Problem(model, Rows.whole(states, loads, grouping))).freedom == 1

@@ -59,7 +59,7 @@ class Bench:
 
     @property
     def rows(self) -> Rows:
-        return Rows(States.from_table(self.table), torch.as_tensor(self.loads.copy()), self.state)
+        return Rows.whole(States.from_table(self.table), torch.as_tensor(self.loads.copy()), self.state)
 
     def showing(self, readings: Mapping[tuple[int, int], float]) -> "Bench":
         """The same, but for readings that show something else: (row, load) → N or N·m."""

@@ -8,14 +8,13 @@ from hidden_tables import MATERIAL, table
 from freelearn.inference.before_after import common_errors
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 from freelearn.models.prediction import Status
 
 
 def test_models_are_compared_on_rows_that_both_answer():
     data = table({}, share=0.1)
-    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = Rows.from_table(data)
     rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
     stiff = build_model("continuum", {"C1": MATERIAL[0], "C2": MATERIAL[1]})
     # So soft that it has no equilibrium at high pressure.

@@ -27,7 +27,7 @@ def test_what_acts_behind_the_structure_has_the_derivatives_of_the_whole_chain(g
     model = build([])
     with torch.no_grad():
         loads = model(states).loads * 1.02
-    rows = Rows(states, loads, kinematic_state(table))
+    rows = Rows.whole(states, loads, kinematic_state(table))
     whiten = Whitener(sensitivities(model, states), torch.as_tensor(rows.state), PAPER)
     fit = white_fit(model, rows, whiten, model.vector().detach())
     for trial in trials(fit, rows, whiten, [n for n in NAMES if n not in given], build):

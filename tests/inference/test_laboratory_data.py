@@ -10,7 +10,6 @@ from freelearn.inference.search import search
 from freelearn.inference.thresholds import ALPHA, LEFT
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 from freelearn.results.discovery import stderr
 from freelearn.testing.reference.laboratory import Laboratory, measure
@@ -34,7 +33,7 @@ def laboratory(seed, effects=None, extra=None, **how):
 
 def searched(table, stated=1.0, without=()):
     """Findings, and where their rows stand in the table. without: rows that are left out."""
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    rows = Rows.from_table(table)
     place = np.setdiff1d(np.flatnonzero(table["buckled"] == 0), list(without))
     like = Accuracy(*(stated * value for value in vars(PAPER).values()))
 

@@ -50,7 +50,7 @@ def test_a_planted_error_is_found_where_it_is():
     wrong = (data["twist_deg"] > 60) & (data["sample"] == 3)
     data.loc[wrong, "force_n"] -= 8.0
     worst = misfit(model, predicted(data, model), ACCURACY).failures[0]
-    assert worst.mean_force_n == pytest.approx(8.0, rel=0.1)
+    assert worst.mean[0] == pytest.approx(8.0, rel=0.1)
     assert "sample 3" in worst.where
     assert "twist >" in worst.where
     assert worst.sentence().startswith("force is over-predicted by")

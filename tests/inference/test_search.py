@@ -21,7 +21,6 @@ from freelearn.inference.thresholds import EXCHANGES
 from freelearn.inference.white_fit import GIVEN_UP, WhiteProblem, _ended, promise, white_fit
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 
 FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}
@@ -30,7 +29,7 @@ LIBRARY = ["friction_hysteresis", "force_offset", "moment_offset", "pressure_off
 
 def question(effects, given=(), candidates=LIBRARY, share=0.2) -> Question:
     data = table(effects, share=share)
-    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = Rows.from_table(data)
     rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
     left = [name for name in candidates if name not in given]
     return Question(lambda names: build_model("continuum", {}, names, [3, 6]), left, rows, PAPER, 0, given)

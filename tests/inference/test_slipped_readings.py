@@ -10,7 +10,6 @@ from freelearn.inference.question import Question
 from freelearn.inference.suspects import UNITS, suspects
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 from freelearn.testing.reference import laboratory
 from freelearn.testing.reference.laboratory import Laboratory
@@ -139,7 +138,7 @@ def test_of_real_mechanics_too_the_slips_are_found_and_traced():
     how = Laboratory(**SHORT, slipped=0.05, kinds=("sign", "decimal", "stuck", "other_row"), forms="package")
     measured = laboratory.measure(how, actuators, 8e5, 2e7, {}, NOISY, 4)
     table = measured.table
-    rows = Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    rows = Rows.from_table(table)
     place = np.flatnonzero(table["buckled"] == 0)
     asked = Question(
         lambda names: build_model("continuum", {}, names, [3, 6]), [], rows[torch.as_tensor(place)], PAPER, 0

@@ -18,7 +18,6 @@ from freelearn.inference.structure import structure
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 
 
@@ -40,7 +39,7 @@ def linear_fit(design: np.ndarray, target: np.ndarray) -> WhiteFit:
     best = np.linalg.lstsq(flat, target.reshape(-1), rcond=None)[0]
     residual = torch.as_tensor((flat @ best).reshape(target.shape) - target)
     jacobian = torch.as_tensor(design)
-    return WhiteFit(None, torch.as_tensor(best), residual, jacobian, 3 * residual, 3 * jacobian, True, "")  # type: ignore[arg-type]
+    return WhiteFit(None, torch.as_tensor(best), residual, jacobian, 3 * residual, 3 * jacobian, residual, True, "")  # type: ignore[arg-type]
 
 
 def test_held_out_residuals_are_those_of_refits_without_the_fold():
@@ -166,7 +165,7 @@ def test_reciprocity_is_broken_by_what_has_no_potential(bed):
 def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
     # A motor's cogging: its potential is the integral of the moment over the twist. Polynomials cannot follow it.
     data = table({}, extra=lambda s, loads: loads + size * 2e-3 * np.stack([0 * s["twist"], np.sin(8 * s["twist"])], 1))
-    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = Rows.from_table(data)
     rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
     samples = [3, 6]
     question = Question(lambda names: build_model("continuum", {}, names, samples), [], rows, PAPER, 0)
@@ -207,8 +206,8 @@ def test_the_region_of_failure_is_found_and_put_in_words(bed):
     found = failures(inputs_of(table), residual, np.array([10.0, 1.0]), np.tile([0.15, 1e-4], (2000, 1)))
     worst = found[0]
     assert worst.rows == inside.sum()
-    assert worst.mean_force_n == pytest.approx(1.2, abs=0.05)
-    assert worst.sigma_force == pytest.approx(8, abs=0.4)
+    assert worst.mean[0] == pytest.approx(1.2, abs=0.05)
+    assert worst.sigma[0] == pytest.approx(8, abs=0.4)
     sentence = worst.sentence()
     assert "force is over-predicted by 1.2" in sentence
     assert "pressure > 45" in sentence

@@ -7,12 +7,12 @@ from hidden_tables import table
 
 from freelearn.inference.testable import assumptions, candidates, unseen
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 
 
 def rows_of(data) -> Rows:
-    rows = Rows(States.from_table(data), measured_loads(data), kinematic_state(data))
+    rows = Rows.from_table(data)
     return rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
 
 

@@ -1,10 +1,12 @@
 """Tables of specimen tests are read as they stand, or refused with every fault at its line and column."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from freelearn.errors import UserError
 from freelearn.measurements.faults import TableError
+from freelearn.measurements.specimen_stresses import Stresses
 from freelearn.measurements.specimen_table import read_specimens
 
 GOOD = "mode,stretch,stress_mpa,specimen\nuniaxial,1.1,0.1,a\nUT,1.5,0.3,b\nPure shear,1.2,0.25,a\nET,1.2,0.4,a\n"
@@ -98,10 +100,72 @@ def test_a_file_is_named_once(file):
         ("1.1,1e5\n1.5,3e5", "looks like Pa .*in MPa it would be 0.3"),
         ("1.1,100\n1.5,300", "looks like kPa .*in MPa it would be 0.3"),
         ("110,0.1\n150,0.3", "looks like percent"),
-        ("0.1,0.1\n0.5,0.3", "2 rows of mode uniaxial are in tension below stretch 1"),
+        ("0.1,0.1\n0.5,0.3", "2 stresses of mode uniaxial pull where the specimen is stretched less"),
     ],
 )
 def test_numbers_in_another_unit_are_warned_of(file, rows, words):
     warnings = read_specimens(["UT=" + file(f"stretch,stress_mpa\n{rows}\n")]).warnings
     assert len(warnings) == 1
     assert pd.Series(warnings).str.contains(words).all()
+
+
+BIAXIAL = "mode,stretch,stretch_2,stress_mpa,stress_2_mpa\n"
+
+
+def test_a_biaxial_row_holds_two_stretches_and_one_or_two_stresses(file):
+    rows = (
+        "BT,1.2,1.5,0.3,0.4\nbiaxial,1.2,1.5,,0.4\nBT,0.95,1.5,0.1,\nPS,1.5,,0.5,0.2\nPS,1.5,1.01,,0.2\nUT,1.5,,0.4,0\n"
+    )
+    data = read_specimens([file(BIAXIAL + rows)])
+    assert data.modes == ["uniaxial", "pure_shear", "biaxial"]
+    np.testing.assert_allclose(data.table["stretch_2"], [1.5, 1.5, 1.5, 1, 1, 1.5**-0.5])
+    nan = np.nan
+    np.testing.assert_array_equal(data.table["stress_mpa"], [0.3, nan, 0.1, 0.5, nan, 0.4])
+    # Nothing pulls across a uniaxial specimen: its 0 is no measurement.
+    np.testing.assert_array_equal(data.table["stress_2_mpa"], [0.4, 0.4, nan, 0.2, 0.2, nan])
+    assert data.warnings == []
+
+
+def test_stresses_come_with_the_stretches_along_and_across_them(file):
+    held = Stresses.of(read_specimens([file(BIAXIAL + "BT,1.2,1.5,0.3,0.4\nBT,1.1,1.6,,0.5\n")]).table)
+    assert held.along.tolist() == [1.2, 1.5, 1.6]
+    assert held.across.tolist() == [1.5, 1.2, 1.1]
+    assert held.stress_mpa.tolist() == [0.3, 0.4, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "words"),
+    [
+        ("BT,1.2,,0.3,0.4", "stretch_2", "is blank: a biaxial test imposes it"),
+        ("BT,1.2,x,0.3,0.4", "stretch_2", "'x' is not a number"),
+        ("BT,1.2,-1,0.3,0.4", "stretch_2", "is not positive"),
+        ("BT,1.2,1.5,,", "stress_mpa", "is blank: write a number"),
+        ("BT,1.2,1.5,0.1,n/a", "stress_2_mpa", "'n/a' is not a finite number"),
+        ("PS,1.2,1.2,0.1,0.1", "stretch_2", "'1.2' is not what this mode imposes"),
+        ("UT,1.2,,,0", "stress_mpa", "is blank: write a number"),
+        ("UT,1.2,,0.1,0.1", "stress_2_mpa", "a uniaxial test leaves direction 2 free"),
+    ],
+)
+def test_what_a_test_in_two_directions_cannot_be_is_refused(file, row, column, words):
+    with pytest.raises(TableError, match=words) as caught:
+        read_specimens([file(f"{BIAXIAL}{row}\nBT,1.3,1.5,0.3,0.4\n")])
+    assert [(f.line, f.column) for f in caught.value.faults] == [(2, column)]
+
+
+def test_a_biaxial_table_without_the_stretch_across_is_refused(file):
+    with pytest.raises(TableError, match="stretch_2: column is missing: add it, a biaxial test imposes it too"):
+        read_specimens(["BT=" + file("stretch,stress_mpa\n1.2,0.3\n")])
+
+
+def test_unlike_stresses_at_like_stretches_are_warned_of(file):
+    warnings = read_specimens([file(BIAXIAL + "BT,1.5,1.5,0.6,0.8\nBT,1.2,1.5,0.4,0.7\nET,1.5,,0.6,0.61\n")]).warnings
+    assert len(warnings) == 1
+    assert "1 rows of mode biaxial are stretched alike in both directions" in warnings[0]
+    assert "differ by up to 25 %" in warnings[0]
+
+
+def test_a_side_that_pulls_while_it_is_the_shortest_is_warned_of(file):
+    # Shorter than at rest, yet longer than the thickness: that pulls.
+    assert read_specimens([file(BIAXIAL + "BT,0.93,1.5,0.1,0.4\n")]).warnings == []
+    warnings = read_specimens([file(BIAXIAL + "BT,0.5,2.5,0.3,0.4\n")]).warnings
+    assert "1 stresses of mode biaxial pull where" in warnings[0]

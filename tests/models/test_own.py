@@ -74,7 +74,7 @@ def rows_of(model, noise=0.0, count=12):
     with torch.no_grad():
         loads = model(states).loads
     loads = loads + noise * torch.tensor([1.0, 0.02]) * torch.randn(loads.shape, generator=generator).double()
-    return Rows(states, loads, kinematic_state(table))
+    return Rows.whole(states, loads, kinematic_state(table))
 
 
 # --- effects --------------------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ def test_a_model_of_the_users_own_is_fitted_whatever_its_start():
             assert 0 < error < 0.01 * VALUES[name]
             assert abs(value - VALUES[name]) < 4 * error
     # Its own values and a grid of both logarithms, the best place first.
-    places = starts(model, rows.states, rows.loads, 100, torch.Generator())
+    places = starts(model, rows, 100, torch.Generator())
     assert places.shape == (50, 2)
     losses = [float(Problem(model, rows).residual(place).square().sum()) for place in places]
     assert losses[0] == min(losses)
@@ -283,7 +283,7 @@ def test_rows_without_an_answer_are_marked_and_break_no_derivative(said, tmp_pat
     loads, status = model(states)
     assert torch.equal(status == Status.NO_EQUILIBRIUM, lost)
     assert loads.isfinite().all()
-    problem = Problem(model, Rows(states, torch.ones(len(states), 2).double(), np.arange(len(states))))
+    problem = Problem(model, Rows.whole(states, torch.ones(len(states), 2).double(), np.arange(len(states))))
     vector = model.vector().detach()
     jacobian = problem.jacobians(vector[None])[0]
     assert jacobian.isfinite().all()

@@ -11,7 +11,6 @@ from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
 from freelearn.models.build import build_model
 from freelearn.results.discovery import sigmas_heldout, stderr
 
@@ -22,7 +21,7 @@ def rows():
     table = simulate(data.truth, {}, vars(data.accuracy), data.buckled_share, 3)
     chosen = np.flatnonzero((table["sample"] == 3) & (table["buckled"] == 0))[::20]
     table = table.iloc[chosen].reset_index(drop=True)
-    return Rows(States.from_table(table), measured_loads(table), kinematic_state(table))
+    return Rows.from_table(table)
 
 
 def step_of(name: str, rows: Rows):

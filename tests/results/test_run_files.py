@@ -16,7 +16,7 @@ from freelearn.commands.run import run as evaluate
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
 from freelearn.measurements.error import set_error
-from freelearn.measurements.states import measured_loads
+from freelearn.measurements.rows import Rows, loads_of
 from freelearn.measurements.table import read_table
 from freelearn.models.build import build_model
 from freelearn.models.prediction import Status
@@ -85,7 +85,7 @@ def test_an_effect_is_judged_on_rows_that_both_models_answer(table):
     measured = read_table(table).table
     whole, gaps = (evaluate(build_model("continuum", {}, []), measured, "constituent", "all", None, 0) for _ in "ab")
     # The second model cannot answer its worst test rows: scored alone on the rest it would look better.
-    off = ((gaps.prediction.loads - measured_loads(gaps.table)) ** 2).sum(1)
+    off = ((gaps.prediction.loads - loads_of(gaps.table)) ** 2).sum(1)
     status = gaps.prediction.status.clone()
     status[off > off.median()] = Status.NO_EQUILIBRIUM
     gaps = dataclasses.replace(gaps, prediction=gaps.prediction._replace(status=status))
@@ -94,7 +94,7 @@ def test_an_effect_is_judged_on_rows_that_both_models_answer(table):
     assert 0 < pair.n < whole.errors["all"].n
     test = torch.as_tensor(whole.labels == "test")
     answered = status[test] == Status.OK
-    rows = measured_loads(whole.table)[test], whole.prediction.loads[test]
+    rows = Rows.from_table(whole.table)[test], whole.prediction.loads[test]
     assert pair.without == pytest.approx(set_error(*rows, answered).E)
     assert pair.without < whole.errors["all"].E
 

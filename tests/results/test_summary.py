@@ -5,7 +5,10 @@ import pytest
 import torch
 
 from freelearn.measurements.error import common, set_error
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
 from freelearn.results.summary import CAPTION, cells, summary, summary_table
+from freelearn.testing.tables import random_table
 
 
 def gathered(*rows: tuple[str, str, str, float, int, int]) -> pd.DataFrame:
@@ -52,8 +55,9 @@ def test_every_seed_counts_and_seeds_differ_in_their_rows():
 
 
 def test_common_rows_take_the_advantage_of_a_gap_away():
-    measured = torch.tensor([[1.0, 1.0], [2.0, 2.0], [4.0, 4.0]]).double()
-    predicted = measured + torch.tensor([0.0, 0.0, 2.0])[:, None]
+    loads = torch.tensor([[1.0, 1.0], [2.0, 2.0], [4.0, 4.0]]).double()
+    measured = Rows.whole(States.from_table(random_table(3, 0)), loads)
+    predicted = loads + torch.tensor([0.0, 0.0, 2.0])[:, None]
     whole, gap = torch.tensor([True, True, True]), torch.tensor([True, True, False])
     assert set_error(measured, predicted, whole).E > set_error(measured, predicted, gap).E
     both = common(whole, gap)

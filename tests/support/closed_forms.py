@@ -20,6 +20,7 @@ STRESS = {
     "equibiaxial": lambda x, one, two: 2 * (x - x**-5) * (one + x**2 * two),
     "pure_shear": lambda x, one, two: 2 * (x - x**-3) * (one + two),
 }
+ACROSS = {"uniaxial": lambda x: x**-0.5, "equibiaxial": lambda x: x, "pure_shear": np.ones_like}
 SHORT = {"uniaxial": "UT", "equibiaxial": "ET", "pure_shear": "PS"}
 
 
@@ -37,7 +38,17 @@ def synthetic(C1: float, C20: float, count: int = 20) -> pd.DataFrame:
     """Noise-free tests of a Yeoh rubber in all modes."""
     x = np.linspace(1.05, 3.0, count)
     parts = [
-        pd.DataFrame({"mode": m, "specimen": "", "stretch": x, "stress_mpa": yeoh(m, x, C1, C20) / 1e6}) for m in I1
+        pd.DataFrame(
+            {
+                "mode": m,
+                "specimen": "",
+                "stretch": x,
+                "stretch_2": ACROSS[m](x),
+                "stress_mpa": yeoh(m, x, C1, C20) / 1e6,
+                "stress_2_mpa": np.nan,
+            }
+        )
+        for m in I1
     ]
     return pd.concat(parts, ignore_index=True)
 

@@ -1,5 +1,6 @@
 """Fibers wound at another angle than the drawing says."""
 
+import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
@@ -24,4 +25,9 @@ class FiberMisalignment(GeometryEffect[Misalignment]):
 
     def reshape(self, states: States, p: Misalignment) -> States:
         """As GeometryEffect.reshape."""
-        return states.replace(fiber_angle=states.fiber_angle + p.angle)
+        turned = {"fiber_angle": states.fiber_angle + p.angle}
+        if states.second_angle is not None:
+            # A braid's families stay mirror images of each other.
+            mirrored = torch.sign(states.second_angle * states.fiber_angle)
+            turned["second_angle"] = states.second_angle + mirrored * p.angle
+        return states.replace(**turned)

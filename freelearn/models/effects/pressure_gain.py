@@ -10,7 +10,7 @@ from freelearn.models.ports import BoundaryEffect
 class Gain(Parameters):
     """gain: relative error of the gauge."""
 
-    gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05)
+    gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05, per_member=True)
 
 
 class PressureGain(BoundaryEffect[Gain]):

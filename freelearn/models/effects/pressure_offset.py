@@ -10,7 +10,7 @@ from freelearn.models.ports import BoundaryEffect
 class Offset(Parameters):
     """pressure: acting minus read."""
 
-    pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3)
+    pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3, per_member=True)
 
 
 class PressureOffset(BoundaryEffect[Offset]):

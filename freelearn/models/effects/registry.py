@@ -69,12 +69,13 @@ for _effect in _discover():
 
 
 def make_effects(
-    names: Sequence[str], family: str, samples: Sequence[int] = (), model: str | None = None
+    names: Sequence[str], family: str, samples: Sequence[int] = (), model: str | None = None, members: int = 0
 ) -> list[Effect[Any]]:
     """The named effects for a family of models, in the order of the registry whatever the order of the names.
 
-    samples: those of the training set; with several, some parameters have one value for each (see Effect). model: what
-    a message calls it. Raises UserError for what is unknown or does not fit.
+    samples: those of the training set; with several, some parameters have one value for each; members: how many
+    actuators share an end block (see Effect). model: what a message calls it. Raises UserError for what is unknown or
+    does not fit.
     """
     for i, name in enumerate(names):
         if name not in EFFECTS:
@@ -88,7 +89,7 @@ def make_effects(
         if family not in EFFECTS[name].families():
             fits = ", ".join(EFFECTS[name].families())
             raise UserError(f"Effect {name!r} cannot join model {model or family!r}: it works with {fits}.")
-    return [effect(samples) for name, effect in EFFECTS.items() if name in names]
+    return [effect(samples, members) for name, effect in EFFECTS.items() if name in names]
 
 
 def missing_columns(effects: Iterable[Effect[Any]], table_columns: Iterable[str]) -> str | None:

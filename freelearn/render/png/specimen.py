@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from freelearn.fit.rubber import RubberFit
@@ -14,33 +15,51 @@ from freelearn.results.formats import percent
 from freelearn.results.specimen_curves import POINTS
 
 MARKS = ("", "o", "^", "D")
+PANEL = 4.3  # inches
+STRESSES = {"stress_mpa": "nominal stress P [MPa]", "stress_2_mpa": "nominal stress across, P₂ [MPa]"}
 
 
 def specimen_curves(curves: pd.DataFrame, fits: Mapping[str, RubberFit]) -> Figure:
-    """One panel for each mode: measured rows as black squares, fits as lines, dashed where the mode was held out.
+    """One panel for each mode and direction: measured stresses as black squares, fits as lines, dashed if held out.
 
     curves: of results.specimen_curves.curve_table, of the same fits."""
     modes = next(iter(fits.values())).modes
-    figure = new_figure(4.3 * len(modes), 4.4)
-    width = 4.3 * len(modes)
+    by_mode = {mode: curves[curves["mode"] == mode] for mode in modes}
+    panels = [(mode, column) for mode, own in by_mode.items() for column in STRESSES if own[column].notna().any()]
+    width = PANEL * len(panels)
+    figure = new_figure(width, 4.4)
     figure.subplots_adjust(left=0.8 / width, right=1 - 0.15 / width, bottom=0.22, top=0.9, wspace=0.25)
-    for number, (mode, about) in enumerate(modes.items(), 1):
-        axes = figure.add_subplot(1, len(modes), number)
-        here = curves[curves["mode"] == mode]
-        measured = here[here["source"] == "measured"]
-        axes.plot(measured["stretch"], measured["stress_mpa"], "s", color="black", ms=4.5, label="measured", zorder=1)
-        for (name, fit), color, mark in zip(fits.items(), COLORS, MARKS, strict=False):
-            line = here[here["source"] == name]
-            style = "-" if fit.modes[mode].fitted else "--"
-            axes.plot(line["stretch"], line["stress_mpa"], style, color=color, lw=1.8, marker=mark, ms=5, mfc="white")
-            axes.lines[-1].set(markevery=POINTS // 8, label=name)
+    for number, (mode, column) in enumerate(panels, 1):
+        axes = figure.add_subplot(1, len(panels), number)
+        _draw(axes, by_mode[mode], column, fits, mode)
         errors = " → ".join(percent(fit.modes[mode].error, 1) for fit in fits.values())
-        axes.set_title(f"{mode.replace('_', ' ')}, {'fitted' if about.fitted else 'held out'}: E = {errors} %", size=10)
-        finish(axes, "stretch λ [–]", "nominal stress P [MPa]")
+        fitted = "fitted" if modes[mode].fitted else "held out"
+        axes.set_title(f"{mode.replace('_', ' ')}, {fitted}: E = {errors} %", size=10)
+        finish(axes, "stretch λ [–]", STRESSES[column])
     # In the order of the legend of the first panel; the dashes are explained only where there are some.
     handles, labels = figure.axes[0].get_legend_handles_labels()
     if not all(about.fitted for about in modes.values()):
         handles += figure.axes[0].plot([], [], "--", color="gray", lw=1.4)
         labels.append("mode held out of the fit")
-    figure.legend(handles, labels, loc="lower center", ncols=2 if len(modes) == 1 else 4, frameon=False, fontsize=9)
+    columns = 2 if len(panels) == 1 else 4
+    figure.legend(handles, labels, loc="lower center", ncols=columns, frameon=False, fontsize=9)
     return figure
+
+
+def _draw(axes: Axes, curves: pd.DataFrame, column: str, fits: Mapping[str, RubberFit], mode: str) -> None:
+    """One mode's stresses in one direction; where fits follow several specimens, each has its line and its name."""
+    measured = curves[curves["source"] == "measured"]
+    axes.plot(measured["stretch"], measured[column], "s", color="black", ms=4.5, label="measured", zorder=1)
+    for (name, fit), color, mark in zip(fits.items(), COLORS, MARKS, strict=False):
+        style = "-" if fit.modes[mode].fitted else "--"
+        lines = [line for _, line in curves[curves["source"] == name].groupby("specimen", sort=False)]
+        often = POINTS // (8 if len(lines) == 1 else 3)
+        for number, line in enumerate(lines):
+            axes.plot(line["stretch"], line[column], style, color=color, lw=1.8, marker=mark, ms=5, mfc="white")
+            # Matplotlib leaves labels that begin with _ out of the legend.
+            axes.lines[-1].set(markevery=often, label=f"_{name}" if number else name)
+    if len(lines) > 1:
+        axes.margins(x=0.15)
+        for line in lines:
+            end = line.iloc[-1]
+            axes.annotate(end["specimen"], (end["stretch"], end[column]), (5, -2), textcoords="offset points", size=7)

@@ -10,8 +10,8 @@ from freelearn.fit.fit import fit
 from freelearn.fit.options import FitOptions
 from freelearn.fit.problem import Problem
 from freelearn.fit.uncertainty import uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state, measured_loads
+from freelearn.measurements.rows import Rows, loads_of
+from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.build import build_model
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.effects import TRUTH, labels_of
@@ -51,7 +51,7 @@ def measured(truth: pd.DataFrame, effects: list[str], values: dict[str, float], 
     shown["moment_nmm"] = loads[:, 1].numpy() / NMM + generator.normal(0, 0.6, len(truth))
     # The direction of the pressure is the bed's command, not its noise.
     states = States.from_table(shown).replace(direction=States.from_table(truth).direction)
-    return Rows(states, measured_loads(shown), kinematic_state(shown))
+    return Rows.whole(states, loads_of(shown), kinematic_state(shown))
 
 
 def check(rows: Rows, effects: list[str], values: dict[str, float], samples: tuple[int, ...]):

@@ -1,0 +1,137 @@
+"""Cells of a laboratory's file as numbers: strict, because a guessed digit is worse than a refused one."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+# What instruments and spreadsheets write where there is no number.
+BLANKS = {
+    "",
+    "-",
+    "--",
+    "---",
+    "na",
+    "n/a",
+    "#n/a",
+    "nan",
+    "none",
+    "null",
+    "nil",
+    "#div/0!",
+    "#value!",
+    "#ref!",
+    "#num!",
+}
+# A number may carry at most this many characters: beyond, it is no reading.
+LONGEST = 40
+
+_POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?", re.ASCII)
+_COMMA = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d{1,3})?", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}([ ,.'’_\u00a0\u202f]\d{3})+([.,]\d+)?")
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a file writes numbers. decimal: point or comma. thousands: what separates groups of digits, or ""."""
+
+    decimal: str = "."
+    thousands: str = ""
+
+    def number(self, cell: str) -> float | None:
+        """The cell's number; None where it is none, NaN where it is blank.
+
+        >>> Style(",").number("1,5")
+        1.5
+        """
+        text = cell.strip().replace("\u2212", "-")
+        if text.lower() in BLANKS:
+            return np.nan
+        if self.thousands:
+            text = text.replace(self.thousands, "")
+        pattern = _COMMA if self.decimal == "," else _POINT
+        if len(text) > LONGEST or not pattern.fullmatch(text):
+            return None
+        return float(text.replace(",", ".").lower().replace("d", "e"))
+
+
+POINTS = Style()
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """values: (N,) float64, NaN where a cell is blank or no number. bad: {row: what is wrong}. words: of each that
+    stands for a missing number, how often."""
+
+    values: np.ndarray
+    bad: dict[int, str]
+    words: dict[str, int]
+
+
+def numbers(cells: Sequence[str], style: Style) -> Numbers:
+    """The cells of a column as numbers."""
+    values = _fast(cells, style)
+    if values is not None:
+        return Numbers(values, {}, {})
+    values, bad, words = np.full(len(cells), np.nan), {}, Counter[str]()
+    for row, cell in enumerate(cells):
+        value = style.number(cell)
+        if value is None or np.isinf(value):
+            bad[row] = problem(cell, style)
+        else:
+            values[row] = value
+            if np.isnan(value) and cell.strip():
+                words[cell.strip()] += 1
+    return Numbers(values, bad, dict(words))
+
+
+def is_number(cell: str, style: Style | None = None) -> bool:
+    """Whether the cell holds a number, in this style or in any."""
+    styles = [style] if style else [Style("."), Style(",")]
+    return any((value := s.number(cell)) is not None and not np.isnan(value) for s in styles)
+
+
+def is_blank(cell: str) -> bool:
+    """Whether the cell holds nothing, or a word for it."""
+    return cell.strip().lower() in BLANKS
+
+
+def problem(cell: str, style: Style) -> str:
+    """What is wrong with a cell that is no number, and what to do about it."""
+    text = cell.strip()
+    bare = text.lstrip("+-")
+    if bare.lower() in ("inf", "infinity", "∞", "1.#inf", "ol", "over", "overload"):
+        return "is not a finite number: leave its row out with drop:, or blank the cell"
+    if "_" in text and bare.replace("_", "").isdigit():
+        return "is not a number: write its digits without _"
+    if _THOUSANDS.fullmatch(text) and not _decimal_only(text, style):
+        return 'looks like a number with thousands separators: say which with read: {thousands: "…", decimal: "…"}'
+    if (value := style.number(text)) is not None and np.isinf(value):
+        return "is too large for a number: correct it"
+    other = Style("." if style.decimal == "," else ",")
+    if is_number(text, other):
+        mark = "point" if style.decimal == "," else "comma"
+        return f"has a decimal {mark}, unlike the rest of the file: write all numbers one way, or set read.decimal"
+    return "is not a number: correct it, or leave its row out with drop:"
+
+
+def _decimal_only(text: str, style: Style) -> bool:
+    """Whether the text has one mark alone and that is the other decimal mark, with an even chance to be one."""
+    marks = [c for c in text if not c.isdigit() and c not in "+-"]
+    return len(marks) == 1 and marks[0] in ".," and len(text.rsplit(marks[0])[-1]) != 3
+
+
+def _fast(cells: Sequence[str], style: Style) -> np.ndarray | None:
+    """A column that holds plain numbers only, many times as fast; None where it does not."""
+    if style != POINTS or not all(cell.isascii() and "_" not in cell for cell in cells):
+        return None
+    try:
+        values = np.fromiter(map(float, cells), np.float64, len(cells))
+    except ValueError:
+        return None
+    # float() also takes words: nan and infinity are told apart the slow way.
+    return values if np.isfinite(values).all() else None

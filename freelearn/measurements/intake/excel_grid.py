@@ -1,0 +1,111 @@
+"""A sheet of an Excel workbook (.xlsx) as a grid of cells. Formulas are not calculated and macros not run."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from typing import TYPE_CHECKING, Any
+
+from freelearn.errors import UserError
+from freelearn.measurements.intake.grid import Grid, Row
+from freelearn.measurements.intake.reading import Reading
+
+if TYPE_CHECKING:
+    from openpyxl.workbook import Workbook
+    from openpyxl.worksheet.worksheet import Worksheet
+
+# A workbook that unpacks to more than this is no laboratory's table [bytes].
+LARGEST = 500_000_000
+
+
+def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
+    """The cells of the sheet that `reading` names, or of the only one that holds something. Raises UserError."""
+    _check_archive(content, name)
+    sheet = _sheet(_workbook(content, name), name, reading)
+    rows: list[Row] = [(i, [_text(v) for v in row]) for i, row in enumerate(sheet.iter_rows(values_only=True), start=1)]
+    rows = [(i, cells) for i, cells in rows if any(cells)]
+    width = max((len(cells) - _trailing(cells) for _, cells in rows), default=0)
+    rows = [(i, cells[:width]) for i, cells in rows]
+    _refuse_merged(sheet, rows, name)
+    _refuse_formulas(content, sheet, name)
+    return Grid(name, rows)
+
+
+def _check_archive(content: bytes, name: str) -> None:
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = archive.infolist()
+    except zipfile.BadZipFile:
+        raise UserError(f"{name} is a damaged .xlsx: open it in a spreadsheet program and save it again.") from None
+    if "xl/workbook.xml" not in [entry.filename for entry in entries]:
+        raise UserError(f"{name} is an archive and no workbook: unpack it and name the file in it.")
+    if sum(entry.file_size for entry in entries) > LARGEST:
+        raise UserError(f"{name} unpacks to more than {LARGEST // 1_000_000} MB: export the one sheet as CSV.")
+
+
+def _workbook(content: bytes, name: str, values: bool = True) -> Workbook:
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        raise UserError(
+            f"{name}: reading .xlsx needs openpyxl: pip install 'freelearn[excel]', or export the sheet as CSV."
+        ) from None
+    try:
+        return load_workbook(io.BytesIO(content), data_only=values, keep_links=False)
+    except Exception as problem:  # openpyxl raises whatever its parts do on a damaged file.
+        raise UserError(
+            f"{name} cannot be read as .xlsx ({problem}): open it in a spreadsheet program and save it again."
+        ) from None
+
+
+def _sheet(book: Workbook, name: str, reading: Reading) -> Worksheet:
+    filled = {s.title: s for s in book.worksheets if any(c.value is not None for row in s.iter_rows() for c in row)}
+    if reading.sheet is not None:
+        if reading.sheet not in filled:
+            raise UserError(f"{name} has no filled sheet {reading.sheet!r}: it has {', '.join(map(repr, filled))}.")
+        return filled[reading.sheet]
+    if not filled:
+        raise UserError(f"{name} is empty: it needs a header and rows.")
+    if len(filled) > 1:
+        raise UserError(
+            f"{name} has {len(filled)} sheets ({', '.join(map(repr, filled))}): choose one with read: {{sheet: …}}."
+        )
+    return next(iter(filled.values()))
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    return str(value).strip()
+
+
+def _trailing(cells: list[str]) -> int:
+    """How many blank cells a row ends with."""
+    return next((i for i, cell in enumerate(reversed(cells)) if cell), len(cells))
+
+
+def _refuse_merged(sheet: Worksheet, rows: list[Row], name: str) -> None:
+    """Merged cells in rows that fill most columns: only the first of them has a value, and nobody knows the others'.
+
+    In titles above the header they do no harm.
+    """
+    filled = {i for i, cells in rows if 2 * sum(map(bool, cells)) >= len(cells)}
+    for area in sheet.merged_cells.ranges:
+        if filled & set(range(area.min_row, area.max_row + 1)):
+            raise UserError(f"{name}, sheet {sheet.title!r}: cells {area} are merged: unmerge them and fill in each.")
+
+
+def _refuse_formulas(content: bytes, sheet: Worksheet, name: str) -> None:
+    """Formulas that no program has ever calculated have no values to read."""
+    formulas = _workbook(content, name, values=False)[sheet.title]
+    for row in formulas.iter_rows():
+        for cell in row:
+            if cell.data_type == "f" and sheet[cell.coordinate].value is None:
+                raise UserError(
+                    f"{name}, sheet {sheet.title!r}: {cell.coordinate} is a formula without a value: open the workbook "
+                    "in a spreadsheet program and save it."
+                )

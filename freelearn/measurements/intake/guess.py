@@ -1,0 +1,120 @@
+"""The best guess at what a laboratory's file holds; a guess is shown and drafted, never applied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.headings import Confidence, heading
+from freelearn.measurements.intake.raw_file import raw_table, read_bytes
+from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.suspicious import raw_suspicions
+
+ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
+# What a heading says that the table has only after a conversion.
+LENGTHS = ("elongation_mm", "length_mm", "stretch", "strain")
+
+
+@dataclass(frozen=True)
+class ColumnGuess:
+    """quantity: of the table, stretch or strain; None: none known. unit: as written, "" where the heading says none.
+    example: the first reading. low, high: the range, NaN for texts. chosen: whether the draft takes it."""
+
+    name: str
+    quantity: str | None
+    unit: str
+    confidence: Confidence
+    example: str
+    low: float
+    high: float
+    chosen: bool = False
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a file seems to hold. bed: the one that fits these columns. pressures: names of the columns that are
+    members' pressures, where there are several. notes: how the file was read and what looks wrong in it."""
+
+    name: str
+    rows: int
+    bed: str
+    columns: tuple[ColumnGuess, ...]
+    pressures: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def of(self, quantity: str) -> ColumnGuess | None:
+        """The column chosen for a quantity."""
+        return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
+
+
+def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) -> Guess:
+    """The guess for a file, given as bytes with its name, or as a path. Raises UserError where it cannot be read."""
+    if isinstance(source, Path):
+        return guess_table(raw_table(read_bytes(source), name or source.name, reading))
+    return guess_table(raw_table(source, name, reading))
+
+
+def guess_table(raw: RawTable) -> Guess:
+    """The guess for a table that was read."""
+    columns = [_column(raw, name) for name in raw.columns]
+    pressures = _pressures(columns)
+    chosen = _chosen(columns, pressures)
+    columns = [ColumnGuess(**{**vars(c), "chosen": c.name in chosen or c.name in pressures}) for c in columns]
+    quantities = {c.quantity for c in columns if c.chosen}
+    time = next((c.name for c in columns if c.chosen and c.quantity == "time_s"), None)
+    bed = _bed(quantities)
+    measured = [quantity.column for quantity in BEDS[bed].measured]
+    readings = [c.name for c in columns if c.chosen and c.quantity in measured]
+    notes = [*raw.notes, *raw_suspicions(raw, readings, time)]
+    return Guess(raw.name, len(raw), bed, tuple(columns), pressures, tuple(notes))
+
+
+def _column(raw: RawTable, name: str) -> ColumnGuess:
+    said = heading(name, raw.units.get(name, ""))
+    values = raw.maybe_numbers(name)
+    example = next((cell.strip() for cell in raw.columns[name] if cell.strip()), "")
+    finite = np.zeros(0) if values is None else values[~np.isnan(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+    usable = len(finite) > 0 or said.quantity == "sample"
+    return ColumnGuess(name, said.quantity if usable else None, said.unit, said.confidence, example, low, high)
+
+
+def _pressures(columns: Sequence[ColumnGuess]) -> tuple[str, ...]:
+    """Columns of pressures that differ: those of several members, if their headings and unit have one form."""
+    found = [c for c in columns if c.quantity == "pressure_kpa" and c.confidence == "sure" and not c.name.endswith("]")]
+    forms = {"".join(x for x in c.name if not x.isdigit()).replace("m", "").lower() for c in found}
+    return tuple(c.name for c in found) if len(found) > 1 and len(forms) == 1 else ()
+
+
+def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...]) -> set[str]:
+    """For each quantity the column that says it most clearly; of equals, one with readings that differ, then the
+    first. Length, stretch and strain stand in for the elongation."""
+    best: dict[str, ColumnGuess] = {}
+    for column in columns:
+        if column.quantity is None or (column.quantity == "pressure_kpa" and pressures):
+            continue
+        rank = _rank(column)
+        if column.quantity not in best or rank < _rank(best[column.quantity]):
+            best[column.quantity] = column
+    for quantity in [q for q in LENGTHS if q in best][1:]:
+        del best[quantity]
+    return {column.name for column in best.values()}
+
+
+def _rank(column: ColumnGuess) -> tuple[int, bool]:
+    return ORDER.index(column.confidence), column.low == column.high
+
+
+def _bed(quantities: set[str | None]) -> str:
+    if "outer_diameter_mm" in quantities:
+        return "inflation"
+    if "moment_nmm" in quantities and "force_n" not in quantities:
+        return "dead_load"
+    if "force_n" in quantities and "moment_nmm" not in quantities:
+        return "isometric"
+    return "kinematic" if "force_n" in quantities else "dead_load"

@@ -1,0 +1,119 @@
+"""What a column's heading says: which quantity, in which unit."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from freelearn.measurements.intake.units import dimension
+
+Confidence = Literal["sure", "likely", "unsure"]
+
+# Words → quantity. The first whose words fit counts; a unit of another kind rules a quantity out.
+WORDS: tuple[tuple[str, str], ...] = (
+    ("outer_diameter_mm", r"od|outer ?diameter|outside ?diameter|diameter"),
+    ("inner_radius_mm", r"ir|inner ?radius|ri"),
+    ("outer_radius_mm", r"or|outer ?radius|ro|radius"),
+    ("gamma2_deg", r"gamma ?2"),
+    ("gamma_deg", r"gamma|fib(er|re) ?angle|braid ?angle|winding ?angle"),
+    ("elongation_mm", r"d ?l|delta ?l(ength)?|elongation|extension|displacement|disp|stroke|travel|s|z|dz"),
+    ("length_mm", r"(held ?)?length|l|len|gauge ?length"),
+    ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
+    ("strain", r"strain|contraction|eps(ilon)?"),
+    ("twist_deg", r"d ?phi|phi|twist|rotation|rot\d*|angle|w|theta|turn"),
+    ("pressure_kpa", r"p\w{0,4}?\d*|pressure\w*|press|gauge"),
+    ("moment_nmm", r"m|mz|tz|torque|moment|torsion|load"),
+    ("force_n", r"f|fz|force|load|axial ?force|pull|tension|thrust"),
+    ("time_s", r"t|time|elapsed|timestamp"),
+    ("temperature_c", r"temp|temperature"),
+    ("step", r"step"),
+    ("sample", r"sample|specimen|muscle|actuator|tube"),
+)
+KIND = {
+    "outer_diameter_mm": "length",
+    "inner_radius_mm": "length",
+    "outer_radius_mm": "length",
+    "gamma2_deg": "angle",
+    "gamma_deg": "angle",
+    "elongation_mm": "length",
+    "length_mm": "length",
+    "stretch": "ratio",
+    "strain": "ratio",
+    "twist_deg": "angle",
+    "pressure_kpa": "pressure",
+    "moment_nmm": "moment",
+    "force_n": "force",
+    "time_s": "time",
+    "temperature_c": "temperature",
+}
+# Of the table itself, for a unit alone.
+OF_KIND = {"pressure": "pressure_kpa", "moment": "moment_nmm", "force": "force_n", "time": "time_s"}
+# Words that say how a reading was treated, not what it is of.
+TREATED = {"raw", "meas", "measured", "avg", "mean", "act", "actual", "net", "sensor", "kistler", "ch", "channel"}
+# Statistics and commands beside the reading are not the reading.
+BESIDE = {"std", "sd", "se", "sem", "var", "n", "count", "cmd", "command", "set", "setpoint", "target", "ref", "error"}
+
+
+@dataclass(frozen=True)
+class Heading:
+    """quantity: of the table, or stretch, strain; None where the heading says none. unit: as written, "" where none is
+    said. confidence: sure where word and unit agree, likely where one of them says it, unsure otherwise."""
+
+    quantity: str | None
+    unit: str
+    confidence: Confidence
+
+
+def heading(name: str, unit: str = "") -> Heading:
+    """What a heading says. unit: of a row of units, where the file has one.
+
+    >>> heading("P48_kPa")
+    Heading(quantity='pressure_kpa', unit='kPa', confidence='sure')
+    >>> heading("Load (lbs in)").quantity
+    'moment_nmm'
+    >>> heading("F_std").quantity
+    """
+    stem, written = _split(name)
+    unit = unit.strip().strip("[]()") or written
+    kind = dimension(unit) if unit else None
+    words = [word for word in re.split(r"[\s_.\-]+", _spaced(stem).lower()) if word]
+    if BESIDE & set(words) and len(words) > 1:
+        return Heading(None, unit if kind else "", "unsure")
+    spoken = " ".join(word for word in words if word not in TREATED)
+    whole = [q for q, pattern in WORDS if re.fullmatch(pattern, spoken)]
+    fits = [q for q in whole or _containing(spoken) if kind is None or KIND.get(q) in (kind, None)]
+    if fits:
+        agrees = bool(whole) and (kind is not None or KIND.get(fits[0], "ratio") == "ratio")
+        long = len(spoken) > 2
+        return Heading(fits[0], unit if kind else "", "sure" if agrees else "likely" if long else "unsure")
+    if kind in OF_KIND:
+        return Heading(OF_KIND[kind], unit, "likely")
+    return Heading(None, unit if kind else "", "unsure")
+
+
+def _split(name: str) -> tuple[str, str]:
+    """The words of a heading and the unit that it ends with."""
+    bare = re.sub(r" \[\d+\]$", "", name.strip())
+    if match := re.fullmatch(r"(.*?)[\s_]*[(\[]([^()\[\]]*)[)\]]\s*", bare):
+        return match.group(1) or match.group(2), match.group(2)
+    for separator in ("_", " in ", "/", " ", "."):
+        stem, found, last = bare.rpartition(separator)
+        # One letter after a point or a space is a name rather than a unit.
+        if found and stem and dimension(last) not in (None, "ratio") and (separator == "_" or len(last) > 1):
+            return stem, last
+    return bare, ""
+
+
+def _spaced(stem: str) -> str:
+    """Words that only capitals tell apart: PressureSensor."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", stem)
+
+
+def _containing(spoken: str) -> list[str]:
+    """Quantities one of whose longer names stands among the words."""
+    found = []
+    for quantity, pattern in WORDS:
+        if any(len(word) > 3 and re.fullmatch(pattern, word) for word in spoken.split()):
+            found.append(quantity)
+    return found

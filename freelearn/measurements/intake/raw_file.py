@@ -1,0 +1,79 @@
+"""A laboratory's file, whatever its format, as a table of text; what cannot be read says what to do instead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from freelearn.errors import UserError
+from freelearn.measurements.intake.excel_grid import excel_grid
+from freelearn.measurements.intake.grid import table_of
+from freelearn.measurements.intake.matlab_table import matlab_table, version_73
+from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.text_grid import text_grid
+from freelearn.measurements.text_file import missing_file
+
+# Larger files are logs to be cut first [bytes].
+LARGEST = 1_000_000_000
+EXPORT = "export the table as CSV, or save it as .xlsx"
+# First bytes → what such a file is and what to do.
+REFUSED = (
+    (b"\x1f\x8b", "is compressed (gzip): unpack it first"),
+    (b"BZh", "is compressed (bzip2): unpack it first"),
+    (b"\xfd7zXZ", "is compressed (xz): unpack it first"),
+    (b"7z\xbc\xaf", "is an archive (7z): unpack it first"),
+    (b"\xd0\xcf\x11\xe0", "is an old or encrypted Excel workbook (.xls): save it as .xlsx without a password"),
+    (b"%PDF", f"is a PDF: {EXPORT}"),
+    (b"\x89PNG", f"is a picture: {EXPORT}"),
+    (b"\xff\xd8\xff", f"is a picture: {EXPORT}"),
+    (b"PAR1", f"is a Parquet file: {EXPORT}"),
+    (b"SQLite format 3", f"is a database: {EXPORT}"),
+    (b"\x93NUMPY", f"is a NumPy array: {EXPORT}"),
+    (b"TDSm", f"is a LabVIEW TDMS file: {EXPORT}"),
+)
+PICKLES = tuple(b"\x80" + bytes([version]) for version in range(1, 6))
+MARKUP = (b"<html", b"<!doctype", b"<table", b"<?xml", b"<meta", b"<head")
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's bytes. Raises UserError where there is no regular file of a sensible size."""
+    if problem := missing_file(path):
+        raise UserError(problem)
+    try:
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise UserError(f"{path} is larger than {LARGEST // 1_000_000} MB: cut the log into parts first.")
+        return path.read_bytes()
+    except PermissionError:
+        raise UserError(f"{path} may not be read by this user: change its permissions.") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}.") from None
+
+
+def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawTable:
+    """The table in a file's bytes. name: the file's. Raises UserError. Nothing in it is executed."""
+    reading = reading or Reading()
+    if not content.strip():
+        raise UserError(f"{name} is empty: it needs a header and rows.")
+    _refuse(content, name)
+    if content.startswith(b"MATLAB 5.0") or name.lower().endswith(".mat"):
+        return matlab_table(content, name, reading)
+    if content.startswith(b"PK\x03\x04"):
+        return table_of(excel_grid(content, name, reading), reading)
+    if name.lower().endswith((".xlsx", ".xlsm")):
+        raise UserError(f"{name} is no .xlsx workbook in spite of its name: save it as .xlsx again, or rename it.")
+    return table_of(text_grid(content, name, reading), reading)
+
+
+def _refuse(content: bytes, name: str) -> None:
+    start = content[:512].lstrip().lower()
+    if content.startswith(b"\x89HDF") or content.startswith(b"MATLAB 7.3"):
+        is_mat = name.lower().endswith(".mat") or content.startswith(b"MATLAB")
+        raise UserError(version_73(name) if is_mat else f"{name} is an HDF5 file: {EXPORT}.")
+    if start.removeprefix(b"\xef\xbb\xbf").startswith(MARKUP):
+        raise UserError(f"{name} is a web page or XML under another name: open it in a spreadsheet and save as .xlsx.")
+    if content.startswith(PICKLES) or name.lower().endswith((".pkl", ".pickle")):
+        raise UserError(f"{name} is a pickle, which could run code and is never opened: export the table as CSV.")
+    for mark, what in REFUSED:
+        if content.startswith(mark):
+            raise UserError(f"{name} {what}.")

@@ -1,0 +1,131 @@
+"""Numbers of a laboratory's file that look wrong: said, never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.cells import is_blank
+from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.intake.recipe import NEEDED_DESIGN
+from freelearn.measurements.intake.scale_jumps import scale_jumps
+from freelearn.measurements.members import members_in, pressure_column
+from freelearn.measurements.plausibility import unit_warnings
+
+# Columns from which units are judged.
+UNITS_JUDGED_BY = (*NEEDED_DESIGN, "step", "elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm")
+# A reading that stands at the extreme so often did not get there by chance.
+LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
+# A channel with fewer different values is one of settings or switches, not of readings.
+LEAST_VALUES = 20
+# A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
+REST_KPA = 20.0
+# Slopes of loads over displacement as clear as this (their share of the scatter) have a sign.
+CLEAR = 0.3
+
+
+def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None) -> list[str]:
+    """Sentences about a file's columns. readings: those of the bed's instruments; time: the column of time, if any."""
+    read = [name for name in dict.fromkeys(readings) if name in raw.columns]
+    checks = (_twice(raw), _rows_twice(raw), _constant(raw, read), _saturated(raw, read), _backwards(raw, time))
+    return [f"{raw.name}: {sentence}" for check in checks for sentence in check]
+
+
+def _twice(raw: RawTable) -> Iterator[str]:
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for name, cells in raw.columns.items():
+        alike.setdefault(tuple(cells), []).append(name)
+    for same, names in alike.items():
+        if len(names) > 1 and len({cell for cell in same if not is_blank(cell)}) > 1:
+            shown = " and ".join(map(repr, names))
+            yield f"columns {shown} are the same, cell by cell: a channel may have been saved twice."
+    first = {names[0] for names in alike.values()}
+    for name in raw.columns:
+        if name in first and name.endswith("]") and (plain := name.rsplit(" [", 1)[0]) in raw.columns:
+            yield f"two columns are called {plain!r} and differ; the second is {name!r} here."
+
+
+def _rows_twice(raw: RawTable) -> Iterator[str]:
+    rows = pd.Series(list(zip(*raw.columns.values(), strict=True)))
+    filled = np.array([not all(is_blank(cell) for cell in row) for row in rows])
+    again = rows.duplicated().to_numpy() & filled
+    if again.any():
+        lines = [raw.lines[i] for i in np.flatnonzero(again)]
+        yield f"{len(lines)} rows stand there twice (line {lines[0]}{' and others' if len(lines) > 1 else ''})."
+
+
+def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
+    for name in readings:
+        values = raw.maybe_numbers(name)
+        if values is not None and len(values) > 2 and len(np.unique(values[~np.isnan(values)])) == 1:
+            value = values[~np.isnan(values)][0]
+            yield f"column {name!r} is {value:g} in every row: look whether the channel was connected."
+
+
+def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
+    for name in readings:
+        values = raw.maybe_numbers(name)
+        if values is None:
+            continue
+        levels, counts = np.unique(values[~np.isnan(values)], return_counts=True)
+        if len(levels) < LEAST_VALUES:
+            continue
+        least = max(LEAST_SATURATED, SATURATED_SHARE * counts.sum(), 5 * float(np.median(counts)))
+        for place, what in ((0, "smallest"), (-1, "largest")):
+            # Zero is a true reading of many channels: a vented gauge, a slack tube.
+            if counts[place] >= least and levels[place] != 0:
+                yield f"column {name!r} is {levels[place]:g}, its {what} value, in {counts[place]} rows: saturated?"
+
+
+def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
+    values = raw.numbers(time) if time else np.zeros(0)
+    back = np.flatnonzero(np.diff(values) < 0)
+    if len(back):
+        yield (
+            f"time {time!r} runs backwards at line {raw.lines[int(back[0]) + 1]} ({len(back)} times in all): order the "
+            "rows with order_by, or leave time_s out where several tests follow each other."
+        )
+
+
+def table_suspicions(table: pd.DataFrame, bed: str) -> list[str]:
+    """Sentences about a table that was made: scales that jump, gauges that read too much at rest, turned signs."""
+    measured = [q.column for q in BEDS[bed].measured if q.column in table]
+    checks = (scale_jumps(table, measured), _gauge(table), _signs(table, measured))
+    sentences = [sentence for check in checks for sentence in check]
+    return sentences + (unit_warnings(table) if set(UNITS_JUDGED_BY) <= set(table) else [])
+
+
+def _gauge(table: pd.DataFrame) -> Iterator[str]:
+    names = [pressure_column(i) for i in members_in(list(table.columns))] or ["pressure_kpa"]
+    for name in names:
+        values = table[name].to_numpy(dtype=np.float64)
+        visit = (table["step"].diff().fillna(0) <= 0).cumsum()
+        ends = pd.Series(values).groupby(visit.to_numpy()).last()
+        vented = ends[ends < 0.3 * np.nanmax(values)]
+        lowest = float(np.nanmin(values))
+        if lowest > REST_KPA:
+            yield f"{name} is never below {lowest:.3g}: if the gauge reads that at rest, give it as offset."
+        elif len(vented) >= 2 and len(vented) >= 0.3 * len(ends) and (rest := float(vented.median())) > REST_KPA:
+            yield f"{name} goes back to {rest:.3g} and no lower: if the gauge reads that at rest, give it as offset."
+
+
+def _signs(table: pd.DataFrame, measured: Sequence[str]) -> Iterator[str]:
+    """A tube resists: what it exerts falls as it is stretched or turned farther."""
+    if "pressure_kpa" not in table or "elongation_mm" in measured:
+        return
+    for load, by in (("force_n", "elongation_mm"), ("moment_nmm", "twist_deg")):
+        if load not in measured or table[by].nunique() < 3:
+            continue
+        same = ["sample", "pressure_kpa"]
+        centered = table[[load, by]] - table.groupby(same)[[load, by]].transform("mean")
+        part = centered[table.groupby(same)[by].transform("nunique") >= 3].dropna()
+        if len(part) < 10 or not (part.std() > 0).all():
+            continue
+        if part[load].corr(part[by]) > CLEAR:
+            yield (
+                f"{load} rises with {by} at equal pressure, as if the actuator were a spring that pushes itself away: "
+                f"look whether the sign of one of them is turned."
+            )

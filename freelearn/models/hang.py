@@ -1,0 +1,135 @@
+"""Where an actuator comes to rest under a dead load: the inverse of the chain, row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from freelearn.measurements.states import States
+from freelearn.models.prediction import Prediction, Status
+from freelearn.models.row_derivatives import rows_jacobian
+
+MAX_ITERATIONS = 80
+# Iterations after which only the rows that have not settled go on.
+EARLY = 8
+# A last step this small (in reference lengths and rad) leaves an error of about its square, which the differentiable
+# step takes away besides.
+TOLERANCE = 1e-7
+# Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
+LARGEST = (0.05, 0.3)
+# Least stiffness that is followed, as a share of the largest: where the actuator gives way, it moves with the load.
+SOFTEST = 1e-3
+# Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.
+RANGE = ((0.2, 4.0), (-25.0, 25.0))
+
+Values = dict[str, Tensor]
+# The loads that the sensors would show at a state, and the values of some rows (RawVector.rows_of).
+Loads = Callable[[States, Values], Prediction]
+RowsOf = Callable[[Values, Tensor], Values]
+
+
+def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Prediction:
+    """Elongation [m] and twist [rad] at which the chain gives the loads imposed, (N, 2), with exact first derivatives.
+
+    Solves τ(q, P) = (F, M) for q = (l, φ) from the reference state, by Newton's method with bounded steps that follow
+    the load where the stiffness −∂τ/∂q is not positive, so that it ends in stable states only. One more Newton step,
+    with the stiffness cut from the derivative, has the derivative of the implicit function theorem (see models.mount).
+    A row that does not settle, or not in a stable state, has no equilibrium.
+    """
+    with torch.no_grad():
+        fixed = {name: value.detach() for name, value in values.items()}
+        at = _solve(states.detach(), fixed, loads, rows_of)
+    prediction = loads(_moved(states, at.q), values)
+    excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
+    # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
+    step = torch.where(at.settled[:, None], _divide(excess, at.stiffness), 0.0)
+    status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
+    return Prediction(at.q + step - torch.stack([states.reference_length, 0 * states.twist], dim=-1), status)
+
+
+class _Rest(NamedTuple):
+    """q (N, 2) m, rad; stiffness −∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative."""
+
+    q: Tensor
+    stiffness: Tensor
+    settled: Tensor
+
+
+def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Rest:
+    at = _newton(states, torch.stack([states.length, states.twist], dim=-1), values, loads, EARLY)
+    left = _unsettled(at.settled)
+    if left is None:  # inside vmap
+        return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
+    if len(left):
+        rest = _newton(states[left], at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
+        at = _Rest(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
+    return at
+
+
+def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations: int) -> _Rest:
+    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    largest = torch.tensor(LARGEST, dtype=size.dtype, device=size.device).expand_as(size)
+    bounds = torch.tensor(RANGE, dtype=size.dtype, device=size.device)
+    hung, reach, before = torch.stack([states.force, states.moment], dim=-1), largest, None
+    for _ in range(iterations):
+        carried, rate = rows_jacobian(lambda at: loads(_moved(states, at), values).loads, q)
+        # In units of the reference length and of rad: both loads are then moments, and their rates comparable.
+        excess, stiffness = (carried - hung) * size, -rate * size[:, :, None] * size[:, None, :]
+        followed, stable = _positive(stiffness)
+        step = _divide(excess, followed)
+        settled = (step.abs() <= TOLERANCE).all(-1) & stable
+        if _all(settled):
+            break
+        far = excess.norm(dim=-1)
+        if before is not None:
+            # Steps that made it worse were too long.
+            reach = torch.where((far > before)[:, None], reach / 2, torch.minimum(1.5 * reach, largest))
+        before = far
+        scaled = torch.minimum(torch.maximum(step, -reach), reach)
+        moved = torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
+        q = torch.where(settled[:, None], q, moved * size)
+    return _Rest(q, -rate, settled)
+
+
+def _positive(stiffness: Tensor) -> tuple[Tensor, Tensor]:
+    """Stiffness (N, 2, 2) made positive where it is not, and whether it was, (N,) bool."""
+    even = (stiffness + stiffness.mT) / 2
+    mean, half = (even[:, 0, 0] + even[:, 1, 1]) / 2, (even[:, 0, 0] - even[:, 1, 1]) / 2
+    spread = torch.hypot(half, even[:, 0, 1])
+    lowest, most = mean - spread, (mean.abs() + spread).clamp_min(1e-12)
+    lift = (SOFTEST * most - lowest).clamp_min(0.0)
+    identity = torch.eye(2, dtype=stiffness.dtype, device=stiffness.device)
+    stable = (stiffness[:, 0, 0] * stiffness[:, 1, 1] > stiffness[:, 0, 1] * stiffness[:, 1, 0]) & (mean > 0)
+    # What is stable, if only just, is followed as it is.
+    return torch.where(stable[:, None, None], stiffness, even + lift[:, None, None] * identity), stable
+
+
+def _moved(states: States, q: Tensor) -> States:
+    return states.replace(length=q[:, 0], twist=q[:, 1])
+
+
+def _divide(g: Tensor, m: Tensor) -> Tensor:
+    """m⁻¹ g of every row: (N, 2), (N, 2, 2) → (N, 2)."""
+    determinant = m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
+    first = m[:, 1, 1] * g[:, 0] - m[:, 0, 1] * g[:, 1]
+    second = m[:, 0, 0] * g[:, 1] - m[:, 1, 0] * g[:, 0]
+    return torch.stack([first, second], dim=-1) / determinant[:, None]
+
+
+def _unsettled(settled: Tensor) -> Tensor | None:
+    """Numbers of the rows that have not settled, (n,) int64; None inside vmap, where nobody can know."""
+    try:
+        return torch.nonzero(~settled)[:, 0]
+    except RuntimeError:
+        return None
+
+
+def _all(mask: Tensor) -> bool:
+    """Whether all rows are done; False inside vmap, where nobody can know."""
+    try:
+        return bool(mask.all())
+    except RuntimeError:
+        return False

@@ -1,0 +1,67 @@
+"""What intake shows in the terminal: its guess at a file, or what became of it."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from freelearn.measurements.intake.assemble import Intake
+from freelearn.measurements.intake.guess import Guess
+from freelearn.render.terminal.table import rich_table
+from freelearn.results.tables import Column, DisplayTable
+
+HEADINGS = ("column", "quantity", "unit", "how sure", "from … to", "first")
+
+
+def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> None:
+    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one."""
+    rows = [
+        (
+            c.name,
+            (c.quantity or "") if c.chosen else "–",
+            c.unit,
+            c.confidence if c.quantity else "",
+            _range(c.low, c.high),
+            c.example,
+        )
+        for c in found.columns
+    ]
+    columns = tuple(Column(heading, words=True) for heading in HEADINGS)
+    title = f"{found.name}: {found.rows} rows, perhaps of a {found.bed} bed"
+    console.print(rich_table(DisplayTable(columns, tuple(rows), title)))
+    _say(console, found.notes)
+    console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
+    console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
+    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def show_intake(console: Console, intake: Intake, files: Sequence[Path], command: str) -> None:
+    """How many rows came of each file, what looks wrong, and where the table is. command: that uses it."""
+    for file in intake.files:
+        left = [f"{file['dropped']} dropped"] if file["dropped"] else []
+        left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
+        rest = f" ({', '.join(left)})" if left else ""
+        text = f"{file['file']}: {file['rows']} rows{rest} → {file['table_rows']} of the table"
+        console.print(text, markup=False, highlight=False)
+    _say(console, intake.warnings)
+    for path in files:
+        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"next: {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def quoted(words: Sequence[str]) -> str:
+    """A shell command that can be copied."""
+    return " ".join(map(shlex.quote, words))
+
+
+def _say(console: Console, notes: Sequence[str]) -> None:
+    for note in notes:
+        console.print(f"! {note}", markup=False, highlight=False)
+
+
+def _range(low: float, high: float) -> str:
+    return "text" if math.isnan(low) else f"{low:.4g} … {high:.4g}"
