@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 
-import numpy as np
 import torch
 from benchmark.common import FIELDS, Report, timed
 
@@ -49,7 +48,7 @@ def effects(report: Report) -> None:
     with torch.no_grad():
         a, b = timed(lambda: plain(states)), timed(lambda: five(states))
     report("five effects / plain model, forward", f"{b / a:.1f} ×", "≤ 3 ×", ", ".join(FIVE))
-    rows = Rows(states, Readings.whole(torch.ones(len(states), 2).double()), np.arange(len(states)))
+    rows = Rows.whole(states, torch.ones(len(states), 2).double())
     vector = five.vector().detach()[None]
     jacobian = timed(lambda: Problem(five, rows).jacobians(vector), 3)
     count = vector.shape[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -11,10 +12,10 @@ from freelearn.commands.settings import AccuracySettings
 from freelearn.inference.accuracy import estimate
 from freelearn.inference.white_fit import WhiteFit, evaluated
 from freelearn.measurements.accuracy import PAPER, Accuracy
+from freelearn.measurements.beds import Quantity
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.predicted import usable
-from freelearn.units import DEG, MM, NMM
 
 # Fewer rows do not tell how accurate they are.
 FEWEST = 40
@@ -47,10 +48,11 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
 def estimated(fit: WhiteFit, rows: Rows) -> Measuring:
     """Judged from a fit's residuals over rows, with what a reader should know of it."""
     accuracy, repeated = estimate(fit, rows, PAPER)
-    how = "how repeats of the same state differ" if repeated else "the scatter"
-    note = (
-        f"accuracy estimated from {how}: elongation {accuracy.length / MM:.3g} mm and twist "
-        f"{accuracy.twist / DEG:.3g}° per state (their ratio is the paper's), "
-        f"force {accuracy.force:.3g} N, moment {accuracy.moment / NMM:.3g} N·mm"
-    )
+    how, bed = "how repeats of the same state differ" if repeated else "the scatter", rows.states.bed
+
+    def sizes(quantities: Sequence[Quantity]) -> list[str]:
+        return [f"{q.name} {getattr(accuracy, q.error) / q.factor:.3g} {q.unit}".replace(" °", "°") for q in quantities]
+
+    common, own = " and ".join(sizes(bed.state)), ", ".join(sizes(bed.measured))
+    note = f"accuracy estimated from {how}: {common} per state (their ratio is the paper's), {own}"
     return Measuring(accuracy, [note])

@@ -23,7 +23,7 @@ from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.options import LEVENBERG_MARQUARDT
-from freelearn.inference.candidate import StepRecord
+from freelearn.inference.candidate import StepRecord, not_testable
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
 from freelearn.inference.step import Step, record
@@ -35,6 +35,7 @@ from freelearn.measurements.usable import usable_rows
 from freelearn.models.build import build_model, save_checkpoint
 from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
+from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.own import load_own_code
 from freelearn.results.discovery import Discovery
 from freelearn.results.origin import Provenance
@@ -86,6 +87,7 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     mistakes.check(lambda: build_model(settings.model.name, settings.model.values, settings.effects))
     device = mistakes.check(lambda: resolve_device(settings.device))
     mistakes.check(lambda: _check_fit(settings))
+    mistakes.check(lambda: _check_ruled_out(settings))
     mistakes.check(lambda: check_folder(folder))
     mistakes.tell()
     assert device is not None
@@ -106,6 +108,8 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
     library, untestable = candidates(base, settings.effects, table.columns, task.rows)
+    untestable += [not_testable(name, "ruled out: it is known to be absent") for name in settings.ruled_out]
+    library = [name for name in library if name not in settings.ruled_out]
     check_model(base, task.rows.states)
     for effect in [*settings.effects, *library]:
         alone = task.build([effect])
@@ -119,6 +123,14 @@ def _check_fit(settings: DiscoverSettings) -> None:
     if settings.fit is None or settings.fit.name != LEVENBERG_MARQUARDT:
         name = settings.fit.name if settings.fit else "none"
         raise UserError(f"discover.py fits by {LEVENBERG_MARQUARDT}; fit={name} belongs to train.py.")
+
+
+def _check_ruled_out(settings: DiscoverSettings) -> None:
+    for name in settings.ruled_out:
+        if name not in EFFECTS:
+            raise UserError(f"ruled_out names the unknown effect {name!r}: choose among {', '.join(EFFECTS)}.")
+        if name in settings.effects:
+            raise UserError(f"{name} is in effects and in ruled_out: leave it out of one of them.")
 
 
 def _measuring(task: Task) -> Measuring:

@@ -40,7 +40,8 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     # A slipped reading says nothing of where the model fails.
     trusted = (flagged(seen, findings.suspects)[findings.kept][LEFT_OUT] == 0).to_numpy()
     scale = load_scale(rows.loads[torch.tensor(trusted)]).numpy()
-    inputs, raw = inputs[trusted].reset_index(drop=True), first.fit.raw_residual.numpy()[trusted]
+    told = torch.where(rows.readings.present, first.fit.raw_residual, torch.nan)
+    inputs, raw = inputs[trusted].reset_index(drop=True), told.numpy()[trusted]
     bed = rows.states.bed
     failed = failures(inputs, raw, scale, noise[trusted], bed)
     splits = split_errors(inputs, raw, scale, bed)

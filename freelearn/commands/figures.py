@@ -16,6 +16,7 @@ from rich.table import Table
 from freelearn.commands.command_line import program
 from freelearn.errors import UserError
 from freelearn.files import write_whole
+from freelearn.measurements.beds import FORCE, MOMENT, bed_of
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
@@ -29,6 +30,7 @@ from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.load_vectors import load_vector_table
+from freelearn.results.quantities import plane, pressures, told
 from freelearn.results.record import RunRecord, read_records
 from freelearn.results.run_files import check_folder
 from freelearn.results.spread import design_table, fitted_parameters, parameter_spread
@@ -37,18 +39,24 @@ from freelearn.results.tables import DisplayTable
 
 
 def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | None, console: Console) -> None:
-    """Writes admissible, load_vectors and curves (.png and .csv), designs.csv and parameters.csv; prints the tables.
+    """Writes admissible, load_vectors (of single actuators with both loads) and curves (.png and .csv), designs.csv and
+    parameters.csv; prints the tables.
 
     folder: of a sweep or a run. train: the training set whose models are drawn, "" for the first one. state: sample,
-    elongation [mm] and twist [deg], None for the middling one. Raises UserError.
+    elongation [mm] and twist [deg], or the loads [N, N·mm] under a dead load, None for the middling one. Raises
+    UserError.
     """
     load_own_code()
     records = _records(folder)
     check_folder(out)
     table = pd.read_csv(records[0].folder / "predictions.csv")
     simulated = records[0].provenance.simulated
-    save(admissible(table, simulated), admissible_table(table), out / "admissible.png")
-    save(load_vectors(table, simulated), load_vector_table(table), out / "load_vectors.png")
+    drawn = ["admissible", "curves"]
+    save(admissible(table, simulated), admissible_table(table, plane(table)), out / "admissible.png")
+    # An end block has several pressures, none of which is the highest.
+    if told(table) == (FORCE, MOMENT) and len(pressures(table)) == 1:
+        save(load_vectors(table, simulated), load_vector_table(table), out / "load_vectors.png")
+        drawn.insert(1, "load_vectors")
     train = train or records[0].train
     models = _models(records, train)
     rows = _rows(table, state, train)
@@ -66,7 +74,7 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
         moved = parameter_spread(fitted)
         console.print(_shown(moved, "how far they move between training sets"))
         _write(moved, out / "spread.csv")
-    for name in ("admissible", "load_vectors", "curves"):
+    for name in drawn:
         console.print(f"picture: {out / name}.png", markup=False, highlight=False, soft_wrap=True)
 
 
@@ -105,9 +113,11 @@ def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.
     of_sample = where[where["sample"] == state[0]]
     if not len(of_sample):
         raise UserError(f"The data hold no sample {state[0]:g}.")
-    apart = np.ptp(of_sample["elongation_mm"]) or 1.0, np.ptp(of_sample["twist_deg"]) or 1.0
-    distance = ((of_sample["elongation_mm"] - state[1]) / apart[0]) ** 2
-    distance += ((of_sample["twist_deg"] - state[2]) / apart[1]) ** 2
+    columns = [quantity.column for quantity in bed_of(table).state]
+    distance = sum(
+        ((of_sample[name] - wanted) / (np.ptp(of_sample[name]) or 1.0)) ** 2
+        for name, wanted in zip(columns, state[1:], strict=True)
+    )
     return np.flatnonzero(kinematic_state(table) == distance.idxmin())
 
 
@@ -133,7 +143,8 @@ def main() -> None:
     parser.add_argument("--train", default="", help="training set whose models are drawn (default: the first one)")
     parser.add_argument(
         "--state", type=float, nargs=3, metavar=("SAMPLE", "ELONGATION_MM", "TWIST_DEG"),
-        help="kinematic state of the load curves, the nearest one measured (default: a middling one)",
+        help="kinematic state of the curves, the nearest one measured; under a dead load its force [N] and moment "
+        "[N·mm] in place of the last two (default: a middling one)",
     )  # fmt: skip
     chosen = parser.parse_args()
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import sys
 from collections.abc import Sequence
@@ -51,12 +52,14 @@ def _intake(config: DictConfig) -> None:
         settings = parse_intake(content)
         take_in(settings, folder, Console())
     except UserError as mistake:
+        sys.exit(f"error: {mistake}")
+    except KeyboardInterrupt:
+        sys.exit("error: interrupted before the table was written.")
+    finally:
+        # With out=FILE, or after a mistake, there is nothing in the run's folder.
         for empty in (folder, folder.parent):
             if empty.is_dir() and not any(empty.iterdir()):
                 empty.rmdir()
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        sys.exit("error: interrupted before anything was written.")
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
@@ -73,7 +76,7 @@ def _draft(data: Path, folder: Path, console: Console) -> None:
     path = folder / f"{_stem(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     write_text(path, draft(found, files))
-    command = _command([*program("intake"), f"data.path={data}", f"recipe={path}"])
+    command = _command([*program("intake"), _option("data.path", data), _option("recipe", path)])
     show_guess(console, found, path, command)
 
 
@@ -157,10 +160,19 @@ def _stem(data: Path) -> str:
 
 
 def _next(recipe: Recipe, out: Path, members: Sequence[Path]) -> str:
-    words = [*program("train"), "train=all", "data=csv", f"data.path={out}"]
+    words = [*program("train"), "train=all", "data=csv", _option("data.path", out)]
     words += [f"data.bed={recipe.bed}"] if recipe.bed != "kinematic" else []
-    words += [f"data.members={path}" for path in members]
+    words += [_option("data.members", path) for path in members]
     return _command(words)
+
+
+def _option(name: str, path: Path) -> str:
+    """name=path, with the quotes that Hydra wants round a path of other than plain characters."""
+    text = str(path)
+    if re.fullmatch(r"[A-Za-z0-9_/.\- ]+", text):
+        return f"{name}={text}"
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'{name}="{escaped}"'
 
 
 def _command(words: Sequence[str]) -> str:

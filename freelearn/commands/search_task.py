@@ -52,7 +52,8 @@ class Task:
 
     def build(self, effects: Sequence[str]) -> Model:
         """A fresh model with these effects."""
-        samples = [int(n) for n in np.unique(self.loaded.table["sample"].to_numpy()[self.place])]
+        present = np.unique(self.loaded.table["sample"].to_numpy()[self.place])
+        samples = [int(n) for n in present] if self.settings.per_sample else []
         members = len(members_in(self.loaded.table.columns))
         return build_model(self.settings.model.name, self.settings.model.values, effects, samples, members)
 

@@ -18,6 +18,10 @@ from pydantic.dataclasses import dataclass
 from freelearn.fit.options import FitOptions
 from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
 from freelearn.measurements.beds import BEDS, KINEMATIC
+from freelearn.package import FOLDER
+
+# A path that begins like this is that of a measured example in the package.
+EXAMPLE, EXAMPLES = "example:", FOLDER / "examples"
 
 # Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
 STRICT = ConfigDict(extra="forbid")
@@ -125,7 +129,8 @@ BedName = Annotated[str, PlainValidator(_bed)]
 def _path(value: Any) -> Any:
     if value in (None, "", "???"):
         raise ValueError("data=csv needs the table's file: add data.path=FILE")
-    return Path(str(value))
+    text = str(value)
+    return EXAMPLES / text.removeprefix(EXAMPLE) if text.startswith(EXAMPLE) else Path(text)
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -209,7 +214,9 @@ Device = Literal["cpu", "cuda", "auto"]
 
 @dataclass(frozen=True, config=STRICT)
 class Settings:
-    """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml."""
+    """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml.
+
+    per_sample: whether each of several samples has its own value of what building or mounting it sets."""
 
     model: Annotated[ModelSettings, BeforeValidator(_model)]
     data: Annotated[DataSettings, Field(discriminator="name")]
@@ -219,6 +226,7 @@ class Settings:
     train: SetName
     test: SetName
     effects: EffectNames
+    per_sample: Switch
     seed: Seed
     figures: Switch
     device: Device
@@ -235,7 +243,9 @@ class TrainSettings(Settings):
 
 @dataclass(frozen=True, config=STRICT)
 class DiscoverSettings(Settings):
-    """What one run of discover.py does."""
+    """What one run of discover.py does. ruled_out: effects that are not tried, because the user knows better."""
+
+    ruled_out: EffectNames = ()
 
 
 def _raw(value: Any) -> Any:
@@ -253,7 +263,7 @@ class IntakeData:
 
 @dataclass(frozen=True, config=STRICT)
 class IntakeSettings:
-    """What one run of intake.py does. recipe: None to guess and draft one. out: the table; None: in the run's folder."""
+    """What one run of intake.py does. recipe: None to guess and draft one. out: the table; None: in the run folder."""
 
     data: IntakeData
     recipe: OptionalPath

@@ -57,7 +57,8 @@ class _Task:
         chosen = self.settings
         members = len(members_in(self.loaded.table.columns))
         effects = chosen.effects if with_effects else ()
-        return build_model(chosen.model.name, chosen.model.values, effects, self.samples, members)
+        samples = self.samples if chosen.per_sample else []
+        return build_model(chosen.model.name, chosen.model.values, effects, samples, members)
 
 
 def train(

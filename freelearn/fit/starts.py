@@ -84,7 +84,11 @@ def _linear(model: Linear, rows: Rows, members: int, generator: torch.Generator)
         # The wall's loads are linear in K, and without pressure there is nothing else.
         slack = states.replace(pressure=torch.zeros_like(states.pressure))
         columns = torch.stack([scaled(k, slack) for k in torch.eye(3, dtype=torch.float64)], dim=-1)
-    ka, kb, kc = best_stiffness(columns[usable], target)
+    best = best_stiffness(columns[usable], target)
+    # What the readings do not tell (of twist, where a bed measures force alone) stays as the model has it.
+    told_of = (columns[usable] != 0).any(0).tolist()
+    own = model.scalars()
+    ka, kb, kc = (k if t else own[name] for name, k, t in zip(("ka", "kb", "kc"), best, told_of, strict=True))
     ka, kb = max(ka, FLOOR["ka"]), max(kb, FLOOR["kb"])
     limit = math.sqrt(ka * kb)
     return _at(model, {"ka": ka, "kb": kb, "kc": min(max(kc, -limit), limit)}, members)

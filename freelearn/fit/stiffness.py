@@ -16,9 +16,11 @@ def best_stiffness(columns: Tensor, target: Tensor) -> tuple[float, float, float
 
     Where the unconstrained answer is not positive definite, the constrained one lies on the edge of the cone, and
     so has rank one: K = s v vᵀ with s ≥ 0. For a direction v the best s is known, which leaves one angle to search.
+    An entry whose column is zero (kb of an actuator that is never twisted) may come out as anything.
     """
     # Scaled so that both diagonal entries act alike: units must not decide the resolution of the angle.
-    unit = columns[:, :2].norm(dim=0).sqrt().clamp_min(1e-300)
+    unit = columns[:, :2].norm(dim=0).sqrt()
+    unit = torch.where(unit > 0, unit, 1.0)
     scale = torch.stack([unit[0] ** 2, unit[1] ** 2, unit[0] * unit[1]])
     triangle = torch.linalg.qr(torch.cat([columns / scale, target[:, None]], dim=1), mode="r").R
     small, goal = triangle[:, :3], triangle[:, 3]
@@ -32,7 +34,7 @@ def best_stiffness(columns: Tensor, target: Tensor) -> tuple[float, float, float
         x, y = torch.cos(angle), torch.sin(angle)
         ray = torch.stack([x * x, y * y, x * y], dim=-1)
         shown = ray @ small.T
-        size = ((shown @ goal) / shown.square().sum(-1)).clamp_min(0)
+        size = ((shown @ goal) / shown.square().sum(-1).clamp_min(1e-300)).clamp_min(0)
         return (size[:, None] * shown - goal).square().sum(-1), size[:, None] * ray
 
     low, high = 0.0, math.pi

@@ -30,7 +30,7 @@ class Uncertainty:
     one, s² (JᵀJ)⁻¹, that lmfit and SciPy users know; it is right only if all residuals are independent.
     low, high: ends of the 95 % intervals, see `interval`. freedom: kinematic states less parameters, at least 1; what
     Student's t has in those intervals. covariance: (p, p), the one behind `stderr`. chi_square: sum of squared
-    residuals of n readings, two a row where none is blank.
+    residuals of n readings, two a row where none is blank. rows: that have a reading.
     """
 
     names: list[str]
@@ -43,6 +43,7 @@ class Uncertainty:
     covariance: np.ndarray
     chi_square: float
     residuals: int
+    rows: int
 
 
 def quantile(freedom: int) -> float:
@@ -123,6 +124,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
         covariance=np.where(known[:, None] & known, robust.numpy(), np.nan),
         chi_square=chi_square,
         residuals=count,
+        rows=int(problem.rows.readings.present.any(-1).sum()),
     )
 
 

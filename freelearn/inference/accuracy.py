@@ -97,6 +97,10 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
 
 def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
     """Standard deviation that moves have beyond what the scatter of their own estimate, of this variance, makes."""
+    # What moves nothing that is read (the twist of a bed that measures force alone) tells nothing.
+    moves, variance = moves[variance > 0], variance[variance > 0]
+    if not len(moves):
+        return 0.0
 
     def excess(square: float) -> float:
         return float(MAD**2 * np.median(moves**2 / (square + variance))) - 1

@@ -95,7 +95,7 @@ def _column(block: Block, step: Step, rows: Rows) -> Tensor:
     column = torch.zeros(len(rows), 2, 1, dtype=torch.float64)
     chosen = torch.as_tensor(block.rows)
     column[chosen, block.load, 0] = step.fit.shown[chosen, block.load] if block.kind == SCALE else 1.0
-    return column
+    return column * step.whiten.told[..., None]
 
 
 def _best(step: Step, rows: Rows, absorbed: Tensor, residual: Tensor, taken: set[tuple[int, int]]) -> Block | None:
@@ -110,7 +110,8 @@ def _best(step: Step, rows: Rows, absorbed: Tensor, residual: Tensor, taken: set
                 continue
             for kind in (ZERO, SCALE):
                 # Loads as the model has them: those measured would make every residual look like a wrong scale.
-                columns = inside * step.fit.shown[:, load, None] if kind == SCALE else inside
+                told = inside * step.whiten.told[:, load, None]
+                columns = told * step.fit.shown[:, load, None] if kind == SCALE else told
                 for start, stop, (gain, size) in _scan(columns, load, step, absorbed, residual):
                     if best is None or gain > best.gain:
                         chosen = own[(level >= start) & (level < stop)].numpy()

@@ -51,7 +51,7 @@ class Failure:
     def sentence(self) -> str:
         """What a researcher would say about it."""
         parts = [
-            f"{q.name} is {'over' if mean > 0 else 'under'}-predicted by {abs(mean):.3g}{_unit(q)} ({abs(sigma):.1f} σ)"
+            f"{q.name} is {'over' if mean > 0 else 'under'}-predicted by {abs(mean):.3g}{q.suffix} ({abs(sigma):.1f} σ)"
             for q, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True)
             if abs(sigma) >= 0.5
         ]
@@ -85,13 +85,14 @@ def failures(
 ) -> list[Failure]:
     """Regions by their share of the squared error, worst first.
 
-    inputs: see `inputs_of`, N rows. residual: predicted − measured (N, 2) N, N·m, or what else the bed measures. scale:
-    (2,), largest loads, which the error is normalized by. noise: (N, 2), one standard deviation of each load. The tree
-    splits on the signed residuals, so a region is one where the model errs in one way.
+    inputs: see `inputs_of`, N rows. residual: predicted − measured (N, 2) N, N·m, or what else the bed measures, NaN
+    where nothing was. scale: (2,), largest loads, which the error is normalized by. noise: (N, 2), one standard
+    deviation of each load. The tree splits on the signed residuals, so a region is one where the model errs in one way.
     """
     told = [i for i, quantity in enumerate(bed.readings) if quantity in bed.measured]
     quantities = tuple(bed.readings[i] for i in told)
-    scaled = residual / scale
+    there = np.isfinite(residual)
+    scaled = np.where(there, residual, 0.0) / scale
     leaf = max(10, int(SMALLEST * len(inputs)))
     least = SMALLEST_GAIN * float(scaled.var(0).mean())
     columns = {str(name): inputs[name].to_numpy(dtype=np.float64) for name in inputs.columns}
@@ -99,8 +100,10 @@ def failures(
     regional = []
     for region in regions(columns, scaled, DEPTH, leaf, least):
         inside = region.inside
-        mean = residual[inside].mean(0)
-        sigma = mean / np.sqrt((noise[inside] ** 2).mean(0)).clip(1e-300)
+        count = there[inside].sum(0)
+        with np.errstate(invalid="ignore"):  # a quantity that was read in no row of the region
+            mean = np.nansum(residual[inside], 0) / count
+            sigma = mean / np.sqrt((noise[inside] ** 2 * there[inside]).sum(0) / count).clip(1e-300)
         regional.append(
             Failure(
                 _where(inputs, region),
@@ -137,19 +140,14 @@ def _where(inputs: pd.DataFrame, region: Region) -> str:
     return " and ".join(words).replace("-", "−") or EVERYWHERE
 
 
-def _unit(quantity: Quantity) -> str:
-    """The unit as it stands behind a number."""
-    return quantity.unit if quantity.unit == "°" else f" {quantity.unit}"
-
-
 def _unit_of(name: str) -> str:
     """The unit of an input, by its name in `inputs_of`."""
-    return next(_unit(q) for q in QUANTITIES if q.name == name.split(" ")[0])
+    return next(q.suffix for q in QUANTITIES if q.name == name.split(" ")[0])
 
 
 def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, bed: Bed = KINEMATIC) -> pd.DataFrame:
     """Error E and its parts (of a bed that measures loads force and moment) by sample, thirds of what is imposed, and
-    direction."""
+    direction; a part is NaN where nothing was measured. Arguments as of `failures`."""
     scaled = residual / scale
     groups: dict[str, pd.Series] = {"sample": inputs["sample"].astype(str)}
     for name in [str(column) for column in inputs.columns if column not in ("sample", "direction")]:
@@ -164,7 +162,8 @@ def split_errors(inputs: pd.DataFrame, residual: np.ndarray, scale: np.ndarray, 
     for by, group in groups.items():
         for value in group.unique():
             part = scaled[(group == value).to_numpy()]
-            force, moment = np.sqrt((part**2).mean(0))
-            rows.append((by, value, len(part), float(np.hypot(force, moment)), float(force), float(moment)))
+            with np.errstate(invalid="ignore"):
+                squares = np.nansum(part**2, 0) / np.isfinite(part).sum(0)
+            rows.append((by, value, len(part), float(np.nansum(squares) ** 0.5), *np.sqrt(squares).tolist()))
     parts = [f"E_{quantity.name.replace(' ', '_')}" for quantity in bed.readings]
     return pd.DataFrame(rows, columns=["by", "value", "rows", "E", *parts])

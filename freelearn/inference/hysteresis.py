@@ -39,7 +39,10 @@ def comparisons(states: States, state: np.ndarray) -> list[Comparison]:
     """Every row of falling pressure with rising rows of the same kinematic state on both sides.
 
     state: number of each row's kinematic state, (N,). Between the rising rows a load is a parabola where there are
-    three of them, so that its bend is not mistaken for hysteresis."""
+    three of them, so that its bend is not mistaken for hysteresis. None where several actuators share an end block:
+    what one pressure decides cannot be told from the others."""
+    if states.members:
+        return []
     pressure, direction = states.pressure.numpy(), states.direction.numpy()
     out = []
     order = np.argsort(state, kind="stable")
@@ -90,8 +93,8 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     mean = difference.mean(0)
 
     def amounts(sizes: np.ndarray, form: str) -> str:
-        shown = [(sizes[i] / states.bed.readings[i].factor, states.bed.readings[i].unit) for i in told]
-        return " and ".join(f"{size:{form}} {unit}" for size, unit in shown)
+        shown = [(sizes[i] / states.bed.readings[i].factor, states.bed.readings[i].suffix) for i in told]
+        return " and ".join(f"{size:{form}}{unit}" for size, unit in shown)
 
     if p_value < ALPHA:
         what = "loads differ" if states.bed.loads else "readings differ"

@@ -40,7 +40,8 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfi
     kept = predictions.iloc[rows]
     used = Rows.from_table(predictions)[torch.as_tensor(rows)]
     bed, readings = used.states.bed, used.readings
-    residual = readings.missed(Readings.from_table(kept, predicted=True).value)
+    missed = readings.missed(Readings.from_table(kept, predicted=True).value)
+    residual = torch.where(readings.present, missed, torch.nan)
     state = torch.as_tensor(used.state)
     whiten = Whitener(sensitivities(model, used.states), state, accuracy, bed=bed, present=readings.present)
     tested = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))

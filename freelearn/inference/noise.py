@@ -56,14 +56,17 @@ class Whitener:
         scatter: Scatter | None = None,
         bed: Bed = KINEMATIC,
         present: Tensor | None = None,
+        told: Tensor | None = None,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
-        they are said to be."""
+        they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
+        default: a push on a tube that hangs loose does not, see Readings.felt."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)
         self.scatter, self.present = scatter, present
+        self.told = present if told is None else present & told
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
@@ -75,7 +78,7 @@ class Whitener:
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
         self.lean = slant / self.moment
-        position = sensitivity[:, :, :2] * shared(accuracy, bed)
+        position = torch.where(self.told[..., None], sensitivity[:, :, :2], 0.0) * shared(accuracy, bed)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
         self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
         if scatter is None:
@@ -99,8 +102,8 @@ class Whitener:
 
     @property
     def count(self) -> int:
-        """How many readings there are."""
-        return int(self.present.sum())
+        """How many readings tell something."""
+        return int(self.told.sum())
 
     def floor(self, scale: Tensor) -> float:
         """The error E that the noise alone would make, with the readings' largest values (2,)."""
@@ -122,7 +125,8 @@ class Whitener:
         part.state, part.states, part.shrink = state, len(chosen), self.shrink[chosen]
         part.force, part.moment = self.force[rows], self.moment[rows]
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
-        part.variance, part.shared, part.present = self.variance[rows], self.shared[rows], self.present[rows]
+        part.variance, part.shared = self.variance[rows], self.shared[rows]
+        part.present, part.told = self.present[rows], self.told[rows]
         return part
 
     @torch.no_grad()

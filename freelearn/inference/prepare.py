@@ -15,6 +15,7 @@ from freelearn.inference.question import Question
 from freelearn.inference.scatter import Scatter, huber, scatter
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import BOUNDED, WHITENINGS
+from freelearn.inference.units import units
 from freelearn.inference.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.bed_accuracy import changed
@@ -44,7 +45,8 @@ class Prepared:
 
     def step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         """The step of a fitted model."""
-        heldout = cross_validate(fit, self.fold, self.rows.state)
+        state = torch.unique(torch.as_tensor(self.rows.state), return_inverse=True)[1]
+        heldout = cross_validate(fit, self.fold, units(state, int(state.max()) + 1)[0].numpy())
         step = Step(effects, fit, whiten, heldout, self.rows.states, 0.0, 0.0, None, whiten.floor(self.scale))
         return self.judged(step, whiten.scatter.slipped if whiten.scatter else None)
 
@@ -109,4 +111,5 @@ def _whitener(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | N
     found = scatter(
         fit.raw_residual, fit.raw_jacobian, fit.shown, sensitivity, rows.states, state, accuracy, before, rows.readings
     )
-    return Whitener(sensitivity, state, accuracy, found, rows.states.bed, rows.readings.present)
+    readings = rows.readings
+    return Whitener(sensitivity, state, accuracy, found, rows.states.bed, readings.present, readings.felt(fit.shown))

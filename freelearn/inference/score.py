@@ -14,6 +14,7 @@ from freelearn.inference.bounded import bounded_least_squares
 from freelearn.inference.derivatives import Build, Trial, trials
 from freelearn.inference.linear_algebra import SMALLEST, normal_inverse, norms, orthonormal, summed_products
 from freelearn.inference.noise import Whitener
+from freelearn.inference.units import units
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
@@ -60,7 +61,7 @@ def score_effects(
     absorb, the promised reduction is that of regressing the residuals on C, under the bounds that hold at no effect.
     Significance is that of the largest over the whole library, by a wild bootstrap that flips the signs of whole
     kinematic states (Cameron, Gelbach & Miller 2008), so it holds with noise shared by a state's rows and with misfit;
-    each draw solves the same bounded problem as the residuals themselves.
+    each draw solves the same bounded problem as the residuals themselves. Of few states see `units`.
     """
     view = _View(fit, whiten, variance, seed)
     drawn: dict[str, Drawn] = {}
@@ -107,8 +108,9 @@ class _View:
         self.fit, self.whiten, self.variance = fit, whiten, variance
         self.flat, self.jacobian = fit.residual.reshape(-1), fit.jacobian.flatten(0, 1)
         self.absorbed, self.inverse = orthonormal(self.jacobian), normal_inverse(self.jacobian)
+        self.unit, self.units = units(whiten.state, whiten.states)
         generator = np.random.default_rng([seed, 7])
-        self.signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, whiten.states)))
+        self.signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, self.units)))
 
     def score(self, trial: Trial) -> Drawn:
         if not bool(trial.columns.isfinite().all()):
@@ -126,7 +128,7 @@ class _View:
         signature = cleared[:, seen]
         labels = [label for label, s in zip(trial.labels, seen.tolist(), strict=True) if s]
         low, high = np.array([signs(trial.model, label) for label in labels]).T
-        each = summed_products(signature, self.flat, self.whiten.state, self.whiten.states)
+        each = summed_products(signature, self.flat, self.unit, self.units)
         slopes = torch.cat([each.sum(0)[None], self.signs @ each]).neg().numpy()
         steps, gains = bounded_least_squares((signature.T @ signature).numpy(), slopes, low, high)
         deviates = evidence(gains / self.variance, len(labels))

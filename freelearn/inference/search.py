@@ -13,6 +13,7 @@ from freelearn.inference.candidate import StepRecord
 from freelearn.inference.classify import EquivalenceClass, classes_of, classify
 from freelearn.inference.crossval import paired
 from freelearn.inference.look_ahead import look_ahead
+from freelearn.inference.misplaced import misplaced
 from freelearn.inference.order import DRIFT, confounded, in_order_of
 from freelearn.inference.prepare import Prepared, prepare
 from freelearn.inference.prune import prune
@@ -93,6 +94,8 @@ def search(
     ordered = in_order_of(prepared.rows.states) if together else []
     pointed_out = [block.suspect(prepared.rows, prepared.kept, ordered) for block in together]
     pointed_out += suspects(final, prepared.rows, prepared.kept)
+    if not together:
+        pointed_out += misplaced(final, prepared.rows, prepared.kept)
     sorted_by = confounded(prepared, final)
     slipped = final.whiten.scatter.slipped if final.whiten.scatter else None
     steps = [prepared.judged(step, slipped) for step in steps]

@@ -21,8 +21,9 @@ def candidates(
 ) -> tuple[list[str], list[Candidate]]:
     """Names of the effects to test, and an entry of discovery.json for each that cannot be, with the reason.
 
-    An effect cannot be tested where the table lacks a column, where it does not fit the model's family, or where the
-    rows (those looked at) never saw what it would show in: fitted all the same, it would stand for something else.
+    An effect cannot be tested where the table lacks a column, where it does not fit the model's family or the bed, or
+    where the rows (those looked at) never saw what it would show in: fitted all the same, it would stand for something
+    else.
     """
     present, known = set(columns), set(given)
     names, out = [], []
@@ -34,7 +35,7 @@ def candidates(
             out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
         elif model.family not in effect.families():
             out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
-        elif reason := unseen(name, rows):
+        elif reason := effect.untold(rows.states.bed.name) or unseen(name, rows):
             out.append(not_testable(name, reason))
         else:
             names.append(name)
@@ -80,6 +81,7 @@ def _softening(rows: Rows) -> str:
 # Effects of the history, and what says why rows cannot show them.
 HISTORY: dict[str, Callable[[Rows], str]] = {
     "friction_hysteresis": _friction,
+    "contact_friction": _friction,
     "relaxation": _relaxation,
     "stress_softening": _softening,
 }

@@ -34,6 +34,20 @@ class Quantity:
         """For an axis: force F [N]."""
         return f"{self.name} {self.symbol} [{self.unit}]"
 
+    @property
+    def suffix(self) -> str:
+        """The unit as it stands behind a number."""
+        return behind(self.unit)
+
+
+def behind(unit: str) -> str:
+    """A unit as it stands behind a number.
+
+    >>> behind("N"), behind("°")
+    (' N', '°')
+    """
+    return unit if unit == "°" else f" {unit}"
+
 
 ELONGATION = Quantity("elongation", "length", "elongation_mm", "elongation_pred_mm", "Δl", "mm", MM, "length")
 TWIST = Quantity("twist", "twist", "twist_deg", "twist_pred_deg", "φ", "°", DEG, "twist")

@@ -44,7 +44,8 @@ def with_members(table: pd.DataFrame, members: pd.DataFrame) -> pd.DataFrame:
     """A table of an end block with its members' designs beside each row, so that it tells all by itself.
 
     members: member, the design and perhaps gamma2_deg, a row for each. The columns of a single actuator are filled too,
-    for what needs one number a row: the first member's design and the mean pressure.
+    for what needs one number a row: the first member's design and the mean pressure. What a table that was written so
+    says of them itself is put in its place.
     """
     more: dict[str, float | pd.Series] = {}
     for _, row in members.iterrows():
@@ -55,4 +56,4 @@ def with_members(table: pd.DataFrame, members: pd.DataFrame) -> pd.DataFrame:
     first = members.iloc[0]
     more |= {name: float(first[name]) for name in (*DESIGN, SECOND) if name in members}
     more["pressure_kpa"] = table[[pressure_column(int(m)) for m in members["member"]]].mean(axis=1)
-    return table.assign(**{k: v for k, v in more.items() if k not in table})
+    return table.assign(**more)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pandas as pd
 
+from freelearn.measurements.beds import bed_of
 from freelearn.measurements.usable import usable_rows
 from freelearn.units import DEG
 
@@ -22,8 +23,10 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
     Suspicions only: nothing is converted, and an unusual actuator may be right as it is.
     """
     used = table[usable_rows(table)]
-    checks = (_lengths, _elongation, _angles, _pressure, _moment, _step)
-    return [warning for check in checks for warning in check(used)]
+    # A bed need not have every column; one that it does not know stays text.
+    numbers = used.select_dtypes("number").dropna(axis=1, how="all")
+    found = [warning for needs, check in CHECKS.items() if set(needs) <= set(numbers) for warning in check(numbers)]
+    return [*found, *_step(used)]
 
 
 def _lengths(used: pd.DataFrame) -> Iterator[str]:
@@ -55,9 +58,12 @@ def _elongation(used: pd.DataFrame) -> Iterator[str]:
 
 
 def _angles(used: pd.DataFrame) -> Iterator[str]:
-    gamma = used["gamma_deg"].max()
+    gamma = used["gamma_deg"].abs().max()
     if gamma < 90 * DEG:
         yield f"gamma_deg looks like radians (largest {gamma:.4g}): in degrees it would be {gamma / DEG:.4g}."
+
+
+def _twist(used: pd.DataFrame) -> Iterator[str]:
     twist = used["twist_deg"].abs()
     if 0 < twist.max() < LARGEST_TWIST_RAD and used["twist_deg"].nunique() >= 3:
         yield (
@@ -97,12 +103,38 @@ def _moment(used: pd.DataFrame) -> Iterator[str]:
         )
 
 
+def _diameter(used: pd.DataFrame) -> Iterator[str]:
+    largest, outer = used["outer_diameter_mm"].max(), 2 * used["outer_radius_mm"].median()
+    for factor, unit in ((1e-3, "meters"), (1 / INCH_MM, "inches"), (1e3, "micrometers")):
+        if 0.7 < largest / factor / outer < 3 and not 0.5 < largest / outer < 3:
+            in_mm = largest / factor
+            yield f"outer_diameter_mm may be in {unit} (largest {largest:.4g}): in mm it would be {in_mm:.4g}."
+    if 0.35 < largest / outer < 0.6:
+        yield (
+            f"outer_diameter_mm may be a radius (largest {largest:.4g} beside an unloaded diameter of {outer:.4g}): "
+            "give the diameter."
+        )
+
+
 def _step(used: pd.DataFrame) -> Iterator[str]:
     if (used["step"] == 0).all():
-        states = used.groupby(["sample", "elongation_mm", "twist_deg"], sort=False)
+        state = [quantity.column for quantity in bed_of(used).state]
+        states = used.groupby(["sample", *state], sort=False)
         pressures = states["pressure_kpa"].nunique()
         if (pressures > 1).any():
             yield (
                 f"step is 0 in every row although a kinematic state has up to {pressures.max()} pressures: "
                 "count 0, 1, … in time within each state, so that rising and falling pressure can be told apart."
             )
+
+
+# What each check looks at: columns that all have to be there.
+CHECKS: dict[tuple[str, ...], Callable[[pd.DataFrame], Iterator[str]]] = {
+    ("length_mm", "inner_radius_mm", "outer_radius_mm"): _lengths,
+    ("elongation_mm",): _elongation,
+    ("gamma_deg",): _angles,
+    ("twist_deg",): _twist,
+    ("pressure_kpa",): _pressure,
+    ("force_n", "moment_nmm", "twist_deg", "outer_radius_mm"): _moment,
+    ("outer_diameter_mm", "outer_radius_mm"): _diameter,
+}

@@ -28,6 +28,8 @@ class Energy:
     """One term of the strain energy per reference volume, Ψ [Pa]. Fields are its parameters, as tensors."""
 
     depends_on: ClassVar[tuple[str, ...]] = ("i1", "i2", "i4")
+    # Whether it acts at the bore alone: Ψ and its derivatives are then per area of the bore at rest, in N/m.
+    at_bore: ClassVar[bool] = False
 
     def psi(self, *invariants: Tensor) -> Tensor:
         """Ψ at the invariants named in `depends_on`, each (Q, N) → (Q, N) Pa."""
@@ -124,11 +126,15 @@ class EnergySum:
 
         The other terms share one quadrature.
         """
-        closed = [None if tube.points else term.closed_form(tube) for term in self.terms]
+        through = [term for term in self.terms if not term.at_bore]
+        closed = [None if tube.points else term.closed_form(tube) for term in through]
         parts: list[Wall] = [wall for wall in closed if wall is not None]
-        others = [term for term, wall in zip(self.terms, closed, strict=True) if wall is None]
+        others = [term for term, wall in zip(through, closed, strict=True) if wall is None]
         if others:
             parts.append(QuadratureWall(others, Layers.of(tube)))
+        lining = [term for term in self.terms if term.at_bore]
+        if lining:
+            parts.append(QuadratureWall(lining, Layers.bore(tube)))
         # A term of the fibers counts for each family of them.
         fibers = [term for term in others if "i4" in term.depends_on]
         if fibers and tube.second is not None:

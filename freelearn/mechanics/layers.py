@@ -52,15 +52,24 @@ class Layers:
     @classmethod
     def of(cls, tube: Tube) -> Layers:
         """The layers at the tube's quadrature points."""
-        axial = tube.axial
-        nodes, weights = _gauss_legendre(tube.points or QUADRATURE_POINTS, axial.device, axial.dtype)
+        nodes, weights = _gauss_legendre(tube.points or QUADRATURE_POINTS, tube.axial.device, tube.axial.dtype)
         half = (tube.outer - tube.inner) / 2
         radius = tube.inner + half * (1 + nodes)
+        return cls._at(tube, radius, (2 * weights) * half * radius)
+
+    @classmethod
+    def bore(cls, tube: Tube) -> Layers:
+        """The bore alone, Q = 1: weight 2 R_i/λz [m], so that energies per area of the bore at rest [N/m] add up."""
+        return cls._at(tube, tube.inner[None], (2 * tube.inner * torch.rsqrt(tube.axial))[None])
+
+    @classmethod
+    def _at(cls, tube: Tube, radius: Tensor, weight: Tensor) -> Layers:
+        """The layers at radii a = R/√λz, (Q, N) m."""
+        axial = tube.axial
         inverse, squared = torch.reciprocal(radius), radius * radius
         axial2 = axial * axial
         fiber_axial = axial * tube.cosine
         fiber_hoop = addcmul(tube.fiber_turn, tube.sine, inverse)
-        weight = (2 * weights) * half * radius
         return cls(
             # A family of fibers that some rows lack: what it carries has a share in them.
             weight=weight if tube.share is None else weight * tube.share,

@@ -9,6 +9,7 @@ from typing import ClassVar, Generic
 import torch
 from torch import Tensor
 
+from freelearn.measurements.beds import BEDS
 from freelearn.measurements.states import States
 from freelearn.models.parameter import Parameter
 from freelearn.models.parameters import P, Parameters, misnamed
@@ -41,6 +42,8 @@ class Effect(Generic[P]):
     source: ClassVar[str] = ""
     # Columns of the table that it needs besides the required ones.
     needs: ClassVar[tuple[str, ...]] = ()
+    # Names of the beds (measurements.beds) on which it can be told.
+    beds: ClassVar[tuple[str, ...]] = tuple(BEDS)
     # Effects of one port act in the order of their places, and of their names where these are equal.
     place: ClassVar[int] = 100
 
@@ -73,6 +76,11 @@ class Effect(Generic[P]):
         return tuple(family for family, ports in FAMILIES.items() if cls.port in ports)
 
     @classmethod
+    def untold(cls, bed: str) -> str | None:
+        """Why it cannot be told on the bed of this name; None where it can."""
+        return None if bed in cls.beds else f"cannot be told on the bed {bed}: it can on {', '.join(cls.beds)}"
+
+    @classmethod
     def assumptions(cls, columns: Iterable[str]) -> list[str]:
         """Sentences on what it has to assume where a table has only these columns. None by default."""
         return []
@@ -82,6 +90,8 @@ class Effect(Generic[P]):
         """What is wrong with the class as an effect, beginning with "its" or "the"; None where it is proper."""
         if wrong := misnamed(cls, cls.parameter_class):
             return wrong
+        if not cls.beds or not set(cls.beds) <= set(BEDS):
+            return f"its beds {cls.beds} must name beds: {', '.join(BEDS)}"
         for p in cls.declared_parameters():
             numbers = [p.start, p.scale, *([] if p.none is None else [p.none])]
             if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):

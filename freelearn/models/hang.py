@@ -19,7 +19,7 @@ EARLY = 8
 # step takes away besides.
 TOLERANCE = 1e-7
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
-LARGEST = (0.05, 0.3)
+LARGEST = (0.05, 1.0)
 # Least stiffness that is followed, as a share of the largest: where the actuator gives way, it moves with the load.
 SOFTEST = 1e-3
 # Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.

@@ -4,6 +4,7 @@ boundary     BoundaryEffect.impose   the state that was really imposed
              MountEffect.impose      the same, where it depends on the loads (a mount that gives way)
              PlayEffect.play         the same, where the actuator finds its own place (play between actuator and rig)
 geometry     GeometryEffect.reshape  the actuator as it really is
+             EndEffect.dissipate     what its ends take off its loads, by a potential of their own
 energy       EnergyEffect.psi        a further strain energy of the wall or its fibers
 dissipation  WallEffect.soften       the share of the wall's stresses that is left
              DissipationEffect.dissipate  what of the actuator's loads reaches the mount
@@ -84,9 +85,14 @@ class EnergyEffect(Effect[P]):
     method = "psi"
     # Invariants that `psi` takes: i1, i2, i4.
     depends_on: ClassVar[tuple[str, ...]] = ()
+    # Whether it acts at the bore alone, as a thin liner does, and not all through the wall: psi is then [N/m].
+    at_bore: ClassVar[bool] = False
 
     def psi(self, *invariants: Tensor, p: P, material: Material) -> Tensor:
-        """Added strain energy [Pa] at the invariants of `depends_on`; material: the model's own C1, C2."""
+        """Added strain energy at the invariants of `depends_on`; material: the model's own C1, C2.
+
+        In Pa, per volume of the wall; at the bore in N/m, per area of the bore at rest.
+        """
         raise NotImplementedError
 
     def psi_gradient(self, *invariants: Tensor, p: P, material: Material) -> tuple[Tensor, ...]:
@@ -112,6 +118,8 @@ class EnergyEffect(Effect[P]):
         """As Effect.problem; an energy must name invariants, and its parameters are shared by all samples."""
         if not cls.depends_on or not set(cls.depends_on) <= {"i1", "i2", "i4"}:
             return f"its depends_on {cls.depends_on} must name invariants: i1, i2, i4"
+        if cls.at_bore and "i4" in cls.depends_on:
+            return "an energy at the bore has no fibers: its depends_on must name i1 and i2 alone"
         if any(p.per_sample for p in cls.declared_parameters()):
             return "the parameters of an energy are shared by all samples, and one of them is per_sample"
         return super().problem()
@@ -139,6 +147,16 @@ class DissipationEffect(Effect[P]):
     def dissipate(self, loads: Tensor, states: States, p: P) -> Tensor:
         """Loads (N, 2) N, N·m that reach the mount, from those of the actuator."""
         raise NotImplementedError
+
+
+class EndEffect(DissipationEffect[P]):
+    """Changes the loads by what the actuator's ends are beside an ideal tube's, as a potential of their own does.
+
+    It sees the actuator of the drawing at the state that it takes, and in the chain it stands before friction. Nothing
+    is lost: ∂F/∂φ = ∂M/∂l at fixed pressure is kept.
+    """
+
+    port = "geometry"
 
 
 class MeasurementEffect(Effect[P]):
@@ -176,8 +194,9 @@ class EffectEnergy(Energy):
     material: Material
 
     def __post_init__(self) -> None:
-        # A class variable of every other energy: here each instance has its effect's.
+        # Class variables of every other energy: here each instance has its effect's.
         object.__setattr__(self, "depends_on", self.effect.depends_on)
+        object.__setattr__(self, "at_bore", self.effect.at_bore)
 
     @property
     def idle(self) -> bool:

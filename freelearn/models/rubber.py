@@ -56,8 +56,12 @@ class Rubber:
 
 
 def isotropic_effects() -> list[str]:
-    """Names of the effects that add a strain energy of I₁ and I₂ alone."""
-    return [name for name, e in EFFECTS.items() if issubclass(e, EnergyEffect) and set(e.depends_on) <= set(ISOTROPIC)]
+    """Names of the effects that add a strain energy of I₁ and I₂ alone, all through the wall."""
+    return [name for name, effect in EFFECTS.items() if issubclass(effect, EnergyEffect) and _of_the_rubber(effect)]
+
+
+def _of_the_rubber(effect: type[EnergyEffect[Any]]) -> bool:
+    return set(effect.depends_on) <= set(ISOTROPIC) and not effect.at_bore
 
 
 def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
@@ -72,6 +76,11 @@ def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
         if not set(effect.depends_on) <= set(ISOTROPIC):
             raise UserError(
                 f"Effect {effect.name!r} depends on the fiber, and a rubber specimen has none: "
+                f"leave it out here and give it to train.py. Possible are {possible}."
+            )
+        if effect.at_bore:
+            raise UserError(
+                f"Effect {effect.name!r} acts at a tube's bore, and a rubber specimen has none: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
         effects.append(effect)

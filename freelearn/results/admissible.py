@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import pandas as pd
 
-from freelearn.measurements.states import kinematic_state
-from freelearn.results.states import places
+from freelearn.measurements.beds import Pair
+from freelearn.results.states import fields
 
 
-def admissible_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Each kinematic state's place, its number of rows and the share of them that did not buckle.
+def admissible_table(table: pd.DataFrame, over: Pair | None = None) -> pd.DataFrame:
+    """Each field's place, its number of rows and the share of them that did not buckle.
 
-    Columns sample, elongation_mm, twist_deg, rows, share."""
-    state = kinematic_state(table)
-    kept = (table["buckled"].reset_index(drop=True) == 0).groupby(state).agg(["size", "mean"])
+    Columns sample, those of the place, rows, share. over: see states.fields; by default each kinematic state is one."""
+    number, where = fields(table, over)
+    kept = (table["buckled"].reset_index(drop=True) == 0).groupby(number).agg(["size", "mean"])
     kept.columns = pd.Index(["rows", "share"])
-    return places(table).join(kept.rename_axis("state")).reset_index(drop=True)
+    return where.join(kept.rename_axis("state")).reset_index(drop=True)
 
 
 def sample_shares(table: pd.DataFrame) -> dict[int, float]:

@@ -51,7 +51,9 @@ def collect(folders: Sequence[Path]) -> pd.DataFrame:
         raise UserError(f"No results in {named}: name a sweep's folder, whose subfolders hold results.json files.")
     table = pd.DataFrame(rows)
     table["label"] = _labels(table)
-    return table.reindex(columns=list(COLUMNS))
+    # Errors of what other beds than the kinematic one measure.
+    others = sorted(str(name) for name in table if str(name).startswith("E_") and name not in COLUMNS)
+    return table.reindex(columns=[*COLUMNS, *others])
 
 
 def _jobs(folder: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""A model's loads along the pressure steps of one kinematic state."""
+"""What a model predicts along the pressure steps of one kinematic state."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.measurements.members import pressure_column
 from freelearn.measurements.states import States
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
-from freelearn.units import KPA, NMM
+from freelearn.units import KPA
 
 POINTS = 60
 
@@ -39,30 +40,35 @@ def state_curves(
 
 
 def model_curve(model: Model[Any], states: States, usable: np.ndarray) -> pd.DataFrame:
-    """Predicted loads along the path that the pressure took: from zero to the first step, then from step to step.
+    """What is predicted along the path that the pressures took: from zero to the first step, then from step to step. Of
+    several actuators those begin at zero whose pressure changes.
 
     states: one kinematic state's rows in time order; usable: (N,) bool of them. Points between two steps remember what
     the later one does (its direction, its times), so that rising and falling pressure draw two branches.
-    Columns, in the order of the path: pressure_kpa, force_pred_n, moment_pred_nmm (blank without an equilibrium),
-    extrapolated (outside the pressures of usable rows).
+    Columns, in the order of the path: the pressures, what the bed measures (force_pred_n, moment_pred_nmm; blank
+    without an equilibrium), extrapolated (outside the pressures of usable rows).
     """
     per_step = max(1, round(POINTS / len(states)))
     step = np.repeat(np.arange(len(states)), per_step)
     share = np.tile(np.arange(1, per_step + 1) / per_step, len(states))
-    pressure = states.pressure.numpy()
-    before = np.r_[0.0, pressure[:-1]][step]
-    along = np.r_[0.0, before + share * (pressure[step] - before)]
-    path = states[torch.as_tensor(np.r_[0, step])].replace(pressure=torch.as_tensor(along))
+    first, second, *imposed = (value.numpy() for value in states.inputs())
+    pressure = np.stack(imposed)
+    held = (np.ptp(pressure, axis=1) == 0) & bool(states.members)
+    before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]][:, step]
+    along = np.c_[before[:, 0], before + share * (pressure[:, step] - before)]
+    rows = np.r_[0, step]
+    path = states[torch.as_tensor(rows)].with_inputs(
+        [torch.as_tensor(value) for value in (first[rows], second[rows], *along)]
+    )
     with torch.no_grad():
-        loads, status = model(path)
-    loads[status == Status.NO_EQUILIBRIUM] = torch.nan
-    fitted = pressure[usable] if usable.any() else pressure
+        shown, status = model(path)
+    shown[status == Status.NO_EQUILIBRIUM] = torch.nan
+    fitted = pressure[:, usable] if usable.any() else pressure
     slack = 1e-9 * np.abs(pressure).max()
+    outside = (along < fitted.min(1, keepdims=True) - slack) | (along > fitted.max(1, keepdims=True) + slack)
+    each = {pressure_column(i): value / KPA for i, value in enumerate(along, 1)} if states.members else {}
+    bed = states.bed
+    predicted = {q.predicted: shown[:, i].numpy() / q.factor for i, q in enumerate(bed.readings) if q in bed.measured}
     return pd.DataFrame(
-        {
-            "pressure_kpa": along / KPA,
-            "force_pred_n": loads[:, 0].numpy(),
-            "moment_pred_nmm": loads[:, 1].numpy() / NMM,
-            "extrapolated": (along < fitted.min() - slack) | (along > fitted.max() + slack),
-        }
+        {"pressure_kpa": path.pressure.numpy() / KPA, **each, **predicted, "extrapolated": outside.any(0)}
     )

@@ -27,6 +27,8 @@ from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table
 from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.formats import all_finite
+from freelearn.results.noise_notes import told
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import SuspectedReading, flagged
 
@@ -116,7 +118,7 @@ def document(
         "notes": notes,
         **about,
     }
-    finite: dict[str, Any] = _finite(content)
+    finite: dict[str, Any] = all_finite(content)
     return finite
 
 
@@ -130,14 +132,14 @@ def classes_of(findings: Findings) -> list[list[str]]:
 def sigmas_heldout(step: Step) -> float:
     """Root mean square of the held-out residuals, each in standard deviations of its own noise as measured: one is
     noise. What the search makes fall; E weighs the same residuals by the largest loads."""
-    return float(step.heldout.white.square().mean().sqrt())
+    return math.sqrt(float(step.heldout.white.square().sum()) / step.whiten.count)
 
 
 def noise_scale(step: Step) -> float:
     """How many times the stated noise is what scatters about a step's model, smooth structure and slips taken off: the
-    geometric mean of force and moment."""
-    found = step.whiten.scatter
-    return step.left.scale * (float(found.deviations.prod()) ** 0.5 if found else 1.0)
+    geometric mean of force and moment, or of what else was measured."""
+    found, measured = step.whiten.scatter, told(step)
+    return step.left.scale * (float(found.deviations[measured].prod()) ** (1 / len(measured)) if found else 1.0)
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
@@ -194,13 +196,3 @@ def verdict_in_words(findings: Findings) -> str:
         return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
     helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it." if names else ""
     return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

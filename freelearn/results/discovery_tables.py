@@ -9,9 +9,11 @@ import numpy as np
 from freelearn.inference.next_experiment import NextState
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import LEFT
+from freelearn.measurements.beds import BEDS, Quantity
 from freelearn.results.discovery import Discovery, sigmas_heldout, stderr
 from freelearn.results.estimate import parameter_table, searched_estimates
 from freelearn.results.formats import fixed, number, percent, sentence, signed
+from freelearn.results.quantities import digits
 from freelearn.results.staircase import staircase_row
 from freelearn.results.tables import DisplayTable
 
@@ -34,16 +36,19 @@ def final_parameters(discovery: Discovery) -> DisplayTable:
 
 def next_states(proposed: Sequence[NextState], most: int | None = None) -> DisplayTable:
     """States whose measurement would split effects that now look alike. most: rows shown, None for all."""
+    state = _imposed(proposed)
     rows = [
         [
-            *(str(p.sample), signed(p.elongation_mm), signed(p.twist_deg, 4), number(p.pressure_kpa, 3)),
-            *(fixed(p.expected_z, 1), *p.separates),
+            *(str(p.sample), *(signed(getattr(p, q.column), digits(q)) for q in state)),
+            *(*(number(pressure, 3) for pressure in _pressures(p)), fixed(p.expected_z, 1), *p.separates),
         ]
         for p in proposed[:most]
     ]
+    several = max((len(p.pressures_kpa) for p in proposed), default=0)
+    pressures = [f"pressure {i} kPa" for i in range(1, several + 1)] or ["pressure kPa"]
     return DisplayTable.of(
         ["sample"],
-        ["elongation mm", "twist deg", "pressure kPa", "expected σ"],
+        [*(f"{q.name} {q.unit}" for q in state), *pressures, "expected σ"],
         rows,
         title="What to measure next",
         last=["splits this", "from that"],
@@ -53,10 +58,24 @@ def next_states(proposed: Sequence[NextState], most: int | None = None) -> Displ
 def next_state_lines(proposed: Sequence[NextState], most: int) -> list[str]:
     """The same as sentences, for a terminal that is too narrow for the table."""
     return [
-        f"measure sample {p.sample} at {signed(p.elongation_mm)} mm, {signed(p.twist_deg, 4)}°, "
-        f"{number(p.pressure_kpa, 3)} kPa: splits {' from '.join(p.separates)} by {fixed(p.expected_z, 1)} σ"
+        f"measure sample {p.sample} at "
+        + ", ".join(f"{signed(getattr(p, q.column), digits(q))}{q.suffix}" for q in _imposed(proposed))
+        + f", {' + '.join(number(pressure, 3) for pressure in _pressures(p))} kPa: "
+        f"splits {' from '.join(p.separates)} by {fixed(p.expected_z, 1)} σ"
         for p in proposed[:most]
     ]
+
+
+def _imposed(proposed: Sequence[NextState]) -> list[Quantity]:
+    """The two quantities that the bed imposes on a kinematic state."""
+    pairs = (bed.state for bed in BEDS.values())
+    known = (state for state in pairs if all(getattr(p, q.column) is not None for p in proposed for q in state))
+    return list(next(known))
+
+
+def _pressures(proposed: NextState) -> tuple[float, ...]:
+    """Of each actuator on one end block, or of the one there is [kPa]."""
+    return proposed.pressures_kpa or (proposed.pressure_kpa,)
 
 
 def error_line(discovery: Discovery) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from torch import Tensor
 
 from freelearn.fit.uncertainty import Uncertainty
+from freelearn.measurements.beds import FORCE, MOMENT, Quantity
 from freelearn.models.base import Model
 from freelearn.results.estimate import fitted_estimates, long_parameter_table
 from freelearn.results.formats import ascii_minus
@@ -27,14 +29,15 @@ def fit_report(
     message: str,
     epochs: int,
     counts: dict[str, int],
+    measured: Sequence[Quantity],
 ) -> str:
     """Text with statistics, values ± standard errors, 95 % intervals, correlations and warnings.
 
     start: the raw vector (p,) before the fit, to tell parameters that never moved. counts: rows by what became of
-    them. Minus signs are hyphens, so that scripts can read the numbers.
+    them. measured: what the bed measures. Minus signs are hyphens, so that scripts can read the numbers.
     """
     parts = [
-        _statistics(model, uncertainty, method, message, epochs, counts),
+        _statistics(model, uncertainty, method, message, epochs, counts, measured),
         _variables(model, uncertainty),
         _correlations(uncertainty),
         _warnings(model, uncertainty, start),
@@ -43,15 +46,16 @@ def fit_report(
 
 
 def _statistics(
-    model: Model[Any], uncertainty: Uncertainty, method: str, message: str, epochs: int, counts: dict[str, int]
-) -> str:
+    model: Model[Any], uncertainty: Uncertainty, method: str, message: str, epochs: int, counts: dict[str, int],
+    measured: Sequence[Quantity],
+) -> str:  # fmt: skip
     n, p, chi2 = uncertainty.residuals, len(uncertainty.values), uncertainty.chi_square
     per_residual = n * math.log(chi2 / n) if chi2 > 0 else -math.inf
     rows = [
         ("fitting method", method),
         ("outcome", message),
         ("# epochs", epochs),
-        ("# data points", f"{n} (force and moment of {n // 2} rows)"),
+        ("# data points", f"{n} ({' and '.join(q.name for q in measured)} of {uncertainty.rows} rows)"),
         ("# variables", p),
         ("chi-square", f"{chi2:.8g}"),
         ("reduced chi-square", f"{chi2 / max(n - p, 1):.8g}"),
@@ -64,7 +68,10 @@ def _statistics(
         "[[Fit Statistics]]",
     ]
     lines += [f"    {name:<22} = {value}" for name, value in rows]
-    lines.append("    Residuals are loads divided by the training set's largest load; chi-square is in these units.")
+    what = "loads divided by the training set's largest load"
+    if not {FORCE, MOMENT}.issuperset(measured):
+        what = "readings divided by the training set's largest of their kind"
+    lines.append(f"    Residuals are {what}; chi-square is in these units.")
     return "\n".join(lines)
 
 

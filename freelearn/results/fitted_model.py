@@ -13,26 +13,36 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.measurements.members import DESIGN
+from freelearn.measurements.beds import BED, KINEMATIC, Bed, bed_of
+from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
 from freelearn.models.build import load_model
 from freelearn.models.own import load_own_code
 from freelearn.models.prediction import Status
 
-# What a table of states needs; the design may be left out where the run has it.
-KINEMATIC = ("elongation_mm", "twist_deg", "pressure_kpa")
-
 
 @dataclass(frozen=True)
 class Answer:
-    """loads: force [N] and moment [N·m] of each row, (N, 2). stderr: one standard error of each that the parameters'
-    uncertainty makes, (N, 2); NaN where that is not known. status: ok, no_equilibrium, singular or overstretched, (N,).
+    """loads: force [N] and moment [N·m] of each row, (N, 2), or what else the bed measures, SI. stderr: one standard
+    error of each that the parameters' uncertainty makes, (N, 2); NaN where that is not known. status: ok,
+    no_equilibrium, singular or overstretched, (N,).
     """
 
     loads: np.ndarray
     stderr: np.ndarray
     status: list[str]
+    bed: Bed
+
+    def table(self) -> pd.DataFrame:
+        """What the bed measures as predicted, in the columns and units of predictions.csv, each with its standard error
+        (force_pred_n, force_pred_n_stderr), and the status."""
+        columns: dict[str, Any] = {}
+        for i, quantity in enumerate(self.bed.readings):
+            if quantity in self.bed.measured:
+                columns[quantity.predicted] = self.loads[:, i] / quantity.factor
+                columns[f"{quantity.predicted}_stderr"] = self.stderr[:, i] / quantity.factor
+        return pd.DataFrame(columns | {"status": self.status})
 
 
 @dataclass(frozen=True)
@@ -41,7 +51,8 @@ class FittedModel:
 
     model: the torch module. parameters: by name, SI. covariance: of the parameters in that order, (k, k), SI; NaN where
     the rows did not determine one, and for a run that fitted nothing. design: sample, gamma_deg, length_mm,
-    inner_radius_mm, outer_radius_mm of each actuator in the run's table. folder: of the run.
+    inner_radius_mm, outer_radius_mm of each actuator in the run's table (of an end block, all its members'). folder: of
+    the run. bed: that of the run's table. members: of an end block, by number.
     """
 
     model: Model[Any]
@@ -49,6 +60,8 @@ class FittedModel:
     covariance: np.ndarray
     design: pd.DataFrame
     folder: Path
+    bed: Bed
+    members: list[int]
 
     def __repr__(self) -> str:
         effects = " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
@@ -60,36 +73,44 @@ class FittedModel:
         return pd.read_csv(self.folder / "predictions.csv")
 
     def predict(self, states: States | pd.DataFrame) -> Answer:
-        """Loads at states, or at the rows of a table in the measurement table's columns.
+        """Loads at states, or at the rows of a table in the measurement table's columns; or what else the bed measures.
 
-        A table needs elongation_mm, twist_deg and pressure_kpa; the design's columns where the run has several samples
-        and no column `sample` says which. Raises UserError.
+        A table needs what the run's bed imposes (elongation_mm, twist_deg and pressure_kpa, or under a dead load
+        force_n and moment_nmm in place of the first two; each actuator's pressure of an end block); the design's
+        columns where the run has several samples and no column `sample` says which. Raises UserError.
         """
         if isinstance(states, pd.DataFrame):
             states = States.from_table(self._complete(states))
         with torch.no_grad():
             prediction = self.model(states)
         words = np.array([status.name.lower() for status in Status])[prediction.status.numpy()]
-        return Answer(prediction.loads.numpy(), self._stderr(states), words.tolist())
+        return Answer(prediction.loads.numpy(), self._stderr(states), words.tolist(), states.bed)
 
     def _complete(self, table: pd.DataFrame) -> pd.DataFrame:
         """The table with the columns that States need."""
-        lacking = [name for name in KINEMATIC if name not in table]
+        design = [str(name) for name in self.design if name != "sample"]
+        members = [pressure_column(m) for m in self.members]
+        imposed = [*(quantity.column for quantity in self.bed.state), *(members or ["pressure_kpa"])]
+        lacking = [name for name in imposed if name not in table]
         if lacking:
             raise UserError(f"The table of states lacks the columns {', '.join(lacking)}: add them.")
         table = table.reset_index(drop=True)
-        if not set(DESIGN) <= set(table):
+        if not set(design) <= set(table):
             if "sample" not in table and len(self.design) > 1:
                 known = ", ".join(str(n) for n in self.design["sample"])
                 raise UserError(f"The run has the samples {known}: say in a column sample which is meant.")
             sample = table["sample"] if "sample" in table else self.design["sample"].iloc[0]
-            table = table.drop(columns=[name for name in DESIGN if name in table]).assign(sample=sample)
+            table = table.drop(columns=[name for name in design if name in table]).assign(sample=sample)
             unknown = sorted(set(table["sample"]) - set(self.design["sample"]))
             if unknown:
-                raise UserError(f"The run has no sample {unknown[0]}: give the design's columns {', '.join(DESIGN)}.")
+                raise UserError(f"The run has no sample {unknown[0]}: give the design's columns {', '.join(design)}.")
             table = table.merge(self.design, on="sample", how="left")
         # Each row is a visit of its own unless the table says otherwise.
-        missing = {name: 0 for name in ("sample", "step") if name not in table}
+        missing: dict[str, Any] = {name: 0 for name in ("sample", "step") if name not in table}
+        if members:
+            missing["pressure_kpa"] = table[members].mean(axis=1)
+        if self.bed is not KINEMATIC:
+            missing[BED] = self.bed.name
         return table.assign(**missing)
 
     def _stderr(self, states: States) -> np.ndarray:
@@ -135,7 +156,7 @@ def load(folder: str | Path) -> FittedModel:
     parameters = model.scalars()
     try:
         content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-        rows = pd.read_csv(folder / "predictions.csv", usecols=["sample", *DESIGN])
+        rows = pd.read_csv(folder / "predictions.csv")
     except (OSError, ValueError) as problem:
         raise UserError(f"{folder} is not the folder of a whole run: {problem}.") from None
     covariance = np.full((len(parameters), len(parameters)), np.nan)
@@ -144,4 +165,7 @@ def load(folder: str | Path) -> FittedModel:
         if stored.shape == covariance.shape:
             covariance = stored
     design = rows.drop_duplicates("sample").sort_values("sample").reset_index(drop=True)
-    return FittedModel(model, parameters, covariance, design, folder)
+    members = members_in(design.columns)
+    names = [*DESIGN, SECOND, *(design_column(name, m) for m in members for name in (*DESIGN, SECOND))]
+    design = design[["sample", *(name for name in names if name in design)]]
+    return FittedModel(model, parameters, covariance, design, folder, bed_of(rows), members)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 DASH = "–"
 MINUS = "−"
@@ -72,6 +73,19 @@ def finite(value: float) -> float | None:
     (0.5, None)
     """
     return float(value) if math.isfinite(value) else None
+
+
+def all_finite(value: Any) -> Any:
+    """Nested dictionaries and lists for a JSON file: as `finite`, and lists for tuples.
+
+    >>> all_finite({"E": (0.5, float("nan"))})
+    {'E': [0.5, None]}
+    """
+    if isinstance(value, dict):
+        return {k: all_finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [all_finite(v) for v in value]
+    return finite(value) if isinstance(value, float) else value
 
 
 def _finished(value: float | None, form: str) -> str:

@@ -12,12 +12,12 @@ COLUMNS = ["sample", "elongation_mm", "twist_deg", "end", "pressure_kpa", "force
 
 
 def load_vector_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Each kinematic state's place, and its loads at the lowest and the highest usable pressure.
+    """Each kinematic state's place, and its loads at the lowest and the highest usable pressure; of rows with both.
 
     Columns sample, elongation_mm, twist_deg, end (low, high), pressure_kpa, force_n, moment_nmm."""
     table = table.reset_index(drop=True)
     where = places(table)
-    kept = table[usable_rows(table)]
+    kept = table[usable_rows(table) & table[["force_n", "moment_nmm"]].notna().all(axis=1).to_numpy()]
     pressure = kept["pressure_kpa"].groupby(pd.Series(kinematic_state(table))[kept.index])
     ends = []
     for end, place in (("low", pressure.idxmin()), ("high", pressure.idxmax())):

@@ -6,6 +6,7 @@ import numpy as np
 
 from freelearn.inference.scatter import Scatter
 from freelearn.inference.step import Step
+from freelearn.measurements.beds import DEAD_LOAD
 
 # Stated noise that is wrong by more than this factor is said to be.
 WRONG_NOISE = 1.5
@@ -19,7 +20,7 @@ def noise_notes(step: Step) -> list[str]:
     if found is None:
         return []
     notes = []
-    wrong = _wrong(found)
+    wrong = _wrong(step, found)
     if wrong:
         notes.append(
             f"{wrong} than data.accuracy says; the search takes the scatter as it is, the noise floor is the stated "
@@ -38,15 +39,20 @@ def noise_notes(step: Step) -> list[str]:
     return notes
 
 
-def _wrong(found: Scatter) -> str:
+def told(step: Step) -> list[int]:
+    """The channels of a step's bed of which some row has a reading."""
+    return [i for i, there in enumerate(step.whiten.present.any(0).tolist()) if there]
+
+
+def _wrong(step: Step, found: Scatter) -> str:
     """What of the stated accuracy is wrong, in words; empty where nothing is."""
-    force, moment = found.deviations.tolist()
+    bed, deviations = step.states.bed, found.deviations.tolist()
     position = found.position * found.tails.deviation
+    common = "hung loads' scatter" if bed is DEAD_LOAD else "positions' scatter"
     parts = []
     for name, factor, most in (
-        ("force's scatter", force, WRONG_NOISE),
-        ("moment's scatter", moment, WRONG_NOISE),
-        ("positions' scatter", position, WRONG_POSITION),
+        *((f"{bed.readings[i].name}'s scatter", deviations[i], WRONG_NOISE) for i in told(step)),
+        (common, position, WRONG_POSITION),
     ):
         if factor > most:
             parts.append(f"the {name} is {factor:.2g} times larger")

@@ -1,30 +1,36 @@
-"""Predicted against measured loads, as numbers."""
+"""Predicted against measured quantities, as numbers."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.beds import Quantity, bed_of
 from freelearn.measurements.sets import TEST, TRAIN, VALIDATION
+from freelearn.measurements.usable import SLACK
 from freelearn.models.predicted import usable
-from freelearn.results.residuals import LOADS
+from freelearn.results.quantities import pressures, told
 
 SPLITS = (TRAIN, VALIDATION, TEST)
 # More points than this per split only darken the picture.
 SHOWN = 3000
-COLUMNS = ["sample", "elongation_mm", "twist_deg", "pressure_kpa", "split"]
 
 
 def parity_numbers(predictions: pd.DataFrame) -> pd.DataFrame:
-    """The rows shown: usable ones, at most SHOWN of each split, with their places and both kinds of loads.
+    """The rows shown: usable ones, at most SHOWN of each split, with their places, what was measured and what is
+    predicted; `slack` where the table has it.
 
     Drawn at random, the same ones each time: every n-th row could fall on the same pressure step of every state.
     predictions: columns of predictions.csv.
     """
     rows = usable(predictions)
-    loads = [name for load in LOADS for name in (load.column, load.predicted)]
+    imposed = [q.column for q in (*bed_of(predictions).state, *pressures(predictions))]
+    both = [name for q in told(predictions) for name in (q.column, q.predicted)]
+    marks = [SLACK] if SLACK in predictions else []
     parts = [_thinned(rows[rows["split"] == split]) for split in SPLITS]
-    return pd.concat(parts)[[*COLUMNS, *loads]].reset_index(drop=True)
+    return pd.concat(parts)[["sample", *imposed, "split", *both, *marks]].reset_index(drop=True)
 
 
 def split_labels(predictions: pd.DataFrame) -> dict[str, str]:
@@ -37,9 +43,15 @@ def split_labels(predictions: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def parity_ends(shown: pd.DataFrame) -> list[tuple[float, float]]:
-    """Ends of the line on which a perfect model would lie, for force and moment. shown: parity_numbers, not empty."""
-    both = (shown[[load.column, load.predicted]].to_numpy(dtype=np.float64) for load in LOADS)
+def loose_rows(shown: pd.DataFrame) -> np.ndarray:
+    """Which rows of parity_numbers are of a tube that hangs loose, (n,) bool."""
+    loose: np.ndarray = shown[SLACK].to_numpy() == 1 if SLACK in shown else np.zeros(len(shown), dtype=bool)
+    return loose
+
+
+def parity_ends(shown: pd.DataFrame, quantities: Sequence[Quantity]) -> list[tuple[float, float]]:
+    """Ends of the line on which a perfect model would lie, for each quantity. shown: parity_numbers, not empty."""
+    both = (shown[[q.column, q.predicted]].to_numpy(dtype=np.float64) for q in quantities)
     return [(float(np.nanmin(values)), float(np.nanmax(values))) for values in both]
 
 

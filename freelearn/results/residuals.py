@@ -1,53 +1,33 @@
-"""Where over length and twist a model is wrong, as numbers."""
+"""Where over what is imposed a model is wrong, as numbers."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.beds import Pair, bed_of, behind
 from freelearn.models.predicted import usable
-from freelearn.results.states import places
+from freelearn.results.quantities import misses
+from freelearn.results.states import fields
 
 # Samples shown side by side; more of them would be too narrow to read.
 MOST_SAMPLES = 8
 
 
-class Load(NamedTuple):
-    """One of the two loads. column, predicted: in predictions.csv; symbol, unit: on axes."""
+def residual_table(predictions: pd.DataFrame, over: Pair | None = None) -> pd.DataFrame:
+    """Each field's place and, over its usable rows, the mean of measured − predicted of all that the bed measures
+    (blank without one) and their number `rows`. Columns sample, those of the place, those of the quantities, rows.
 
-    column: str
-    predicted: str
-    name: str
-    symbol: str
-    unit: str
-
-    @property
-    def label(self) -> str:
-        """For an axis: force F [N]."""
-        return f"{self.name} {self.symbol} [{self.unit}]"
-
-
-FORCE = Load("force_n", "force_pred_n", "force", "F", "N")
-MOMENT = Load("moment_nmm", "moment_pred_nmm", "moment", "M", "N·mm")
-LOADS = (FORCE, MOMENT)
-
-
-def residual_table(predictions: pd.DataFrame) -> pd.DataFrame:
-    """Each kinematic state's place and, over its usable rows, mean measured − predicted force [N] and moment [N·mm]
-    (blank without one) and their number `rows`. Columns sample, elongation_mm, twist_deg, force_n, moment_nmm, rows.
-
-    predictions: columns of predictions.csv."""
+    predictions: columns of predictions.csv. over: see states.fields; by default each kinematic state is a field."""
     predictions = predictions.reset_index(drop=True)
-    state = pd.Series(kinematic_state(predictions))
+    number, where = fields(predictions, over)
     rows = usable(predictions)
-    residual = pd.DataFrame({load.column: rows[load.column] - rows[load.predicted] for load in LOADS})
-    grouped = residual.groupby(state[rows.index])
+    residual = misses(rows).reindex(columns=[q.column for q in bed_of(predictions).measured])
+    read = residual[residual.notna().any(axis=1)]
+    grouped = read.groupby(pd.Series(number)[read.index])
     means = grouped.mean().assign(rows=grouped.size()).rename_axis("state")
-    return places(predictions).join(means).fillna({"rows": 0}).reset_index(drop=True)
+    return where.join(means).fillna({"rows": 0}).reset_index(drop=True)
 
 
 def scale_end(values: ArrayLike) -> float:
@@ -64,10 +44,10 @@ def scale_end(values: ArrayLike) -> float:
 def limit_text(limit: float, unit: str) -> str:
     """What stands at a sample whose colors end at ± limit.
 
-    >>> limit_text(123.4, "N·mm")
-    '± 120 N·mm'
+    >>> limit_text(123.4, "N·mm"), limit_text(2.0, "°")
+    ('± 120 N·mm', '± 2°')
     """
-    return f"± {float(f'{limit:.2g}'):g} {unit}"
+    return f"± {float(f'{limit:.2g}'):g}{behind(unit)}"
 
 
 def shown_samples(table: pd.DataFrame) -> tuple[list[int], str]:

@@ -71,6 +71,6 @@ class Run:
         valid prediction, by reason."""
         marked = {"buckled": int((self.table["buckled"] == 1).sum()), "left_out": int(left_out_rows(self.table).sum())}
         status = self.prediction.status.numpy()[usable_rows(self.table)]
-        used = self.uncertainty.residuals // 2 if self.uncertainty else 0
+        used = self.uncertainty.rows if self.uncertainty else 0
         reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
         return {"rows": len(self.table), "used": used, **marked, **reasons}

@@ -12,11 +12,12 @@ from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.uncertainty import Uncertainty
+from freelearn.measurements.beds import bed_of
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
 from freelearn.results.estimate import parameter_table
 from freelearn.results.fit_report import fit_report
-from freelearn.results.formats import ascii_minus, finite
+from freelearn.results.formats import all_finite, ascii_minus, finite
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.states import rows_of_set
@@ -79,7 +80,7 @@ def results(run: Run, origin: Origin) -> dict[str, Any]:
         content["comparison"] = {name: pair.plain() for name, pair in run.comparison.items()}
     if run.misfit:
         content["noise_floor"] = run.misfit.noise_floor
-        content["failures"] = [failure.numbers() for failure in run.misfit.failures]
+        content["failures"] = all_finite([failure.numbers() for failure in run.misfit.failures])
     return content
 
 
@@ -95,4 +96,5 @@ def report(run: Run) -> str:
         values = ascii_minus(parameter_table(run.estimates()).text("    "))
         return f"[[Model]]\n    {run.model.name}\n[[Variables]] (nothing was fitted)\n{values}\n"
     epochs = run.history[-1][0] if run.history else 0
-    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, run.counts())
+    measured = bed_of(run.table).measured
+    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, run.counts(), measured)

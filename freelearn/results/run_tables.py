@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from freelearn.measurements.beds import bed_of
+from freelearn.measurements.usable import SLACK
 from freelearn.results.estimate import parameter_table
 from freelearn.results.formats import percent, sentence
 from freelearn.results.notes import effect_notes, notes
 from freelearn.results.run import Run
 from freelearn.results.tables import DisplayTable
 
-EXPLAINED = "E = √mean(((F−F̂)/max|F|)² + ((M−M̂)/max|M|)²) over a set's test rows."
 # What became of rows that are neither fitted nor scored.
 MEANING = {
     "buckled": "buckled",
@@ -18,6 +18,18 @@ MEANING = {
     "singular": "at the linear model's singularity (fibers along the axis)",
     "overstretched": "longer than an inextensible fiber allows",
 }
+
+
+def explained(run: Run) -> str:
+    """What E is, by what the bed measures."""
+    shown, table = bed_of(run.table).measured, run.table
+    parts = " + ".join(f"(({q.symbol}−{q.symbol}\u0302)/max|{q.symbol}|)²" for q in shown)
+    text = f"E = √mean({parts}) over a set's test rows."
+    if table[[q.column for q in shown if q.column in table]].isna().any(axis=None):
+        text += " Each mean is over the rows in which it was measured."
+    if SLACK in table and (table[SLACK] == 1).any():
+        text += " A push that is predicted where the tube hangs loose costs nothing."
+    return text
 
 
 def error_table(run: Run) -> DisplayTable:

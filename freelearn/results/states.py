@@ -5,13 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.beds import ELONGATION, Pair, bed_of
+from freelearn.measurements.error import load_scale
+from freelearn.measurements.rows import Readings
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.predicted import usable
+from freelearn.results.quantities import digits, moving, pressures
 from freelearn.results.run import CONSTITUENT_SET
 
 # A curve through fewer rows shows nothing.
 ROWS_FOR_A_CURVE = 4
+# Pressures are told apart in so many steps over their range.
+STEPS = 20
 
 
 def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
@@ -23,29 +29,66 @@ def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
 
 
 def places(table: pd.DataFrame) -> pd.DataFrame:
-    """One row per kinematic state, in order: sample, elongation_mm (mean: a bed may creep), twist_deg; index `state`.
+    """One row per kinematic state, in order: sample and the two quantities that the bed imposes on it (the mean of an
+    elongation: a bed may creep); index `state`.
 
     States are numbered as `kinematic_state` numbers those of `table`.
     """
-    columns = table[["sample", "elongation_mm", "twist_deg"]]
-    each = columns.groupby(kinematic_state(table))
-    return each.agg({"sample": "first", "elongation_mm": "mean", "twist_deg": "first"}).rename_axis("state")
+    state = bed_of(table).state
+    columns = table[["sample", *(q.column for q in state)]]
+    taken = {q.column: "mean" if q is ELONGATION else "first" for q in state}
+    return columns.groupby(kinematic_state(table)).agg({"sample": "first", **taken}).rename_axis("state")
+
+
+def fields(table: pd.DataFrame, over: Pair | None = None) -> tuple[np.ndarray, pd.DataFrame]:
+    """Number of each row's field in a picture over two quantities, (N,), and each field's sample and place.
+
+    over: None for each kinematic state a field of its own, at its two quantities. With a pressure among the two, rows
+    of nearly the same place share one; and so do an end block's states, which return with other actuators inflated.
+    """
+    where, state = places(table), kinematic_state(table)
+    if over is None or (over == bed_of(table).state and len(pressures(table)) == 1):
+        return state, where
+    at = {q.column: where[q.column].to_numpy()[state] if q.column in where else _steps(table[q.column]) for q in over}
+    keys = pd.DataFrame({"sample": table["sample"].to_numpy(), **at})
+    number = keys.groupby(list(keys), sort=True).ngroup().to_numpy()
+    means = table[["sample", *at]].reset_index(drop=True).groupby(number).mean()
+    return number, means.astype({"sample": np.int64}).rename_axis("state")
+
+
+def _steps(pressure: pd.Series) -> np.ndarray:
+    values = pressure.to_numpy(dtype=np.float64)
+    steps: np.ndarray = np.round((values - values.min()) / (np.ptp(values) or 1.0) * STEPS)
+    return steps
+
+
+def place_text(place: pd.Series, state: Pair) -> str:
+    """A kinematic state's two quantities with their units. Plain hyphens: it also names files and TensorBoard's images.
+
+    >>> from freelearn.measurements.beds import KINEMATIC
+    >>> place_text(pd.Series({"elongation_mm": -1.0, "twist_deg": 40.0}), KINEMATIC.state)
+    '-1 mm, +40°'
+    """
+    return ", ".join(f"{place[q.column]:+.{digits(q)}g}{q.suffix}" for q in state)
 
 
 def state_title(measured: pd.DataFrame) -> str:
-    """What one state's rows are called. Plain hyphens: it also names files and TensorBoard's images."""
-    first = measured.iloc[0]
-    elongation = measured["elongation_mm"].mean()
-    return f"sample {first['sample']:.0f}, {elongation:+.3g} mm, {first['twist_deg']:+.4g}°"
+    """What one state's rows are called."""
+    place = places(measured).iloc[0]
+    parts = [f"sample {place['sample']:.0f}", place_text(place, bed_of(measured).state), moving(measured)]
+    return ", ".join(part for part in parts if part)
 
 
 def squared_error(predictions: pd.DataFrame) -> pd.Series:
-    """((F−F̂)/max|F|)² + ((M−M̂)/max|M|)² of each usable row, over the largest loads among them."""
+    """Σ ((measured − predicted)/largest)² over what was measured in each usable row, the largest readings being those
+    among them; rows without a reading are left out."""
     rows = usable(predictions)
-    scale = rows[["force_n", "moment_nmm"]].abs().max().replace(0, 1)
-    force = (rows["force_pred_n"] - rows["force_n"]) / scale["force_n"]
-    moment = (rows["moment_pred_nmm"] - rows["moment_nmm"]) / scale["moment_nmm"]
-    return force**2 + moment**2
+    if not len(rows):
+        return pd.Series(dtype=np.float64)
+    readings = Readings.from_table(rows)
+    missed = readings.missed(Readings.from_table(rows, predicted=True).value)
+    squares = (missed / load_scale(readings.value)).square().sum(-1)
+    return pd.Series(squares.numpy(), index=rows.index)[readings.present.any(-1).numpy()]
 
 
 def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""Several samples' length × twist planes side by side on one axis."""
+"""Several samples' planes, length × twist or what else was imposed, side by side on one axis."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.beds import KINEMATIC, Pair
+
 # Free room beside each sample, as a share of the lengths shown.
 MARGIN = 0.12
 
 
 class Strip:
-    """Fields of equal length and twist range, one per sample, laid out from left to right.
+    """Parts of equal ranges, one per sample, laid out from left to right.
 
-    low, high: the elongations [mm] that a field shows; bottom, top: the twists [deg]; width: of a field [mm].
+    x, y: the quantities across and up. low, high: the range of x that a part shows; bottom, top: that of y; width: of a
+    part, in x's unit.
 
     >>> states = pd.DataFrame({"sample": [3, 3, 6], "elongation_mm": [0.0, 10.0, 0.0], "twist_deg": [0.0, 1.0, 2.0]})
     >>> strip = Strip(states, [3, 6])
@@ -22,23 +25,29 @@ class Strip:
     (12.4, [0.0, 10.0, 12.4], 17.4)
     """
 
-    def __init__(self, states: pd.DataFrame, samples: Sequence[int]) -> None:
-        """states: every kinematic state shown (sample, elongation_mm, twist_deg), each once."""
+    def __init__(self, states: pd.DataFrame, samples: Sequence[int], plane: Pair = KINEMATIC.state) -> None:
+        """states: every kinematic state shown (sample, elongation_mm, twist_deg), each once; or the fields of another
+        plane, see results.states.fields."""
         self.states, self.samples = states, list(samples)
-        self.low, self.high = _range(states["elongation_mm"])
-        self.bottom, self.top = _range(states["twist_deg"])
+        self.x, self.y = plane
+        self.low, self.high = _range(states[self.x.column])
+        self.bottom, self.top = _range(states[self.y.column])
         self.width = self.high - self.low
 
     def left(self, sample: int) -> float:
-        """How far a sample's field is moved to the right; 0 for the first."""
+        """How far a sample's part is moved to the right; 0 for the first."""
         return self.samples.index(sample) * self.width
 
     def across(self) -> pd.Series:
-        """Where each state lies along the axis; in the first field that is its elongation."""
-        return self.states["elongation_mm"] + self.states["sample"].map({n: self.left(n) for n in self.samples})
+        """Where each state lies along the axis; in the first part that is x itself."""
+        return self.states[self.x.column] + self.states["sample"].map({n: self.left(n) for n in self.samples})
+
+    def up(self) -> pd.Series:
+        """How high each state lies."""
+        return self.states[self.y.column]
 
     def middle(self, sample: int) -> float:
-        """The middle of a sample's field, along the axis."""
+        """The middle of a sample's part, along the axis."""
         return (self.low + self.high) / 2 + self.left(sample)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from freelearn.measurements.beds import bed_of
 from freelearn.results.discovery import Discovery
 from freelearn.results.formats import DASH, number, sentence, signed
+from freelearn.results.quantities import digits
 from freelearn.results.suspects import ranges, suspected_lines, worst_of_each
 from freelearn.results.tables import DisplayTable
 
@@ -13,28 +15,32 @@ TITLE = "Suspected readings"
 def suspect_overview(discovery: Discovery, most: int) -> DisplayTable:
     """The worst suspected readings, a row for those that slipped together, in few columns. most: rows shown."""
     worst = worst_of_each(discovery.suspects)
-    rows = [
-        [ranges(r.lines), r.load, *(f"{value} {r.unit}" for value in r.loads), r.deviation, r.slip or DASH]
-        for r in worst[:most]
-    ]
+    rows = [[ranges(r.lines), r.load, *r.readings, r.deviation, r.slip or DASH] for r in worst[:most]]
     more = f"… {len(worst) - most} more in suspects.csv" if len(worst) > most else ""
     heads = ["shows", "expected", "σ off"]
-    return DisplayTable.of(["line", "load"], heads, rows, TITLE, more, last=["how it slipped, perhaps"])
+    return DisplayTable.of(["line", "reading"], heads, rows, TITLE, more, last=["how it slipped, perhaps"])
 
 
 def suspect_table(discovery: Discovery) -> DisplayTable:
     """Every suspected reading, with its place."""
+    state = bed_of(discovery.table).state
     rows = [
         [
-            *(str(r.line), r.load, str(r.sample), signed(r.elongation_mm), signed(r.twist_deg, 4), str(r.step)),
-            *(number(r.pressure_kpa, 3), *(f"{value} {r.unit}" for value in r.loads), r.deviation),
+            *(
+                str(r.line),
+                r.load,
+                str(r.sample),
+                *(signed(getattr(r, q.column), digits(q)) for q in state),
+                str(r.step),
+            ),
+            *(number(r.pressure_kpa, 3), *r.readings, r.deviation),
             *(r.slip or DASH, ranges(r.lines) if len(r.lines) > 1 else DASH),
         ]
         for r in discovery.suspects
     ]
-    place = ["sample", "elongation mm", "twist deg", "step", "pressure kPa"]
+    place = ["sample", *(f"{q.name} {q.unit}" for q in state), "step", "pressure kPa"]
     last = ["how it slipped, perhaps", "together in lines"]
-    return DisplayTable.of(["line", "load"], [*place, "shows", "expected", "σ off"], rows, title=TITLE, last=last)
+    return DisplayTable.of(["line", "reading"], [*place, "shows", "expected", "σ off"], rows, title=TITLE, last=last)
 
 
 def suspect_lines(discovery: Discovery) -> list[str]:

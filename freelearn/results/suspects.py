@@ -11,27 +11,29 @@ import numpy as np
 import pandas as pd
 
 from freelearn.inference.suspects import Suspect
+from freelearn.measurements.beds import DEAD_LOAD, ELONGATION, TWIST, bed_of, behind
 from freelearn.measurements.usable import LEFT_OUT
-from freelearn.results.formats import fixed
-from freelearn.results.residuals import FORCE, MOMENT
-from freelearn.units import NMM
+from freelearn.results.curve_panels import mark
+from freelearn.results.formats import finite, fixed
 
-UNITS = {FORCE.name: (FORCE.unit, 1.0), MOMENT.name: (MOMENT.unit, NMM)}
+# What only a dead load imposes.
+HUNG = tuple(quantity.column for quantity in DEAD_LOAD.state)
 
 
 @dataclass(frozen=True)
 class SuspectedReading:
     """A reading of which the search thinks that it slipped.
 
-    line: of its row in the table's file. load: force or moment; shown, expected: in `unit`. sigmas: signed. slip: how
-    it probably slipped, in words, "" where nothing fits. lines: of all rows that slipped together.
+    line: of its row in the table's file. load: force, moment, or what else the bed measures; shown, expected: in
+    `unit`. sigmas: signed. slip: how it probably slipped, in words, "" where nothing fits. lines: of all rows that
+    slipped together. elongation_mm, twist_deg: None where blank. force_n, moment_nmm: imposed, under a dead load only.
     """
 
     line: int
     sample: int
     step: int
-    elongation_mm: float
-    twist_deg: float
+    elongation_mm: float | None
+    twist_deg: float | None
     pressure_kpa: float
     load: str
     shown: float
@@ -40,10 +42,13 @@ class SuspectedReading:
     sigmas: float
     slip: str
     lines: tuple[int, ...]
+    force_n: float | None = None
+    moment_nmm: float | None = None
 
     def plain(self) -> dict[str, Any]:
         """The entry in discovery.json."""
-        return vars(self) | {"lines": list(self.lines)}
+        known = {name: value for name, value in vars(self).items() if name not in HUNG or value is not None}
+        return known | {"lines": list(self.lines)}
 
     @classmethod
     def from_plain(cls, entry: Mapping[str, Any]) -> SuspectedReading:
@@ -51,11 +56,13 @@ class SuspectedReading:
         return cls(**{**entry, "lines": tuple(entry["lines"])})
 
     @property
-    def loads(self) -> tuple[str, str]:
-        """What the row shows and what was expected, with so many digits that the difference can be seen."""
+    def readings(self) -> tuple[str, str]:
+        """What the row shows and what was expected, in its unit, with so many digits that the difference can be
+        seen."""
         apart = abs(self.shown - self.expected)
         digits = min(max(2 - math.floor(math.log10(apart)), 0), 6) if 0 < apart < math.inf else 3
-        return with_sign(self.shown, digits), with_sign(self.expected, digits)
+        unit = behind(self.unit)
+        return f"{with_sign(self.shown, digits)}{unit}", f"{with_sign(self.expected, digits)}{unit}"
 
     @property
     def deviation(self) -> str:
@@ -64,18 +71,12 @@ class SuspectedReading:
 
     def sentence(self) -> str:
         """What a researcher would say about it."""
-        shown, expected = self.loads
+        shown, expected = self.readings
         together = len(self.lines) > 1
         where = f"lines {ranges(self.lines)}" if together else f"line {self.line}"
         here = f" in line {self.line}" if together else ""
-        text = (
-            f"{where}: the {self.load} shows {shown} {self.unit} where {expected} {self.unit} was expected{here} "
-            f"({self.deviation} σ)"
-        )
+        text = f"{where}: the {self.load} shows {shown} where {expected} was expected{here} ({self.deviation} σ)"
         return f"{text}: {self.slip}" if self.slip else text
-
-
-COLUMNS = list(SuspectedReading.__dataclass_fields__)
 
 
 def suspected_readings(suspects: Sequence[Suspect], table: pd.DataFrame, lines: np.ndarray) -> list[SuspectedReading]:
@@ -83,10 +84,13 @@ def suspected_readings(suspects: Sequence[Suspect], table: pd.DataFrame, lines: 
 
     table: the rows that were asked about, in the measurement table's columns; lines: theirs in its file, (N,).
     """
+    bed = bed_of(table)
     readings = []
     for suspect in suspects:
         row = table.iloc[suspect.row]
-        unit, size = UNITS[suspect.load]
+        quantity = next(q for q in bed.readings if q.name == suspect.load)
+        place = {q.column: finite(row[q.column]) if q.column in row else None for q in (ELONGATION, TWIST)}
+        place |= {name: float(row[name]) for name in HUNG if bed is DEAD_LOAD}
         slip = suspect.slip
         if suspect.source is not None:
             slip += f", perhaps line {lines[suspect.source]}'s"
@@ -95,25 +99,27 @@ def suspected_readings(suspects: Sequence[Suspect], table: pd.DataFrame, lines: 
                 line=int(lines[suspect.row]),
                 sample=int(row["sample"]),
                 step=int(row["step"]),
-                elongation_mm=float(row["elongation_mm"]),
-                twist_deg=float(row["twist_deg"]),
                 pressure_kpa=float(row["pressure_kpa"]),
                 load=suspect.load,
-                shown=suspect.shown / size,
-                expected=suspect.expected / size,
-                unit=unit,
+                shown=suspect.shown / quantity.factor,
+                expected=suspect.expected / quantity.factor,
+                unit=quantity.unit,
                 sigmas=suspect.sigmas,
                 slip=slip,
-                lines=tuple(int(lines[place]) for place in sorted({suspect.row, *suspect.rows})),
+                lines=tuple(int(lines[at]) for at in sorted({suspect.row, *suspect.rows})),
+                **place,
             )
         )
     return sorted(readings, key=lambda reading: -abs(reading.sigmas))
 
 
 def suspects_frame(readings: Sequence[SuspectedReading]) -> pd.DataFrame:
-    """The readings as a table, in COLUMNS; the lines of a block stand in one cell, with blanks between them."""
-    rows = [vars(reading) | {"lines": " ".join(map(str, reading.lines))} for reading in readings]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    """The readings as a table, in the columns of their entries; the lines of a block stand in one cell, with blanks
+    between them."""
+    rows = [reading.plain() | {"lines": " ".join(map(str, reading.lines))} for reading in readings]
+    columns = list(rows[0]) if rows else [n for n in SuspectedReading.__dataclass_fields__ if n not in HUNG]
+    place = {q.column: np.float64 for q in (ELONGATION, TWIST)} if rows else {}
+    return pd.DataFrame(rows, columns=columns).astype(place)
 
 
 def suspected_lines(readings: Sequence[SuspectedReading]) -> list[int]:
@@ -130,17 +136,18 @@ def worst_of_each(readings: Sequence[SuspectedReading]) -> list[SuspectedReading
 
 
 def flagged(table: pd.DataFrame, suspects: Sequence[Suspect]) -> pd.DataFrame:
-    """The table with the suspects' rows left out, and marked in the columns suspect_force and suspect_moment (bool).
+    """The table with the suspects' rows left out, and marked in the columns suspect_force and suspect_moment, or of
+    what else the bed measures (bool).
 
     table: the rows that were asked about, in the measurement table's columns. A block that slipped together is no
     reason to look at nothing else.
     """
-    marks = {load: np.zeros(len(table), dtype=bool) for load in UNITS}
+    marks = {q.name: np.zeros(len(table), dtype=bool) for q in bed_of(table).measured}
     for suspect in suspects:
         if len(suspect.rows) == 1:
             marks[suspect.load][suspect.row] = True
     either = np.any(list(marks.values()), axis=0)
-    columns = {f"suspect_{load}": mark for load, mark in marks.items()}
+    columns = {mark(q): marks[q.name] for q in bed_of(table).measured}
     return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})
 
 

@@ -19,7 +19,7 @@ from freelearn.results.residuals import residual_table
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import flagged
 
-UNIT = re.compile(r"\[(N|N·mm|kPa|mm|deg|%|–|share of .*)\]$")
+UNIT = re.compile(r"\[(N|N·mm|kPa|mm|°|%|–|share of .*)\]$")
 
 
 @pytest.fixture
@@ -166,7 +166,7 @@ def test_charts_draw_suspected_readings_apart_as_pictures_do(predictions, curve)
         assert [len(rows.data["force_n"]) for rows in charts.rows] == [5 - count, 5, 5 - count]
         assert [len(rows.data["force_n"]) for rows in charts.suspects] == [count, 0, count]
         legend = {item.label.value: item.visible for item in charts.panels[0].legend[0].items}
-        assert legend == {"model": True, "measured": True, "suspected reading": bool(count)}
+        assert legend == {"model": True, "measured": True, "slack": False, "suspected reading": bool(count)}
 
 
 def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):

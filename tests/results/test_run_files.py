@@ -15,6 +15,7 @@ from freelearn.commands.configuration import settings
 from freelearn.commands.run import run as evaluate
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
+from freelearn.measurements.beds import KINEMATIC
 from freelearn.measurements.error import set_error
 from freelearn.measurements.rows import Rows, loads_of
 from freelearn.measurements.table import read_table
@@ -102,5 +103,6 @@ def test_an_effect_is_judged_on_rows_that_both_models_answer(table):
 def test_a_report_says_what_never_moved(table, tmp_path):
     outcome = run(tmp_path, "train=all", "data=csv", f"data.path={table}", "figures=false")
     assert outcome.uncertainty is not None
-    still = fit_report(outcome.model, outcome.uncertainty, outcome.model.vector(), "none", "", 0, outcome.counts())
+    fitted = outcome.model, outcome.uncertainty, outcome.model.vector()
+    still = fit_report(*fitted, "none", "", 0, outcome.counts(), KINEMATIC.measured)
     assert "C1 is still where the fit began" in still

@@ -17,7 +17,8 @@ from freelearn.measurements.intake.evaluate import Evaluation
 from freelearn.measurements.intake.plateaus import averaged
 from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
-from freelearn.measurements.intake.recipe import Part, Recipe, Sample
+from freelearn.measurements.intake.recipe import Part, Recipe
+from freelearn.measurements.intake.samples import constants_by_row, sample_numbers
 from freelearn.measurements.intake.suspicious import raw_suspicions, table_suspicions
 from freelearn.measurements.members import pressure_column
 
@@ -85,8 +86,8 @@ def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFr
     readings = [raw.known(columns[q.column].source) for q in BEDS[recipe.bed].measured if q.column in columns]
     time = raw.known(columns["time_s"].source) if "time_s" in columns else None
     tally.warnings += [*raw.notes, *raw_suspicions(raw, readings, time)]
-    numbers, sample_names = _samples(part.sample or recipe.sample, raw)
-    rows = Evaluation(raw, columns, _constants(recipe, part, numbers), numbers)
+    numbers, sample_names = sample_numbers(part.sample or recipe.sample, raw)
+    rows = Evaluation(raw, columns, constants_by_row(recipe, part, numbers), numbers)
     rows.rest = _at_rest(recipe, rows)
     table = _quantities(recipe, rows)
     chosen = len(table)
@@ -123,53 +124,6 @@ def _chosen(recipe: Recipe, part: Part, raw: RawTable) -> RawTable:
 def _sortable(raw: RawTable, name: str) -> np.ndarray | list[str]:
     values = raw.maybe_numbers(raw.known(name))
     return raw.text(name) if values is None else values
-
-
-def _samples(sample: Sample, raw: RawTable) -> tuple[np.ndarray, dict[str, int]]:
-    """The number of each row's actuator, (N,) int64, and the words that were translated."""
-    if sample.source is None:
-        return np.full(len(raw), sample.number, dtype=np.int64), {}
-    words = raw.text(sample.source)
-    if sample.numbers is None:
-        values = raw.maybe_numbers(raw.known(sample.source))
-        if values is None or np.isnan(values).any() or (values % 1 != 0).any() or (values < 1).any():
-            known = ", ".join(f"{w}: {i}" for i, w in enumerate(list(dict.fromkeys(words))[:4], start=1))
-            raise UserError(
-                f"{raw.name}: column {sample.source!r} holds no numbers of actuators: number its words with "
-                f"sample: {{from: {sample.source}, as: {{{known}, …}}}}."
-            )
-        return values.astype(np.int64), {}
-    unknown = sorted({word for word in words if _translated(word, sample.numbers, raw) is None})
-    if unknown:
-        raise UserError(f"{raw.name}: sample.as has no number for {', '.join(map(repr, unknown[:5]))}: add it.")
-    numbers = [_translated(word, sample.numbers, raw) or 0 for word in words]
-    return np.array(numbers, dtype=np.int64), dict(sample.numbers)
-
-
-def _translated(word: str, numbers: Mapping[str, int], raw: RawTable) -> int | None:
-    """40 and 40.0 are one word."""
-    if word in numbers:
-        return numbers[word]
-    value = raw.style.number(word)
-    return None if value is None or np.isnan(value) else numbers.get(f"{value:g}")
-
-
-def _constants(recipe: Recipe, part: Part, sample: np.ndarray) -> dict[str, np.ndarray]:
-    """Constants for each row; a sample's go before a file's, and these before the recipe's."""
-    constants = {name: np.full(len(sample), value) for name, value in recipe.constants_for(part).items()}
-    if recipe.samples:
-        unknown = sorted(set(sample.tolist()) - set(recipe.samples))
-        own = {name for of in recipe.samples.values() for name in of}
-        for name in sorted(own):
-            values = constants.get(name, np.full(len(sample), np.nan)).copy()
-            for number, of in recipe.samples.items():
-                if name in of:
-                    values[sample == number] = of[name]
-            if np.isnan(values).any():
-                lacking = unknown or sorted(set(sample[np.isnan(values)].tolist()))
-                raise UserError(f"samples of the recipe gives no {name} for sample {lacking[0]}: add it.")
-            constants[name] = values
-    return constants
 
 
 def _at_rest(recipe: Recipe, rows: Evaluation) -> np.ndarray | None:

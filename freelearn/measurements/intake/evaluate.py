@@ -57,6 +57,7 @@ class Evaluation:
         """The quantity that a column of the recipe says, recorded under `name`."""
         raw = self.raw.numbers(column.source)
         record: dict[str, Any] = {"from": self.raw.known(column.source), "unit": column.unit}
+        raw = self._corrected(column, raw, record)
         change = conversion(column.unit, "" if column.times else unit_of(name))
         offset = self._offset(column, raw, record)
         values = change.factor * column.sign * column.scale * (raw - offset) + change.shift
@@ -77,6 +78,20 @@ class Evaluation:
             self.notes.append(f"{self.raw.name}, column {column.source!r}: {count} cells hold {word!r}, read as blank.")
         self.records[name] = record
         return values + 0.0  # Turns -0.0 into 0.0.
+
+    def _corrected(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray:
+        """The readings with those that the recipe knows to be wrong put right."""
+        if not column.correct:
+            return raw
+        right = raw.copy()
+        for wrong, value in column.correct:
+            if not (raw == wrong).any():
+                raise UserError(
+                    f"{self.raw.name}: column {column.source!r} nowhere reads {wrong:g}, which the recipe corrects."
+                )
+            right[raw == wrong] = value
+        record["corrected"] = {f"{wrong:g}": value for wrong, value in column.correct}
+        return right
 
     def _offset(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray | float:
         if column.offset != "rest":

@@ -101,7 +101,7 @@ def _split(name: str) -> tuple[str, str]:
         stem, found, last = bare.rpartition(separator)
         # One letter after a point or a space is a name rather than a unit.
         if found and stem and dimension(last) not in (None, "ratio") and (separator == "_" or len(last) > 1):
-            return stem, last
+            return stem, last.strip()
     return bare, ""
 
 

@@ -3,57 +3,44 @@
 from __future__ import annotations
 
 import io
-import warnings
-from typing import Any
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
 
 import numpy as np
 
 from freelearn.errors import UserError
+from freelearn.measurements.intake import matlab_reader
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
+
+# Reading a gigabyte takes no longer [s].
+LONGEST = 120
+
+
+@dataclass(frozen=True)
+class _Variables:
+    """arrays: numeric variables. structures: name → numeric fields. others: names of what is neither."""
+
+    arrays: dict[str, np.ndarray]
+    structures: dict[str, dict[str, np.ndarray]]
+    others: list[str]
 
 
 def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors. Raises UserError."""
-    found = _variables(content, name)
-    if reading.variables:
-        lacking = [v for v in reading.variables if v not in found]
-        if lacking:
-            raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, found))}.")
-        found = {v: found[v] for v in reading.variables}
-    numeric: dict[str, np.ndarray] = {}
-    passed = []
-    structures = {v: _fields(value) for v, value in found.items() if _is_structure(value)}
-    if structures and (reading.variables or len(found) == len(structures) == 1):
-        found = {k: x for fields in structures.values() for k, x in fields.items()}
-    for variable, value in found.items():
-        if _is_numeric(value) and value.size > 1:
-            numeric[variable] = value
-        else:
-            passed.append(variable)
-    columns = _columns(numeric, name, structures)
-    notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
-    size = len(next(iter(columns.values())))
+    found = _read(content, name)
+    numeric, passed = _chosen(found, name, reading)
+    columns = _columns(numeric, name, list(found.structures))
     if reading.names:
         if len(reading.names) != len(columns):
             raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
         columns = dict(zip(reading.names, columns.values(), strict=True))
+    notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
     cells = {k: ["" if np.isnan(v) else repr(float(v)) for v in column] for k, column in columns.items()}
+    size = len(next(iter(columns.values())))
     return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes))
-
-
-def _variables(content: bytes, name: str) -> dict[str, Any]:
-    from scipy.io import loadmat
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            loaded = loadmat(io.BytesIO(content))
-    except NotImplementedError:
-        raise UserError(version_73(name)) from None
-    except Exception as problem:  # A damaged file may fail anywhere in the reader.
-        raise UserError(f"{name} cannot be read as a MATLAB file ({problem}): save it again with save -v7.") from None
-    return {k: v for k, v in loaded.items() if not k.startswith("__")}
 
 
 def version_73(name: str) -> str:
@@ -61,7 +48,57 @@ def version_73(name: str) -> str:
     return f"{name} is a MATLAB file of version 7.3: save it again with save('{name}', '-v7')."
 
 
-def _columns(numeric: dict[str, np.ndarray], name: str, structures: dict[str, Any]) -> dict[str, np.ndarray]:
+def _read(content: bytes, name: str) -> _Variables:
+    """The file's variables, read by another process."""
+    again = f"{name} cannot be read as a MATLAB file ({{}}): save it again with save -v7."
+    command = [sys.executable, matlab_reader.__file__]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=LONGEST, check=False)
+        if done.returncode == matlab_reader.VERSION_73:
+            raise UserError(version_73(name))
+        if done.returncode:
+            said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+            told = said[-1][:100] if said and done.returncode == matlab_reader.UNREADABLE else "it is damaged"
+            raise UserError(again.format(told))
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as loaded:
+            arrays = dict(loaded)
+    except subprocess.TimeoutExpired:
+        raise UserError(again.format("it takes too long")) from None
+    except (ValueError, OSError, zipfile.BadZipFile) as problem:
+        raise UserError(again.format(str(problem)[:100])) from None
+    found = _Variables({}, {}, [])
+    for key, value in arrays.items():
+        kind, _, variable = key.partition(":")
+        if kind == "array":
+            found.arrays[variable] = value
+        elif kind == "field":
+            structure, _, field = variable.partition(":")
+            found.structures.setdefault(structure, {})[field] = value
+        else:
+            found.others.append(variable)
+    return found
+
+
+def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, np.ndarray], list[str]]:
+    """The arrays that are columns, and the names of what is passed over. One structure alone is taken apart."""
+    names = [*found.arrays, *found.others]
+    wanted = list(reading.variables) or names
+    if lacking := [variable for variable in wanted if variable not in names]:
+        raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, names))}.")
+    apart = bool(reading.variables) or (not found.arrays and len(found.structures) == 1)
+    numeric: dict[str, np.ndarray] = {}
+    passed = []
+    for variable in wanted:
+        if variable in found.arrays and found.arrays[variable].size > 1:
+            numeric[variable] = found.arrays[variable]
+        elif apart and variable in found.structures:
+            numeric |= {k: x for k, x in found.structures[variable].items() if x.size > 1}
+        else:
+            passed.append(variable)
+    return numeric, passed
+
+
+def _columns(numeric: dict[str, np.ndarray], name: str, structures: list[str]) -> dict[str, np.ndarray]:
     columns: dict[str, np.ndarray] = {}
     for variable, value in numeric.items():
         if np.iscomplexobj(value):
@@ -72,25 +109,11 @@ def _columns(numeric: dict[str, np.ndarray], name: str, structures: dict[str, An
             columns[variable] = value.ravel().astype(np.float64)
         else:
             columns |= {f"{variable} {i + 1}": value[:, i].astype(np.float64) for i in range(value.shape[1])}
-    lengths = {k: len(v) for k, v in columns.items()}
     if not columns:
         inside = f" (its structures are {', '.join(map(repr, structures))})" if structures else ""
         raise UserError(f"{name} holds no numeric arrays{inside}: name what to read with read: {{variables: […]}}.")
+    lengths = {k: len(v) for k, v in columns.items()}
     if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{k} {n}" for k, n in lengths.items())
-        raise UserError(
-            f"{name}: arrays differ in length ({shown}): choose those of one with read: {{variables: […]}}."
-        )
+        shown = ", ".join(f"{k} {n}" for k, n in list(lengths.items())[:6])
+        raise UserError(f"{name}: arrays differ in length ({shown}): choose with read: {{variables: […]}}.")
     return columns
-
-
-def _is_structure(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype.names is not None and value.size == 1
-
-
-def _fields(value: np.ndarray) -> dict[str, Any]:
-    return {field: value.ravel()[0][field] for field in value.dtype.names or ()}
-
-
-def _is_numeric(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and (np.issubdtype(value.dtype, np.number) or value.dtype == bool)

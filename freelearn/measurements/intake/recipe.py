@@ -53,7 +53,7 @@ class Column:
 
     source: a column of the file. offset: what it reads where it should read zero, or "rest" for the mean of the rows at
     rest. times: a column of the table, by which a ratio is multiplied. blank_where: rows whose value is blanked; fill:
-    written into blank cells.
+    written into blank cells. correct: readings that are known to be wrong, with the right ones.
     """
 
     source: str
@@ -66,6 +66,7 @@ class Column:
     minus: tuple[Term, ...] = ()
     blank_where: Condition | None = None
     fill: float | None = None
+    correct: tuple[tuple[float, float], ...] = ()
 
 
 Constants = Mapping[str, float]

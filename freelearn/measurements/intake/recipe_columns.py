@@ -9,7 +9,7 @@ from freelearn.measurements.intake.recipe import QUANTITIES, Column, Condition, 
 from freelearn.measurements.intake.section import Section, is_number
 from freelearn.measurements.intake.units import conversion, unit_of
 
-COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset", "times", "plus", "minus", "blank_where", "fill")
+COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset", "times", "plus", "minus", "blank_where", "fill", "correct")
 TEST_KEYS = ("is", "is_not", "below", "above", "blank")
 
 
@@ -45,7 +45,27 @@ def column_of(section: Section, name: str) -> Column:
         minus=_terms(section, "minus", name),
         blank_where=condition_of(section.section("blank_where")) if "blank_where" in section else None,
         fill=section.number("fill"),
+        correct=_corrections(section.section("correct")),
     )
+
+
+def _corrections(section: Section) -> tuple[tuple[float, float], ...]:
+    """Readings that are wrong, with the right ones: {0.25: 0.2516}."""
+    pairs = []
+    for wrong, _ in section.items():
+        right = section.number(wrong)
+        if not is_number(_number(wrong)):
+            section.say("is no reading: write {what it reads: what is right}", wrong)
+        elif right is not None:
+            pairs.append((float(wrong), right))
+    return tuple(pairs)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _unit(section: Section, wanted: str) -> str:

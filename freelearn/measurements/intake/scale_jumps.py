@@ -7,8 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-# Sizes on the two sides differ at least so much, and so do their medians.
-GAP, RATIO = 3.0, 5.0
+# Sizes on the two sides of a gap differ at least so much.
+GAP = 3.0
+# So much do the medians differ: of the readings themselves, and of the middle of so many neighbors, which is needed
+# where readings pass through zero, and which states at rest make small, too.
+RATIO, NEIGHBORS_RATIO, NEIGHBORS = 5.0, 20.0, 9
 # Shorter blocks are slips of single readings, and more of them are no blocks.
 LEAST_ROWS, MOST_BLOCKS = 5, 3
 
@@ -25,13 +28,14 @@ def scale_jumps(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[str]:
         places = np.flatnonzero(values > 0)
         if len(places) < 2 * LEAST_ROWS:
             continue
-        large = _large(np.log(values[places]))
+        sizes = values[places]
+        middle = pd.Series(sizes).rolling(NEIGHBORS, center=True, min_periods=1).median().to_numpy()
+        large = _large(np.log(sizes), RATIO)
+        if large is None:
+            large = _large(np.log(middle), NEIGHBORS_RATIO)
         if large is None:
             continue
-        edges = np.flatnonzero(np.diff(large.astype(int))) + 1
-        runs = np.split(np.arange(len(places)), edges)
-        if len(runs) > MOST_BLOCKS or min(map(len, runs)) < LEAST_ROWS:
-            continue
+        runs = np.split(np.arange(len(places)), np.flatnonzero(np.diff(large.astype(int))) + 1)
         ratio = np.median(values[places[large]]) / np.median(values[places[~large]])
         few_large = large.sum() <= (~large).sum()
         block = next(run for run in runs if large[run[0]] == few_large)
@@ -42,19 +46,19 @@ def scale_jumps(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[str]:
         )
 
 
-def _large(sizes: np.ndarray) -> np.ndarray | None:
-    """Which of log sizes lie above the widest gap among them, (N,) bool; None where there is no clear gap.
-
-    The gap counts only between most of the sizes on either side: of a reading that passes through zero some are small.
-    """
+def _large(sizes: np.ndarray, ratio: float) -> np.ndarray | None:
+    """Which of log sizes lie above the widest gap among them, (N,) bool; None where there is no clear gap, or where the
+    two sides are no long blocks."""
     ordered = np.sort(sizes)
     gaps = np.diff(ordered)
     place = int(gaps.argmax())
     if gaps[place] <= np.log(GAP):
         return None
     above = sizes > ordered[place]
-    ratio = np.median(sizes[above]) - np.median(sizes[~above])
-    return above if ratio > np.log(RATIO) else None
+    if np.median(sizes[above]) - np.median(sizes[~above]) <= np.log(ratio):
+        return None
+    lengths = np.diff([0, *(np.flatnonzero(np.diff(above.astype(int))) + 1), len(above)])
+    return None if len(lengths) > MOST_BLOCKS or lengths.min() < LEAST_ROWS else above
 
 
 def _rounded(ratio: float) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
+
+# Larger numbers are typing errors, and no floats. Integers beyond a billion neither number samples nor lines.
+LARGEST, LARGEST_INTEGER = 1e300, 1_000_000_000
 
 
 class Section:
@@ -63,7 +65,7 @@ class Section:
         value = self.content.get(key)
         if value is None:
             return None
-        if isinstance(value, int) and not isinstance(value, bool) and value >= least:
+        if isinstance(value, int) and not isinstance(value, bool) and least <= value <= LARGEST_INTEGER:
             return value
         self.say(f"is {value!r}: write an integer from {least} up", key)
         return None
@@ -109,4 +111,4 @@ class Section:
 
 def is_number(value: Any) -> bool:
     """Whether a value of the recipe is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and -LARGEST < value < LARGEST

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from freelearn.errors import UserError
+from freelearn.measurements.intake.spellings import EXACT, SPELLINGS
 
 if TYPE_CHECKING:
     from pint import Quantity, Unit, UnitRegistry
@@ -17,50 +18,6 @@ if TYPE_CHECKING:
 ENDINGS = {"_deg": "deg", "_mm": "mm", "_kpa": "kPa", "_nmm": "N*mm", "_n": "N", "_s": "s", "_c": "degC"}
 NO_UNIT = ""
 
-# Spellings that pint does not know or reads as something else (Nm: per mass; pa: a picoyear; lb: a mass).
-SPELLINGS = {
-    **dict.fromkeys(("lb", "lbs", "pound", "pounds", "lbf", "lbsf", "#"), "lbf"),
-    **dict.fromkeys(("kg", "kgs", "kgf", "kp"), "kgf"),
-    **dict.fromkeys(("g", "gf", "gram", "grams"), "gf"),
-    **dict.fromkeys(("oz", "ozf"), "ozf"),
-    **dict.fromkeys(("nm", "n.m", "n m", "newton meter", "newtonmeter"), "N*m"),
-    **dict.fromkeys(("nmm", "n.mm", "n mm"), "N*mm"),
-    **dict.fromkeys(("ncm", "n.cm", "n cm"), "N*cm"),
-    **dict.fromkeys(("mnm", "mn.m", "mn m"), "mN*m"),
-    **dict.fromkeys(("knm", "kn.m", "kn m"), "kN*m"),
-    **dict.fromkeys(("mnmm",), "mN*mm"),
-    **dict.fromkeys(("lbin", "lbsin", "lbfin", "inlb", "inlbs", "inlbf", "lb.in", "in.lb"), "lbf*inch"),
-    **dict.fromkeys(("lbft", "ftlb", "ftlbs", "ftlbf", "lbfft"), "lbf*foot"),
-    **dict.fromkeys(("ozin", "inoz", "ozfin"), "ozf*inch"),
-    **dict.fromkeys(("psi", "psig", "lb/in^2", "lbf/in^2", "psia"), "psi"),
-    **dict.fromkeys(("in", "inch", "inches", '"', "''"), "inch"),
-    **dict.fromkeys(("ft", "foot", "feet"), "foot"),
-    **dict.fromkeys(("micron", "microns", "um", "micrometer"), "micrometer"),
-    **dict.fromkeys(("°", "deg", "degs", "degree", "degrees", "grad°"), "degree"),
-    **dict.fromkeys(("rad", "rads", "radian", "radians"), "radian"),
-    **dict.fromkeys(("rev", "revs", "turn", "turns", "revolution", "revolutions"), "turn"),
-    **dict.fromkeys(("pa", "pascal"), "Pa"),
-    **dict.fromkeys(("hpa",), "hPa"),
-    **dict.fromkeys(("kpa",), "kPa"),
-    **dict.fromkeys(("mpa",), "MPa"),
-    **dict.fromkeys(("bar", "barg"), "bar"),
-    **dict.fromkeys(("mbar",), "mbar"),
-    **dict.fromkeys(("mmhg", "torr"), "mmHg"),
-    **dict.fromkeys(("cmh2o",), "cmH2O"),
-    **dict.fromkeys(("inhg",), "inHg"),
-    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "second"),
-    **dict.fromkeys(("ms", "msec"), "millisecond"),
-    **dict.fromkeys(("min", "mins", "minute", "minutes"), "minute"),
-    **dict.fromkeys(("h", "hr", "hour", "hours"), "hour"),
-    **dict.fromkeys(("°c", "degc", "celsius", "deg c", "c"), "degC"),
-    **dict.fromkeys(("°f", "degf", "fahrenheit", "deg f", "f"), "degF"),
-    **dict.fromkeys(("%", "percent", "pct"), "percent"),
-    **dict.fromkeys(("", "-", "1", "none", "mm/mm", "m/m"), ""),
-    **dict.fromkeys(("m", "meter", "meters", "metre"), "meter"),
-    **dict.fromkeys(("n", "newton", "newtons"), "N"),
-}
-# Where the case of a letter says which unit is meant, it is heeded before SPELLINGS.
-EXACT = {"MN": "MN", "mN": "mN", "kN": "kN", "N": "N", "cN": "cN", "mPa": "mPa", "MPa": "MPa", "Pa": "Pa", "K": "K"}
 _TEXT = re.compile(r"[\w°µμ%·⋅•×*/^.\s()²³'\"#-]{0,40}")
 
 

@@ -36,10 +36,13 @@ Returned = tuple[str, object, tuple[int, ...]]
 def check_effects(effects: Sequence[Effect[Any]], values: Mapping[str, Tensor], states: States) -> None:
     """Calls each effect's own method on a few rows. values: of the model's parameters, SI.
 
-    Raises UserError where one fails, returns what its port does not take, or numbers that are not finite.
+    Raises UserError where one cannot be told on the bed of the states, fails, returns what its port does not take, or
+    numbers that are not finite.
     """
     few = states[: min(ROWS, len(states))]
     for effect in effects:
+        if reason := effect.untold(states.bed.name):
+            raise UserError(f"Effect {effect.name!r} {reason}. Leave it out here.")
         method = effect.method
         try:
             with torch.no_grad():

@@ -22,6 +22,8 @@ class MomentGain(MeasurementEffect[Gain]):
     suspect = "All moments are off by the same share, and the forces are right."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameter_class = Gain
+    # Other beds have no moment.
+    beds = ("kinematic", "dead_load")
 
     def sense(self, loads: Tensor, states: States, p: Gain) -> Tensor:
         """As MeasurementEffect.sense."""

@@ -22,6 +22,8 @@ class MomentOffset(MeasurementEffect[Offset]):
     suspect = "All moments are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameter_class = Offset
+    # Other beds have no moment.
+    beds = ("kinematic", "dead_load")
 
     def sense(self, loads: Tensor, states: States, p: Offset) -> Tensor:
         """As MeasurementEffect.sense."""

@@ -24,6 +24,8 @@ class TwistSlack(PlayEffect[Play]):
     suspect = "The moment hardly changes around zero twist: a coupling or a key has play."
     source = "backlash as a dead zone: Nordin & Gutman (2002)"
     parameter_class = Play
+    # Within the band no moment holds the twist: under a dead load it could be any.
+    beds = ("kinematic", "isometric", "inflation")
 
     def play(self, states: States, p: Play) -> Tensor:
         """As PlayEffect.play."""

@@ -42,7 +42,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
         # Bokeh takes a second to import: a report without charts does without.
         from freelearn.render.html.run_charts import curve_section, residual_section
 
-        sections += [curve_section(*shown, "Loads before and after") for shown in discovery.curves]
+        sections += [curve_section(*shown, "before and after") for shown in discovery.curves]
         sections += [residual_section(table, when) for when, table in discovery.trusted.items()]
     accuracy = ", ".join(f"{name} {value:.3g}" for name, value in content["accuracy"].items())
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation, SI": accuracy}

@@ -14,8 +14,8 @@ from freelearn.results.curve import StateCurves
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.run_tables import (
-    EXPLAINED,
     error_table,
+    explained,
     misfit_lines,
     parameter_notes,
     row_counts,
@@ -33,7 +33,7 @@ def report_run(
 ) -> None:
     """Writes report.html. own: rows of the samples that were fitted, in the columns of predictions.csv, and shown:
     states of them with their curves, for charts; None for none. command: the shell command that repeats the run."""
-    sections = [Section("How good it is", [EXPLAINED, row_counts(run)], [error_table(run)])]
+    sections = [Section("How good it is", [explained(run), row_counts(run)], [error_table(run)])]
     if run.comparison:
         sections.append(Section.of_table(comparison_table(run.comparison)))
     sections.append(_parameters(run))

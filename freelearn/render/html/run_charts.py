@@ -1,4 +1,4 @@
-"""The sections of a report that hold charts: load curves, residuals, predicted against measured."""
+"""The sections of a report that hold charts: curves, residuals, predicted against measured."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from freelearn.measurements.beds import bed_of
 from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.html.charts.parity import parity_charts
 from freelearn.render.html.charts.residual_strip import residual_strips
 from freelearn.render.html.charts.residuals import ResidualCharts
 from freelearn.render.html.page import Section
 from freelearn.results.curve import StateCurves
-from freelearn.results.curve_panels import SUSPECTED, curve_numbers
+from freelearn.results.curve_panels import LOOSE, SUSPECTED, curve_numbers, panels_of
 from freelearn.results.formats import sentence
 from freelearn.results.parity import parity_numbers
+from freelearn.results.quantities import plane, pressures, told, words
 from freelearn.results.residuals import residual_table, shown_samples
 from freelearn.results.states import state_title
 
@@ -23,22 +25,26 @@ def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves]) -> list[Sect
     """The charts of one run. own: rows in the columns of predictions.csv; shown: the best, a middling and the worst
     predicted state with their curves."""
     ranks = zip(shown, ("best", "middling", "worst"), strict=False)
-    curves = [
-        curve_section(measured, lines, f"Loads at the {rank} predicted state") for (measured, lines), rank in ranks
-    ]
+    curves = [curve_section(measured, lines, f"at the {rank} predicted state") for (measured, lines), rank in ranks]
     numbers = parity_numbers(own)
-    parity = Section("Predicted against measured", charts=parity_charts(numbers), numbers={"parity.csv": numbers})
+    imposed = [*bed_of(own).state, *pressures(own)]
+    charts = parity_charts(numbers, told(own), imposed)
+    parity = Section("Predicted against measured", charts=charts, numbers={"parity.csv": numbers})
     return [*curves, residual_section(own), parity]
 
 
-def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], heading: str) -> Section:
-    """F–P, M–P and F–M of one state. measured: its rows; curves: frames of model_curve, by the model's name."""
-    charts = CurveCharts(list(curves))
+def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], when: str) -> Section:
+    """F–P, M–P and F–M of one state, or curves of what else was measured. measured: its rows; curves: frames of
+    model_curve, by the model's name. when: of the heading, behind what is shown."""
+    charts = CurveCharts(list(curves), shown=panels_of(measured))
     charts.show(measured, curves)
-    where = state_title(measured)
-    name = "curves_" + where.replace(",", "").replace("°", "deg").replace(" ", "_") + ".csv"
+    where, heading = state_title(measured), f"{words(told(measured))} {when}"
+    plain = {",": "", "°": "deg", " ": "_", "·": ""}
+    name = "curves_" + "".join(plain.get(letter, letter) for letter in where) + ".csv"
     numbers = curve_numbers(measured, curves)
     note = "Squares: measured, open where the pressure fell. Faint lines: beyond the measured pressures."
+    if (numbers["what"] == LOOSE).any():
+        note += " Diamonds: the tube hangs loose; a push that is predicted there costs nothing."
     if (numbers["what"] == SUSPECTED).any():
         note += " Crosses: suspected readings, at the edge where they lie beyond it."
     return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: numbers})
@@ -46,15 +52,18 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], he
 
 def residual_section(predictions: pd.DataFrame, when: str = "") -> Section:
     """Maps of the mean residual. when: a word before the heading, such as before or after."""
-    table = residual_table(predictions)
+    over, shown = plane(predictions), told(predictions)
+    table = residual_table(predictions, over)
     samples, note = shown_samples(table)
     if len(samples) == 1:
-        charts = ResidualCharts()
+        charts = ResidualCharts(plane=over, quantities=shown)
         charts.show(table)
         panels = charts.panels
     else:
-        panels = residual_strips(table, samples)
-    lines = ["Mean over pressure at each length and twist; gray cells have no usable row."]
+        panels = residual_strips(table, samples, over, shown)
+    places = " and ".join(f"{quantity.name} {quantity.symbol}" for quantity in over)
+    mean = "Mean over pressure" if over == bed_of(predictions).state else "Mean"
+    lines = [f"{mean} at each {places}; gray cells have no usable row."]
     if note:
         lines.append(sentence(note))
     heading = f"{when}: where it is wrong" if when else "Where it is wrong"

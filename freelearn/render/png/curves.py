@@ -1,4 +1,4 @@
-"""Loads against pressure, and against each other, at one kinematic state."""
+"""What was measured against pressure, and against each other, at one kinematic state."""
 
 from __future__ import annotations
 
@@ -13,8 +13,18 @@ from matplotlib.figure import Figure
 
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
-from freelearn.results.curve_panels import PANELS, SUSPECTED, CurvePanel, apart, measured_points, suspected_points
+from freelearn.results.curve_panels import (
+    LOOSE,
+    SUSPECTED,
+    CurvePanel,
+    loose,
+    measured_points,
+    panels_of,
+    read,
+    suspected_points,
+)
 
+PANEL = 4.0  # inches
 # Dashes are taken by extrapolation, so models differ by color and by a few sparse marks. None of them is a square.
 MARKS = ("", "o", "^", "D", "v", "P", "*")
 MARKS_ON_A_CURVE = 6
@@ -23,26 +33,28 @@ MARKS_ON_A_CURVE = 6
 def curves(
     measured: pd.DataFrame, models: Mapping[str, pd.DataFrame] | pd.DataFrame, title: str, simulated: bool
 ) -> Figure:
-    """Three panels, F–P, M–P and F–M: measured rows as black squares (open where the pressure fell), models as lines.
+    """Three panels, F–P, M–P and F–M, or those of what else was measured: measured rows as black squares (open where
+    the pressure fell), models as lines.
 
-    measured: measurement columns of one kinematic state, in time order; buckled and left-out rows are not drawn, and
-    suspected readings (see suspects.flagged) as hollow crosses, at the edge with their values where they lie beyond
-    it. models: by name
-    (or one alone, then called "model"), frames of model_curve, drawn in their own order;
-    the line is solid over the measured pressures and dashed beyond them.
+    measured: measurement columns of one kinematic state, in time order; buckled and left-out rows are not drawn,
+    those in which the tube hangs loose as hollow diamonds, and suspected readings (see suspects.flagged) as hollow
+    crosses, at the edge with their values where they lie beyond it. models: by name (or one alone, then called
+    "model"), frames of model_curve, drawn in their own order; the line is solid over the measured pressures and dashed
+    beyond them.
     """
     named = {"model": models} if isinstance(models, pd.DataFrame) else models
-    shown = measured_points(measured)
-    figure = new_figure(12.0, 4.3)
-    figure.suptitle(heading(title, simulated))
-    figure.subplots_adjust(left=0.065, right=0.985, bottom=0.225, top=0.89, wspace=0.27)
+    shown, panels = measured_points(measured), panels_of(measured)
+    width = max(PANEL * len(panels), 1.5 * PANEL)
+    figure = new_figure(width, 4.3)
+    figure.suptitle(heading(title, simulated), fontsize=12 if len(panels) > 1 else 10)
+    figure.subplots_adjust(left=0.78 / width, right=1 - 0.18 / width, bottom=0.225, top=0.89, wspace=0.27)
     entries: dict[str, Any] = {}
-    for number, panel in enumerate(PANELS, 1):
-        axes = figure.add_subplot(1, 3, number)
+    for number, panel in enumerate(panels, 1):
+        axes = figure.add_subplot(1, len(panels), number)
         # Squares first in the legend, lines above nothing: a square hidden by its own model looks like a missing one.
         _points(axes, shown, named, panel)
         for (name, curve), color, mark in zip(named.items(), cycle(COLORS), cycle(MARKS), strict=False):
-            _line(axes, curve, panel.x.predicted, panel.y.predicted, name, color, mark)
+            _line(axes, curve, *panel.line, name, color, mark)
         finish(axes, panel.x.label, panel.y.label)
         axes.locator_params(nbins=6)
         if number == 1 and any(curve["extrapolated"].any() for curve in named.values()):
@@ -51,20 +63,24 @@ def curves(
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
     # Below the panels: inside them every corner may hold data.
-    figure.legend(
-        entries.values(), entries.keys(), loc="lower center", ncols=min(len(entries), 6), frameon=False, fontsize=9
-    )
+    columns = min(len(entries), 2 * len(panels) if len(panels) > 1 else 3)
+    figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=columns, frameon=False, fontsize=9)
     return figure
 
 
 def _points(axes: Axes, shown: pd.DataFrame, named: Mapping[str, pd.DataFrame], panel: CurvePanel) -> None:
     """What was measured, and apart from it what is suspected to have slipped."""
-    squares, crosses = shown[~apart(shown, panel)], suspected_points(shown, named, panel)
+    squares, crosses = shown[read(shown, panel)], suspected_points(shown, named, panel)
     falling = squares["falling"]
     for rows, fill, label in ((~falling, "black", "measured, rising"), (falling, "white", "measured, falling")):
         if rows.any():
             across, up = squares.loc[rows, panel.x.column], squares.loc[rows, panel.y.column]
             axes.plot(across, up, "s", color="black", mfc=fill, ms=5, label=label, zorder=3)
+    slack = shown[loose(shown, panel)]
+    if len(slack):
+        axes.plot(
+            slack[panel.x.column], slack[panel.y.column], "d", color="0.4", mfc="white", ms=7, label=LOOSE, zorder=2
+        )
     if len(crosses):
         axes.plot(crosses["across"], crosses["up"], "X", color="black", mfc="white", ms=9, label=SUSPECTED, zorder=4)
         for across, up, text in zip(crosses["across"], crosses["up"], crosses["beyond"], strict=True):

@@ -18,6 +18,7 @@ from freelearn.render.png.residual_map import residual_map
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.discovery import Discovery, trail_numbers
 from freelearn.results.likeness import TWINS, likeness_table
+from freelearn.results.quantities import plane
 from freelearn.results.ranking import ranking_numbers
 from freelearn.results.residuals import residual_table
 from freelearn.results.staircase import staircase as stairs_of
@@ -49,7 +50,7 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         table = discovery.trusted[when]
         effects = " + ".join(step.effects) or "no effect"
         title = f"{when}: {step.fit.model.name}, {effects}"
-        figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table)
+        figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table, plane(table))
     for number, (measured, named) in enumerate(discovery.curves, 1):
         title = f"{findings.final.fit.model.name}: {state_title(measured)}"
         figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)

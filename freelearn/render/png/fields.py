@@ -1,4 +1,4 @@
-"""Axes for a strip of samples' length × twist planes, and the size of its marks.
+"""Axes for a strip of samples' planes, length × twist or what else was imposed, and the size of its marks.
 
 One Axes instead of one per sample, because matplotlib draws sixteen of them in half a second.
 """
@@ -33,11 +33,11 @@ def frame(strip: Strip, axes: Axes, bottom: bool) -> None:
         labels = [f"{tick:g}".replace("-", "−") for tick in ticks]
         place = [tick + strip.left(sample) for sample in strip.samples for tick in ticks]
         axes.set_xticks(place, labels * len(strip.samples))
-        axes.set_xlabel("elongation [mm]")
+        axes.set_xlabel(strip.x.label)
     else:
         axes.set_xticks([])
     axes.yaxis.set_major_locator(MaxNLocator(4))
-    axes.set_ylabel("twist [deg]")
+    axes.set_ylabel(strip.y.label)
 
 
 def marker_area(strip: Strip, axes: Axes) -> float:
@@ -49,7 +49,7 @@ def marker_area(strip: Strip, axes: Axes) -> float:
     scale = points / (strip.width * max(len(strip.samples), 1), strip.top - strip.bottom)
     nearest = []
     for _, part in strip.states.groupby("sample"):
-        here = part[["elongation_mm", "twist_deg"]].to_numpy(dtype=np.float64)[:MOST_COMPARED] * scale
+        here = part[[strip.x.column, strip.y.column]].to_numpy(dtype=np.float64)[:MOST_COMPARED] * scale
         apart = np.abs(here[:, None] - here).max(axis=2)
         np.fill_diagonal(apart, np.inf)
         nearest.append(apart.min(axis=1))

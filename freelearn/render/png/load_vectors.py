@@ -5,6 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 
+from freelearn.measurements.beds import ELONGATION, TWIST
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import heading, new_figure
 from freelearn.results.load_vectors import load_vector_table
@@ -35,8 +36,8 @@ def load_vectors(table: pd.DataFrame, simulated: bool) -> Figure:
             )  # fmt: skip
         title = f"sample {sample}: up to {largest['force_n']:.3g} N, {largest['moment_nmm']:.3g} N·mm"
         axes.set_title(title, fontsize=8.5)
-        axes.set_xlabel("elongation [mm]")
-        axes.set_ylabel("twist [deg]")
+        axes.set_xlabel(ELONGATION.label)
+        axes.set_ylabel(TWIST.label)
         axes.margins(0.12)
     figure.tight_layout(rect=(0, 0.05, 1, 0.98))
     handles, labels = figure.axes[0].get_legend_handles_labels()

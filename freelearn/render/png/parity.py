@@ -1,4 +1,4 @@
-"""Predicted against measured loads."""
+"""Predicted against measured quantities."""
 
 from __future__ import annotations
 
@@ -7,23 +7,28 @@ from matplotlib.figure import Figure
 
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
-from freelearn.results.parity import SPLITS, parity_ends, parity_numbers, split_labels
-from freelearn.results.residuals import LOADS
+from freelearn.results.curve_panels import LOOSE
+from freelearn.results.parity import SPLITS, loose_rows, parity_ends, parity_numbers, split_labels
+from freelearn.results.quantities import told
 
 MARKERS = ("o", "^", "s")
 
 
 def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
-    """Two panels, force and moment: usable rows by split, and the line on which a perfect model would lie.
+    """A panel each for force and moment, or what else was measured: usable rows by split, those of a tube that hangs
+    loose apart, and the line on which a perfect model would lie.
 
     predictions: columns of predictions.csv.
     """
-    shown, labels = parity_numbers(predictions), split_labels(predictions)
-    figure = new_figure(9.5, 4.6)
+    shown, labels, quantities = parity_numbers(predictions), split_labels(predictions), told(predictions)
+    loose = shown[loose_rows(shown)]
+    shown = shown[~loose_rows(shown)]
+    width = 4.75 * len(quantities)
+    figure = new_figure(width, 4.6)
     figure.suptitle(heading(title, simulated))
-    figure.subplots_adjust(left=0.09, right=0.98, bottom=0.13, top=0.88, wspace=0.28)
-    for panel, load in enumerate(LOADS):
-        axes = figure.add_subplot(1, 2, panel + 1)
+    figure.subplots_adjust(left=0.855 / width, right=1 - 0.19 / width, bottom=0.13, top=0.88, wspace=0.28)
+    for panel, load in enumerate(quantities):
+        axes = figure.add_subplot(1, len(quantities), panel + 1)
         for split, marker, color in zip(SPLITS, MARKERS, COLORS, strict=False):
             if split in labels:
                 part = shown[shown["split"] == split]
@@ -31,8 +36,10 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
                     part[load.column], part[load.predicted], marker, color=color, ms=3.5, mfc="none", mew=0.7,
                     label=labels[split],
                 )  # fmt: skip
+        if len(loose):
+            axes.plot(loose[load.column], loose[load.predicted], "d", color="0.4", ms=4.5, mfc="none", label=LOOSE)
         if len(shown):
-            ends = parity_ends(shown)[panel]
+            ends = parity_ends(shown, quantities)[panel]
             axes.plot(ends, ends, "-", color="black", linewidth=1, label="perfect")
         finish(axes, f"measured {load.label}", f"predicted {load.label}")
         axes.legend(frameon=False, fontsize=8)

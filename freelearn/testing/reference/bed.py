@@ -43,21 +43,30 @@ SAMPLES = {
 
 
 def strain_energy(i1: Array, i2: Array, i4: Array, c1: float, c2: float, fx: Effects) -> Array:
-    """Ψ [Pa] with every energy effect, for complex invariants."""
+    """Ψ [Pa] with every energy effect, for complex invariants, of a wall with one family of fibers."""
+    return rubber_energy(i1, i2, c1, fx) + fiber_energy(i1, i4, c2, fx)
+
+
+def rubber_energy(i1: Array, i2: Array, c1: float, fx: Effects) -> Array:
+    """The rubber's part of Ψ [Pa]."""
 
     def get(name: str, p: str) -> float:
         return fx.get(name, {}).get(p, 0.0)
 
-    beta, k2, kappa = (
-        get("limited_extensibility", "beta"),
-        get("fiber_stiffening", "k2"),
-        get("fiber_dispersion", "kappa"),
-    )
+    beta = get("limited_extensibility", "beta")
     psi = c1 / 2 * (i1 - 3) if beta == 0 else -c1 / (2 * beta) * np.log(1 - beta * (i1 - 3))
-    psi = psi + get("second_invariant", "C01") / 2 * (i2 - 3)
-    psi = psi + get("wall_stiffening", "C20") * (i1 - 3) ** 2
+    return psi + get("second_invariant", "C01") / 2 * (i2 - 3) + get("wall_stiffening", "C20") * (i1 - 3) ** 2
+
+
+def fiber_energy(i1: Array, i4: Array, c2: float, fx: Effects) -> Array:
+    """The part of Ψ [Pa] that belongs to one family of fibers."""
+
+    def get(name: str, p: str) -> float:
+        return fx.get(name, {}).get(p, 0.0)
+
+    k2, kappa = get("fiber_stiffening", "k2"), get("fiber_dispersion", "kappa")
     stretch = kappa * (i1 - 3) + (1 - 3 * kappa) * (i4 - 1)
-    psi = psi + (c2 / 2 * stretch**2 if k2 == 0 else c2 / (2 * k2) * (np.exp(k2 * stretch**2) - 1))
+    psi = c2 / 2 * stretch**2 if k2 == 0 else c2 / (2 * k2) * (np.exp(k2 * stretch**2) - 1)
     slack = np.where(i4.real < 1, i4 - 1, 0)
     return psi - get("fiber_tension_only", "share") * c2 / 2 * slack**2
 
@@ -66,7 +75,7 @@ def wall_energy(
     length: Array,
     twist: Array,
     u: Array,
-    gamma: Array,
+    gammas: Sequence[Array],
     reference: Array,
     inner: Array,
     outer: Array,
@@ -75,7 +84,8 @@ def wall_energy(
     c2: float,
     fx: Effects,
 ) -> Array:
-    """W [J] of N tubes of inner radius √u, (N,), complex. left: share of its stresses that the wall still has."""
+    """W [J] of N tubes of inner radius √u, (N,), complex. gammas: of each family of fibers, NaN where a tube lacks it;
+    left: share of its stresses that the wall still has."""
     half = (outer - inner) / 2
     radius = inner[:, None] + half[:, None] * (1 + NODES)
     axial, rate = (length / reference)[:, None], (twist / reference)[:, None]
@@ -86,19 +96,36 @@ def wall_energy(
     # I₂ = (I₁² − tr B²)/2, written out.
     theta_z = square * rate**2 * axial**2
     i2 = (i1**2 - (rr**2 + hoop**2 + axial**4 + 2 * theta_z)) / 2
-    i4 = square * (np.sin(gamma)[:, None] / radius + rate * np.cos(gamma)[:, None]) ** 2
-    i4 = i4 + (axial * np.cos(gamma)[:, None]) ** 2
     # Past the chains' full extension (Gent) the energy does not exist: bisection takes NaN for too far out.
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        density = left[:, None] * strain_energy(i1, i2, i4, c1, c2, fx) * 2 * np.pi * radius
-        return reference * half * (density @ WEIGHTS)
+        psi = rubber_energy(i1, i2, c1, fx)
+        for gamma in gammas:
+            sine, cosine = np.sin(gamma)[:, None], np.cos(gamma)[:, None]
+            i4 = square * (sine / radius + rate * cosine) ** 2 + (axial * cosine) ** 2
+            psi = psi + np.where(np.isnan(gamma)[:, None], 0.0, fiber_energy(i1, i4, c2, fx))
+        return reference * half * ((left[:, None] * psi * 2 * np.pi * radius) @ WEIGHTS)
 
 
 def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) of the bare actuator and whether it has an equilibrium, (N,)."""
+    u, balanced, design = inflated(s, c1, c2, fx)
+    s = built(s, fx)
+    length, twist, pressure = s["length"], s["twist"], s["pressure"]
+
+    def potential(at_length: Array, at_twist: Array) -> Array:
+        return wall_energy(at_length, at_twist, u + 0j, *design) - pressure * np.pi * u * at_length
+
+    force = -potential(length + 1j * STEP, twist).imag / STEP
+    moment = -potential(length + 0j, twist + 1j * STEP).imag / STEP
+    return np.stack([force, moment], axis=1), balanced
+
+
+def inflated(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array, tuple[Any, ...]]:
+    """Inner radius squared (N,) m², whether it is an equilibrium (N,), and what `wall_energy` asks of the design."""
     s = built(s, fx)
     length = s["length"]
-    design = (s["gamma"], s["reference"], s["inner"], s["outer"], wall_share(s, fx), c1, c2, fx)
+    gammas = [s[name] for name in ("gamma", "gamma2") if name in s]
+    design = (gammas, s["reference"], s["inner"], s["outer"], wall_share(s, fx), c1, c2, fx)
     twist, pressure = s["twist"], s["pressure"]
     low, high = (0.3 * s["inner"]) ** 2, (BALLOON * s["inner"]) ** 2
 
@@ -111,21 +138,25 @@ def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple
         middle = (low + high) / 2
         above = ~(excess(middle) <= 0)
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    u = (low + high) / 2
+    return (low + high) / 2, balanced, design
 
-    def potential(at_length: Array, at_twist: Array) -> Array:
-        return wall_energy(at_length, at_twist, u + 0j, *design) - pressure * np.pi * u * at_length
 
-    force = -potential(length + 1j * STEP, twist).imag / STEP
-    moment = -potential(length + 0j, twist + 1j * STEP).imag / STEP
-    return np.stack([force, moment], axis=1), balanced
+def outer_diameter(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
+    """Outer diameter (N,) m: the wall keeps its volume."""
+    u, _, _ = inflated(s, c1, c2, fx)
+    s = built(s, fx)
+    return np.asarray(2 * np.sqrt(u + (s["outer"] ** 2 - s["inner"] ** 2) * s["reference"] / s["length"]))
 
 
 def built(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
     """The actuators as they really were made and clamped."""
     clamped = 2 * fx.get("end_clamps", {}).get("clamp_length", 0.0)
+    turned = fx.get("fiber_misalignment", {}).get("angle", 0.0)
+    # A braid's families stay mirror images of each other.
+    second = {"gamma2": s["gamma2"] + np.sign(s["gamma"] * s["gamma2"]) * turned} if "gamma2" in s else {}
     return s | {
-        "gamma": s["gamma"] + fx.get("fiber_misalignment", {}).get("angle", 0.0),
+        "gamma": s["gamma"] + turned,
+        **second,
         "outer": s["outer"] + fx.get("wall_thickness", {}).get("outer_radius", 0.0),
         "reference": s["reference"] - clamped,
         "length": s["length"] - clamped,
@@ -273,6 +304,7 @@ def state_of(table: pd.DataFrame) -> dict[str, Array]:
     s = {
         "sample": column("sample"),
         "gamma": column("gamma_deg", DEG),
+        **({"gamma2": column("gamma2_deg", DEG)} if "gamma2_deg" in table else {}),
         "reference": column("length_mm", MM),
         "inner": column("inner_radius_mm", MM),
         "outer": column("outer_radius_mm", MM),
@@ -295,9 +327,11 @@ def severity(s: dict[str, Array]) -> tuple[Array, Array]:
     axial, shear = s["length"] / s["reference"], radius * s["twist"] / s["reference"]
 
     def energy(square: Array) -> Array:
-        fiber = square * (np.sin(s["gamma"]) + shear * np.cos(s["gamma"])) ** 2 + (axial * np.cos(s["gamma"])) ** 2
-        first = 1 / (axial**2 * square) + square * (1 + shear**2) + axial**2
-        return np.asarray(first - 3 + 30 * (fiber - 1) ** 2)
+        stored = 1 / (axial**2 * square) + square * (1 + shear**2) + axial**2 - 3
+        for gamma in (s[name] for name in ("gamma", "gamma2") if name in s):
+            fiber = square * (np.sin(gamma) + shear * np.cos(gamma)) ** 2 + (axial * np.cos(gamma)) ** 2
+            stored = stored + np.where(np.isnan(gamma), 0.0, 30 * (fiber - 1) ** 2)
+        return np.asarray(stored)
 
     low, high = np.full(len(radius), 0.05), np.full(len(radius), 9.0)
     for _ in range(BISECTIONS + 10):

@@ -28,7 +28,10 @@ BALLOON = 2.5
 
 
 class Row:
-    """One tube at length l and twist φ; psi1, psi2, psi4: ∂Ψ/∂I [Pa] as functions of (I1, I2, I4)."""
+    """One tube at length l and twist φ; psi1, psi2, psi4: ∂Ψ/∂I [Pa] as functions of (I1, I2, I4).
+
+    second: angle of a second family of fibers, which adds psi4 of its own I4; psi1 and psi2 then must not depend on I4.
+    """
 
     def __init__(
         self,
@@ -41,7 +44,9 @@ class Row:
         psi1: Slope,
         psi2: Slope,
         psi4: Slope,
+        second: Number = None,
     ) -> None:
+        self.families = [gamma] if second is None else [gamma, second]
         self.gamma, self.L, self.Ri, self.Ro, self.length, self.phi = gamma, L, Ri, Ro, length, phi
         self.psi = psi1, psi2, psi4
         self.stretch = length / L
@@ -56,12 +61,14 @@ class Row:
         F = np.diag([R / (r * self.stretch), r / R, self.stretch])
         F[1, 2] = r * self.phi / self.L  # the paper prints Φ/L; the twist φ is meant
         B = F @ F.T
-        a = F @ np.array([0, math.sin(self.gamma), math.cos(self.gamma)])
         i1 = np.trace(B)
         i2 = (i1**2 - np.trace(B @ B)) / 2
-        i4 = a @ a
-        psi1, psi2, psi4 = (psi(i1, i2, i4) for psi in self.psi)
-        return 2 * psi1 * B + 2 * psi2 * (i1 * B - B @ B) + 2 * psi4 * np.outer(a, a)
+        fibers = [F @ np.array([0, math.sin(gamma), math.cos(gamma)]) for gamma in self.families]
+        psi1, psi2 = (psi(i1, i2, fibers[0] @ fibers[0]) for psi in self.psi[:2])
+        stress = 2 * psi1 * B + 2 * psi2 * (i1 * B - B @ B)
+        for a in fibers:
+            stress = stress + 2 * self.psi[2](i1, i2, a @ a) * np.outer(a, a)
+        return stress
 
     def pressure(self, ri: Number) -> Number:
         """P = ∫ (σθθ − σrr)/r dr over the current wall."""
@@ -111,6 +118,7 @@ def continuum_row(
     psi1: Slope | None = None,
     psi2: Slope | None = None,
     psi4: Slope | None = None,
+    second: Number = None,
 ) -> tuple[Number, Number, Number] | None:
     """(F [N], M [N·m], r_i [m]), or None where no r_i below 2.5 R_i carries the pressure P [Pa].
 
@@ -127,6 +135,7 @@ def continuum_row(
         psi1 or (lambda i1, i2, i4: C1 / 2),
         psi2 or (lambda i1, i2, i4: 0.0),
         psi4 or (lambda i1, i2, i4: C2 * (i4 - 1)),
+        second,
     )
 
     def excess(ri: Number) -> Number:

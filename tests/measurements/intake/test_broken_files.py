@@ -1,4 +1,4 @@
-"""Broken laboratory files and recipes: each gets one clear answer, nothing is written, and the raw file is untouched."""
+"""Broken files and recipes of laboratories: one clear answer, nothing written, and the raw file untouched."""
 
 import gzip
 import io
@@ -38,6 +38,11 @@ def matlab(**variables) -> bytes:
     content = io.BytesIO()
     savemat(content, variables)
     return content.getvalue()
+
+
+def patched(content: bytes, place: int) -> bytes:
+    """The file with a tag of a type that there is not."""
+    return content[:place] + b"i" + content[place + 1 :]
 
 
 def columns() -> dict[str, np.ndarray]:
@@ -101,6 +106,7 @@ FILES = {
     "HDF5 as .mat": ("raw.mat", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, "-v7"),
     "HDF5": ("raw.h5", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, "HDF5"),
     "damaged .mat": ("raw.mat", matlab(**columns())[:200], "cannot be read as a MATLAB file"),
+    "a .mat that ends SciPy's process": ("raw.mat", patched(matlab(**columns()), 145), "it is damaged"),
     "structures in .mat": ("raw.mat", matlab(s={"a": 1}, u={"b": 2}), "structures are 's', 'u'"),
     "arrays of several lengths": ("raw.mat", matlab(a=np.arange(5.0), b=np.arange(6.0)), "differ in length"),
     "texts in .mat": ("raw.mat", matlab(a="text"), "no numeric arrays"),
@@ -141,7 +147,7 @@ FILES = {
 RECIPES = {
     "no bed": ("bed: kinematic", "", "says no bed"),
     "unknown bed": ("bed: kinematic", "bed: kinematik", "did you mean kinematic"),
-    "unknown key": ("bed:", "colums: 3\nbed:", "did you mean columns"),
+    "unknown key": ("bed:", "columnz: 3\nbed:", "did you mean columns"),
     "unknown key inside": ("unit: kPa}", "unit: kPa, sing: -1}", "did you mean sign"),
     "unknown column of the table": ("force_n:", "force_N:", "did you mean force_n"),
     "unknown column of the file": ("from: F_N", "from: F_n", None),

@@ -141,7 +141,8 @@ def test_readings_at_rest_are_taken_off():
 def test_blanks_fills_marks_and_rows():
     table = made(
         changed("unit: N}", "unit: N, blank_where: {P_kPa: 0}}")
-        + "slack: {moment_nmm: {above: 0}}\nbuckled: {P_kPa: {above: 60}}\ndrop: [{t_s: 8}, {t_s: {above: 6.5, below: 7.5}}]\n"
+        + "slack: {moment_nmm: {above: 0}}\nbuckled: {P_kPa: {above: 60}}\n"
+        "drop: [{t_s: 8}, {t_s: {above: 6.5, below: 7.5}}]\n"
     )
     assert len(table) == 7
     assert table["force_n"].isna().tolist() == [True, False, False, True, False, False, True]

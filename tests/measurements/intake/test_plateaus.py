@@ -1,5 +1,7 @@
 """A raw log becomes a row for each place where the bed stood still, with how well it is known."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +12,7 @@ from freelearn.measurements.intake.plateaus import find_plateaus
 
 
 def log(levels, stay=40, ramp=6, noise=0.05, seed=0):
-    """Time and pressure of a bed that stays at each level and ramps between them, and which reading is on which level."""
+    """The pressure of a bed that stays at each level and ramps between them, and the level of each reading."""
     generator = np.random.default_rng(seed)
     pressure, level = [], []
     for number, (value, following) in enumerate(zip(levels, [*levels[1:], levels[-1]], strict=True)):
@@ -45,9 +47,7 @@ def test_a_log_is_averaged_with_its_standard_error(tmp_path):
 
 
 @given(
-    st.lists(st.integers(0, 8), min_size=1, max_size=8).filter(
-        lambda x: all(a != b for a, b in zip(x, x[1:], strict=False))
-    ),
+    st.lists(st.integers(0, 8), min_size=1, max_size=8).filter(lambda x: all(a != b for a, b in pairwise(x))),
     st.integers(12, 40),
     st.integers(0, 1000),
 )

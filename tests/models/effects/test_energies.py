@@ -49,6 +49,21 @@ def test_neo_hooke_and_second_invariant_are_mooney_rivlin():
     np.testing.assert_allclose(found, isotropic(C1 / 2, 1e5 / 2), rtol=1e-7)
 
 
+def test_neo_hooke_and_the_logarithm_are_gent_thomas():
+    # Ψ = µ/2 (I₁ − 3) + c ln(I₂/3) with c = 3 C_ln/2; I₂ = 2λ + λ⁻² in simple tension.
+    found = tube_stress({"C1": C1, "C2": 1e-3, "second_invariant_log.modulus": 1e5}, ["second_invariant_log"])
+    np.testing.assert_allclose(found, isotropic(C1 / 2, 1.5e5 / (2 * STRETCH + STRETCH**-2)), rtol=1e-7)
+
+
+def test_near_rest_the_logarithm_and_the_second_invariant_are_one():
+    """Both add their modulus to the shear modulus, so they part with the strain's square only."""
+    at = tensor(3 + 1e-4)
+    moduli = [make_effects([n], "continuum")[0].term({"C1": tensor(C1), "C2": tensor(1.0), f"{n}.{p}": tensor(1e5)})
+              for n, p in (("second_invariant", "C01"), ("second_invariant_log", "modulus"))]  # fmt: skip
+    first, second = (float(term.gradient(at)[0]) for term in moduli)
+    assert second == pytest.approx(first, rel=1e-4)
+
+
 def test_neo_hooke_and_wall_stiffening_are_yeoh():
     found = tube_stress({"C1": C1, "C2": 1e-3, "wall_stiffening.C20": 4e4}, ["wall_stiffening"])
     np.testing.assert_allclose(found, isotropic(C1 / 2 + 2 * 4e4 * (I1 - 3)), rtol=1e-7)
@@ -97,9 +112,10 @@ def test_a_share_of_one_leaves_no_compressive_fibre_stress():
 
 
 def term(name: str, size: float):
-    """The effect's energy with its one parameter at `size` times its scale."""
-    p = EFFECTS[name].declared_parameters()[0]
-    values = {"C1": tensor(C1), "C2": tensor(2e6), f"{name}.{p.name}": tensor(size * p.scale)}
+    """The effect's energy with its first parameter at `size` times its scale, others at their start."""
+    first, *others = EFFECTS[name].declared_parameters()
+    values = {"C1": tensor(C1), "C2": tensor(2e6), f"{name}.{first.name}": tensor(size * first.scale)}
+    values |= {f"{name}.{p.name}": tensor(p.start) for p in others}
     return make_effects([name], "continuum")[0].term(values)
 
 

@@ -19,14 +19,17 @@ from freelearn.testing.tables import visits
 
 NAMES = [
     "second_invariant",
+    "second_invariant_log",
     "wall_stiffening",
     "limited_extensibility",
     "fiber_stiffening",
     "fiber_tension_only",
     "fiber_dispersion",
+    "bladder_stiffness",
     "fiber_misalignment",
     "wall_thickness",
     "end_clamps",
+    "end_taper",
     "length_offset",
     "twist_offset",
     "twist_slack",
@@ -34,6 +37,8 @@ NAMES = [
     "twist_compliance",
     "pressure_offset",
     "pressure_gain",
+    "threshold_pressure",
+    "contact_friction",
     "friction_hysteresis",
     "relaxation",
     "stress_softening",
@@ -45,6 +50,7 @@ NAMES = [
     "sensor_drift",
 ]
 PER_SAMPLE = {
+    "contact_friction",
     "friction_hysteresis",
     "length_offset",
     "twist_offset",

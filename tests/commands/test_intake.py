@@ -1,0 +1,104 @@
+"""`python intake.py` as a user runs it: a guess and a draft, then a table that train can read."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+from conftest import ROOT
+
+from freelearn.measurements.table import read_table
+
+STATES = [(e, w, p) for e in (0.0, 0.002) for w in (0.0, 0.5) for p in (0.0, 0.3, 0.6)]
+RAW = "Zeit;s_m;w_rad;P_bar;F_raw_N;M_raw_Nm\n" + "\n".join(
+    f"{i};{e};{w};{p};{0.01 * i - 900 * e - 2.5 * p:.4f};{-0.05 * p - 0.02 * w:.6f}".replace(".", ",")
+    for i, (e, w, p) in enumerate(STATES)
+)
+
+
+def command(*words: str, folder: Path = ROOT) -> subprocess.CompletedProcess:
+    line = [sys.executable, str(ROOT / "intake.py"), *words]
+    return subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_from_a_raw_file_to_a_table_by_its_own_next_commands(tmp_path):
+    # A name such as laboratories give.
+    raw = tmp_path / "Prüfung 3 (b, neu).csv"
+    raw.write_text(RAW, encoding="cp1252")
+    first = command(f'data.path="{raw}"', f"hydra.run.dir={tmp_path / 'first'}")
+    assert first.returncode == 0, first.stderr
+    assert "Nothing was converted" in first.stdout
+    (recipe,) = (tmp_path / "first").glob("*")
+    assert recipe.name == "Prüfung 3 (b, neu)_recipe.yaml"
+    words = shlex.split(first.stdout.splitlines()[-1])
+    assert words[:2] == ["python", "intake.py"]
+
+    text = recipe.read_text(encoding="utf-8")
+    for name, value in {"gamma_deg": 60, "length_mm": 90, "inner_radius_mm": 4.77, "outer_radius_mm": 6.35}.items():
+        text = re.sub(rf"{name}:   # TODO.*", f"{name}: {value}", text)
+    recipe.write_text(text, encoding="utf-8")
+    second = command(*words[2:], f"hydra.run.dir={tmp_path / 'second'}")
+    assert second.returncode == 0, second.stderr
+    table = tmp_path / "second" / "Prüfung 3 (b, neu)_table.csv"
+    assert sorted(path.name for path in table.parent.iterdir()) == [
+        table.name,
+        "Prüfung 3 (b, neu)_table_provenance.json",
+    ]
+    made = read_table(table).table
+    assert made["pressure_kpa"].round(9).tolist() == [0, 30, 60] * 4
+    assert made["step"].tolist() == [0, 1, 2] * 4
+    train = shlex.split(second.stdout.splitlines()[-1])
+    assert train[:5] == ["next:", "python", "train.py", "train=all", "data=csv"]
+    assert train[5] == f'data.path="{table}"'
+    assert raw.read_text(encoding="cp1252") == RAW
+
+
+def test_out_names_the_table(tmp_path):
+    raw = tmp_path / "raw.csv"
+    raw.write_text("P_kPa,F_N\n0,1\n30,2\n")
+    recipe = tmp_path / "recipe.yaml"
+    recipe.write_text(
+        "bed: kinematic\nconstants: {gamma_deg: 40, length_mm: 90, inner_radius_mm: 4, outer_radius_mm: 5, "
+        "twist_deg: 0, elongation_mm: 0, moment_nmm: 0.5}\ncolumns:\n  pressure_kpa: {from: P_kPa, unit: kPa}\n"
+        "  force_n: {from: F_N, unit: N}\n"
+    )
+    run = tmp_path / "run"
+    done = command(f"data.path={raw}", f"recipe={recipe}", f"out={tmp_path / 'mine.csv'}", f"hydra.run.dir={run}")
+    assert done.returncode == 0, done.stderr
+    assert pd.read_csv(tmp_path / "mine.csv")["force_n"].tolist() == [1, 2]
+    assert (tmp_path / "mine_provenance.json").exists()
+    for out in (raw, recipe):
+        done = command(f"data.path={raw}", f"recipe={recipe}", f"out={out}", f"hydra.run.dir={run}")
+        assert done.returncode == 1
+        assert "choose another name" in done.stderr
+    assert raw.read_text() == "P_kPa,F_N\n0,1\n30,2\n"
+
+
+def test_mistakes_end_with_one_message_and_no_folder(tmp_path):
+    run = tmp_path / "a" / "run"
+    for words, says in (
+        (["data.path=absent.csv"], "There is no file"),
+        ([], "intake needs the laboratory's file"),
+        (["data.path=x.csv", "+speed=3"], "speed is no option here"),
+    ):
+        done = command(*words, f"hydra.run.dir={run}", folder=tmp_path)
+        assert done.returncode == 1
+        assert done.stderr.startswith("error: ")
+        assert says in done.stderr
+        assert "Traceback" not in done.stderr
+        assert not run.exists()
+
+
+def test_help_and_the_installed_command(tmp_path):
+    assert "intake.py data.path=RAW" in command("--help").stdout
+    done = subprocess.run(
+        [sys.executable, "-m", "freelearn", "--help"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+        cwd=tmp_path,
+    )
+    assert "  intake     a laboratory's raw file" in done.stdout

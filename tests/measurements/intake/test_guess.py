@@ -1,0 +1,132 @@
+"""A guess at a raw file says what its headings say, and drafts a recipe that works once it is filled in."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from raw_files import HEADER, ROWS, raw_text
+
+from freelearn.errors import UserError
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.convert import convert
+from freelearn.measurements.intake.draft import draft, quoted
+from freelearn.measurements.intake.guess import guess
+from freelearn.measurements.intake.headings import heading
+from freelearn.measurements.intake.recipe_file import recipe_of
+from freelearn.measurements.intake.template import members_template, template
+from freelearn.measurements.intake.units import conversion
+from freelearn.measurements.members_table import read_members
+from freelearn.measurements.table import read_table
+
+HEADINGS = {
+    "P48_kPa": ("pressure_kpa", "kPa"),
+    "F_raw_N": ("force_n", "N"),
+    "dphi (rad)": ("twist_deg", "rad"),
+    "Load (lbs in)": ("moment_nmm", "lbs in"),
+    "Pressure (psi)": ("pressure_kpa", "psi"),
+    "s_m": ("elongation_mm", "m"),
+    "w_rad": ("twist_deg", "rad"),
+    "Length [mm]": ("length_mm", "mm"),
+    "torque_Nm": ("moment_nmm", "Nm"),
+    "Force (lbf)": ("force_n", "lbf"),
+    "OD_um": ("outer_diameter_mm", "um"),
+    "Axial Force [N]": ("force_n", "N"),
+    "P_mmHg": ("pressure_kpa", "mmHg"),
+    "Temp °C": ("temperature_c", "°C"),
+    "t_s": ("time_s", "s"),
+    "lambda_z": ("stretch", ""),
+    "contraction (%)": ("strain", "%"),
+    "Load [kg]": ("force_n", "kg"),
+    "PressureSensor (bar)": ("pressure_kpa", "bar"),
+    "gamma_deg": ("gamma_deg", "deg"),
+    "inner radius / mm": ("inner_radius_mm", "mm"),
+}
+DESIGN = {"gamma_deg": "40", "length_mm": "90", "inner_radius_mm": "4.77", "outer_radius_mm": "6.35"}
+
+
+def filled(text: str) -> str:
+    """A draft with its blanks filled in."""
+    for name, value in DESIGN.items():
+        text = re.sub(rf"{name}:   # TODO.*", f"{name}: {value}", text)
+    return text
+
+
+@pytest.mark.parametrize("name", HEADINGS)
+def test_headings(name):
+    said = heading(name)
+    assert (said.quantity, said.unit) == HEADINGS[name]
+
+
+@pytest.mark.parametrize("name", ["Load (bolts)", "F_std", "n", "P1_cmd_Pa", "row", "kink", "valve", "x"])
+def test_headings_that_say_less(name):
+    assert heading(name).confidence != "sure" or heading(name).quantity is None
+
+
+def test_the_guess_shows_every_column():
+    found = guess(raw_text().encode(), "raw.csv")
+    assert [c.name for c in found.columns] == HEADER.split(",")
+    assert (found.bed, found.rows) == ("kinematic", 9)
+    force = found.of("force_n")
+    assert force is not None
+    assert (force.low, force.high, force.example) == (-7.35, -0.11, "-0.11")
+
+
+def test_a_draft_waits_to_be_filled_in_and_then_works():
+    text = draft(guess(raw_text().encode(), "raw.csv"))
+    with pytest.raises(UserError, match="gamma_deg is blank: fill in a number"):
+        recipe_of(text, "draft.yaml")
+    table = convert(recipe_of(filled(text), "draft.yaml"), {"raw.csv": raw_text().encode()}).table
+    np.testing.assert_allclose(table["force_n"], [row[4] for row in ROWS])
+    np.testing.assert_allclose(table["time_s"], [row[0] for row in ROWS])
+
+
+UNITS = ("m", "psi", "lbf", "lbs in", "rad")
+
+
+def test_a_draft_in_other_units_gives_the_same_table_back():
+    other = ("m", "rad", "psi", "lbf", "lbf·in")
+    own = ("mm", "deg", "kPa", "N", "N*mm")
+    header = "L (m),twist [rad],P_psi,Load (lbf),Torque (lbf·in)"
+    factors = [conversion(a, b).factor for a, b in zip(own, other, strict=True)]
+    values = np.array(ROWS)[:, 1:]
+    values = np.hstack([values[:, :1] + 90, values[:, 1:]])
+    rows = "\n".join(",".join(f"{v * f:.12g}" for v, f in zip(row, factors, strict=True)) for row in values)
+    content = f"{header}\n{rows}\n".encode()
+    table = convert(recipe_of(filled(draft(guess(content, "raw.csv"))), "d"), {"raw.csv": content}).table
+    columns = ["elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm"]
+    np.testing.assert_allclose(table[columns], np.array(ROWS)[:, 1:], atol=1e-7)
+
+
+def test_a_guess_from_a_path_is_that_of_its_bytes(tmp_path: Path):
+    path = tmp_path / "raw.csv"
+    path.write_text(raw_text())
+    assert guess(path) == guess(raw_text().encode(), "raw.csv")
+
+
+@pytest.mark.parametrize(
+    "name", ["F_N", "Pressure (psi)", "on", "no", "null", "1", "a: b", 'a "b"', "Kraft [N]", "#1", "é"]
+)
+def test_names_of_columns_survive_yaml(name):
+    import yaml
+
+    assert yaml.safe_load(f"{{from: {quoted(name)}}}") == {"from": name}
+
+
+def test_drafts_of_real_files_are_recipes(shared_data):
+    for path in sorted(shared_data.glob("*/*.csv")):
+        if path.parent.name in ("rubber", "rubber/treloar_1944"):
+            continue
+        found = guess(path)
+        text = filled(draft(found))
+        if any(c.chosen for c in found.columns if c.quantity in ("force_n", "moment_nmm", "twist_deg")):
+            recipe_of(text, path.name)
+
+
+@pytest.mark.parametrize("bed", BEDS)
+@pytest.mark.parametrize("members", [0, 3])
+def test_templates_are_tables(bed, members, tmp_path):
+    path, file = tmp_path / "table.csv", tmp_path / "members.csv"
+    path.write_text(template(bed, members))
+    file.write_text(members_template(3))
+    assert len(read_table(path, BEDS[bed], read_members(file) if members else None).table) == 1
