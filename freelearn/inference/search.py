@@ -94,7 +94,8 @@ def search(
     ordered = in_order_of(prepared.rows.states) if together else []
     pointed_out = [block.suspect(prepared.rows, prepared.kept, ordered) for block in together]
     pointed_out += suspects(final, prepared.rows, prepared.kept)
-    if not together:
+    # Of a model that lacks something, any state may look misplaced.
+    if not together and final.left.p_value >= LEFT:
         pointed_out += misplaced(final, prepared.rows, prepared.kept)
     sorted_by = confounded(prepared, final)
     slipped = final.whiten.scatter.slipped if final.whiten.scatter else None

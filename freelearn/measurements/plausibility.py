@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pandas as pd
 
@@ -17,8 +17,25 @@ ATMOSPHERE_KPA = 101.3
 LARGEST_TWIST_RAD = 2.2
 
 
+class UnitWarning(str):
+    """A suspicion that a column is in another unit: what is computed from it means nothing until somebody looks."""
+
+
+def units_apart(warnings: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Those about units, and the others.
+
+    >>> units_apart(["a blank column", UnitWarning("in psi")])
+    (['in psi'], ['a blank column'])
+    """
+    return (
+        [warning for warning in warnings if isinstance(warning, UnitWarning)],
+        [warning for warning in warnings if not isinstance(warning, UnitWarning)],
+    )
+
+
 def unit_warnings(table: pd.DataFrame) -> list[str]:
-    """A sentence for each suspicion about a checked measurement table, with the value after conversion.
+    """A sentence for each suspicion about a checked measurement table, with the value after conversion: a UnitWarning
+    where it is about a unit.
 
     Suspicions only: nothing is converted, and an unusual actuator may be right as it is.
     """
@@ -26,7 +43,7 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
     # A bed need not have every column; one that it does not know stays text.
     numbers = used.select_dtypes("number").dropna(axis=1, how="all")
     found = [warning for needs, check in CHECKS.items() if set(needs) <= set(numbers) for warning in check(numbers)]
-    return [*found, *_step(used)]
+    return [*map(UnitWarning, found), *_step(used)]
 
 
 def _lengths(used: pd.DataFrame) -> Iterator[str]:

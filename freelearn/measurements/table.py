@@ -31,7 +31,8 @@ class TableFile:
 
     table: the file's columns and N rows in their order: sample, step, buckled and left_out (blank: 0) as int64, the
     contract's other columns as float64 in the units that their names say, further columns as the text in the file.
-    lines: the line in the file at which each row begins, (N,) int64. warnings: about units that look wrong.
+    lines: the line in the file at which each row begins, (N,) int64. warnings: about columns that are not used or not
+    there, and about units that look wrong (UnitWarning).
     """
 
     table: pd.DataFrame

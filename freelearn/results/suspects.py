@@ -88,7 +88,7 @@ def suspected_readings(suspects: Sequence[Suspect], table: pd.DataFrame, lines: 
     readings = []
     for suspect in suspects:
         row = table.iloc[suspect.row]
-        quantity = next(q for q in bed.readings if q.name == suspect.load)
+        quantity = next(q for q in (*bed.readings, *bed.state) if q.name == suspect.load)
         place = {q.column: finite(row[q.column]) if q.column in row else None for q in (ELONGATION, TWIST)}
         place |= {name: float(row[name]) for name in HUNG if bed is DEAD_LOAD}
         slip = suspect.slip

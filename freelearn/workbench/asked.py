@@ -8,6 +8,7 @@ from pathlib import Path
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import CsvData, DataSettings, DiscoverSettings, TrainSettings, VirtualData
 from freelearn.errors import UserError
+from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
 from freelearn.workbench.question import Question
 
@@ -15,20 +16,38 @@ from freelearn.workbench.question import Question
 def train_settings(question: Question, fits: Path) -> TrainSettings:
     """A fit's settings. Raises UserError."""
     chosen = settings(TrainSettings, [f"model={question.model}", "split=states"])
-    return replace(chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects, fits=fits)
+    return replace(
+        chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
+        per_sample=question.per_sample, fits=fits,
+    )  # fmt: skip
 
 
 def discover_settings(question: Question) -> DiscoverSettings:
     """A search's settings. Raises UserError."""
     chosen = settings(DiscoverSettings, [f"model={question.model}"])
-    return replace(chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects)
+    return replace(
+        chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
+        per_sample=question.per_sample, ruled_out=question.ruled_out,
+    )  # fmt: skip
 
 
 def _data(question: Question, usual: DataSettings) -> DataSettings:
     if question.data == "csv":
-        path = Path(question.path)
-        if problem := missing_file(path):
-            raise UserError(problem)
-        return CsvData(name="csv", path=path, accuracy=usual.accuracy)
+        return _measured(question, usual)
     assert isinstance(usual, VirtualData)
     return replace(usual, hidden="random", seed=question.seed) if question.data == "hidden" else usual
+
+
+def _measured(question: Question, usual: DataSettings) -> CsvData:
+    paths = [Path(name) for name in (question.path, question.members) if name]
+    for path in paths:
+        if problem := missing_file(path):
+            raise UserError(problem)
+    if question.members and BEDS[question.bed] is INFLATION:
+        raise UserError("An inflation bed measures the diameter of one actuator: take the file of actuators away.")
+    accuracy = None
+    if question.accuracy is not None:
+        assert usual.accuracy is not None
+        accuracy = replace(usual.accuracy, **dict(question.accuracy))
+    members = paths[1] if question.members else None
+    return CsvData(name="csv", path=paths[0], accuracy=accuracy, bed=question.bed, members=members)

@@ -7,10 +7,16 @@ from typing import Any
 import pandas as pd
 import panel as pn
 
+from freelearn.inference.next_experiment import NextState
 from freelearn.models.effects.registry import EFFECTS
+from freelearn.results.discovery_tables import next_state_lines
 from freelearn.results.ranking import ranking_numbers
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
+
+MOST_STATES = 3
+# Reasons are long: they go on below.
+WRAPPED = "label { white-space: normal; overflow-wrap: anywhere; } .bk-input-group { flex-wrap: nowrap; }"
 
 
 class Effects:
@@ -20,21 +26,32 @@ class Effects:
         self.session = session
         self.refreshing = False
         self.where, self.verdict, self.hints = words(), words(), words()
-        self.boxes = pn.widgets.CheckBoxGroup(name="effects in the model", options={}, inline=False)
+        self.boxes = pn.widgets.CheckBoxGroup(
+            name="effects in the model", options={}, inline=False, width=550, stylesheets=[WRAPPED]
+        )
         self.use = pn.widgets.Button(
             name="Tick what was found, and fit", button_type="success", visible=False, width=260
         )
+        self.absent = pn.widgets.CheckBoxGroup(name="known to be absent", options=[], inline=False)
         self.boxes.param.watch(self._ticked, "value")
+        self.absent.param.watch(self._ruled_out, "value")
         self.use.on_click(lambda _: self._use())
         self.view = pn.Row(
             pn.Column(heading("Where it fails, worst first"), self.where, width=380),
             pn.Column(heading("What is missing"), self.verdict, self.use, self.hints, self.boxes,
+                      pn.Card(self.absent, title="Known to be absent: not tried by the search", collapsed=True,
+                              width=550),
                       width=570),
         )  # fmt: skip
 
     def _ticked(self, event: Any) -> None:
         if not self.refreshing:
-            self.session.choose(effects=tuple(event.new))
+            kept = tuple(name for name in self.session.question.ruled_out if name not in event.new)
+            self.session.choose(effects=tuple(event.new), ruled_out=kept)
+
+    def _ruled_out(self, event: Any) -> None:
+        if not self.refreshing:
+            self.session.choose(ruled_out=tuple(event.new))
 
     def _use(self) -> None:
         search = self.session.discovery()
@@ -47,13 +64,19 @@ class Effects:
         runs, search = self.session.comparable(), self.session.discovery()
         about = self.session.read(runs[-1], "results.json") if runs else None
         lines = [f["sentence"] for f in (about or {}).get("failures", [])]
-        say(self.where, [f"• {line}" for line in lines] or ["Nothing fitted yet."], "" if lines else "quiet")
+        none = "No region stands out." if runs else "Nothing fitted yet."
+        say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._verdict(search)
         options = _labels(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
+        # What is in the model is not absent.
+        question = self.session.question
+        others = [name for name in sorted(EFFECTS) if name not in question.effects]
+        absent = [name for name in question.ruled_out if name in others]
         self.refreshing = True
         try:
             self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
+            self.absent.param.update(options=others, value=absent, disabled=self.session.busy)
         finally:
             self.refreshing = False
 
@@ -68,11 +91,7 @@ class Effects:
         say(self.verdict, [search["says"]], "good")
         hints = [f"{s['name']}: {s['says']}" for s in search["screens"]]
         hints += [f"cannot be told apart: {', '.join(c)}" for c in search["classes"] if len(c) > 1]
-        hints += [
-            f"measure next: sample {p['sample']}, {p['elongation_mm']:+.3g} mm, {p['twist_deg']:+.4g}°, "
-            f"{p['pressure_kpa']:.3g} kPa would tell {' from '.join(p['separates'])} by {p['expected_z']:.1f} σ"
-            for p in search["next_experiment"][:3]
-        ]
+        hints += next_state_lines([NextState(**p) for p in search["next_experiment"]], MOST_STATES)
         if search["remainder"]:
             hints.append(f"what is left, a hint only: {search['remainder']['hint']}")
         say(self.hints, [*hints, *search["notes"]])

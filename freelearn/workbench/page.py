@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import panel as pn
 
+from freelearn.workbench.made import Made
+from freelearn.workbench.mapping import Mapping
 from freelearn.workbench.session import Session
 from freelearn.workbench.steps import Steps
 from freelearn.workbench.sweeps import Sweeps
@@ -31,9 +33,10 @@ class Page:
         self.session, self.shown = session, -1
         self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
         self.results: Results | None = None
+        self.mapping, self.made = Mapping(session), Made(session)
         welcome, self.problem = words(), words()
         say(welcome, WELCOME, "quiet")
-        self.main = pn.Column(self.problem, welcome)
+        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, welcome)
         self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), width=970)
         self.tabs.param.watch(self._turned, "active")
         self.view = pn.Column(heading("freelearn workbench", 1), pn.Row(self.steps.view, self.tabs))
@@ -47,6 +50,8 @@ class Page:
             return
         self.shown = self.session.version
         self.steps.refresh()
+        self.mapping.refresh()
+        self.made.refresh()
         say(self.problem, [])
         try:
             self._show()
@@ -64,7 +69,7 @@ class Page:
 
             self.results = Results(self.session)
             self.results.refresh()
-            self.main.objects = [self.problem, self.results.view]
+            self.main.objects = [self.problem, self.mapping.view, self.made.view, self.results.view]
         else:
             self.results.refresh()
 

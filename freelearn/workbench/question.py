@@ -8,15 +8,21 @@ from typing import Any
 
 from freelearn.commands.command_line import command_line
 
-DATA = {"virtual": "simulated bed", "hidden": "simulated bed with a hidden effect", "csv": "my own CSV file"}
+DATA = {"virtual": "simulated bed", "hidden": "simulated bed with a hidden effect", "csv": "my own file"}
 MODELS = ("continuum", "linear", "mlp")
 VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
+KINEMATIC = "kinematic"
+
+# Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
+Stated = tuple[tuple[str, float], ...] | None
 
 
 @dataclass(frozen=True)
 class Question:
-    """data: a key of DATA; seed: of the simulated bed with a hidden effect; path, name: of the CSV as stored here, and
-    as the user calls it."""
+    """data: a key of DATA; seed: of the simulated bed with a hidden effect; path, name: of the table as stored here,
+    and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
+    one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
+    recipe: of a laboratory's file that is still to be converted."""
 
     data: str = "virtual"
     seed: int = 1
@@ -25,31 +31,51 @@ class Question:
     model: str = "continuum"
     train: str = "sample3"
     effects: tuple[str, ...] = field(default_factory=tuple)
+    bed: str = KINEMATIC
+    members: str = ""
+    accuracy: Stated = ()
+    ruled_out: tuple[str, ...] = ()
+    per_sample: bool = True
+    recipe: str = ""
 
     def overrides(self, kind: str) -> list[str]:
         """The overrides of `train` or `discover` that amount to the question, for the reader to type."""
         chosen = [f"model={self.model}", f"train={self.train}"]
         if self.data == "csv":
-            chosen += ["data=csv", f"data.path={_quoted(self.path)}"]
+            chosen += ["data=csv", f"data.path={_quoted(self.path)}", *self._of_the_bed()]
         elif self.data == "hidden":
             chosen += ["data.hidden=random", f"data.seed={self.seed}"]
         if kind == "train":
             chosen.append("split=states")
         if self.effects:
             chosen.append(f"effects=[{','.join(self.effects)}]")
-        return chosen
+        if self.ruled_out and kind == "discover":
+            chosen.append(f"ruled_out=[{','.join(self.ruled_out)}]")
+        return chosen if self.per_sample else [*chosen, "per_sample=false"]
+
+    def _of_the_bed(self) -> list[str]:
+        chosen = [f"data.bed={self.bed}"] if self.bed != KINEMATIC else []
+        chosen += [f"data.members={_quoted(self.members)}"] if self.members else []
+        if self.accuracy is None:
+            return [*chosen, "data.accuracy=estimate"]
+        return [*chosen, *(f"data.accuracy.{name}={value!r}" for name, value in self.accuracy)]
 
     def command(self, kind: str) -> str:
         """The shell command with the same result."""
+        if kind == "intake":
+            options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
+            return command_line(["python", "intake.py"], options)
         return command_line(["python", f"{kind}.py"], self.overrides(kind))
 
     def about(self, kind: str) -> Question:
         """The part of the question that a job of this kind depends on; a `check` reads the data only."""
-        return Question(self.data, self.seed, self.path) if kind == "check" else replace(self, name="")
+        if kind in ("check", "convert"):
+            return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
+        return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_but_effects(self, other: Question) -> bool:
         """Whether both ask about the same model on the same rows, so that their errors can be compared."""
-        return replace(self, effects=()) == replace(other, effects=())
+        return replace(self, effects=(), ruled_out=()) == replace(other, effects=(), ruled_out=())
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
@@ -57,8 +83,10 @@ class Question:
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Question:
-        """The question that `to_json` wrote."""
-        return cls(**content | {"effects": tuple(content["effects"])})
+        """The question that `to_json` wrote, perhaps before there was all of it."""
+        stated = content.get("accuracy", ())
+        lists = {name: tuple(content.get(name, ())) for name in ("effects", "ruled_out")}
+        return cls(**content | lists | {"accuracy": stated if stated is None else tuple(map(tuple, stated))})
 
 
 def _quoted(path: str) -> str:
@@ -67,6 +95,6 @@ def _quoted(path: str) -> str:
     return path if plain else "'" + path.replace("'", "\\'") + "'"
 
 
-def stored_csv(folder: Path, digest: str) -> Path:
-    """Where an uploaded table is kept: under a name that the upload has no say in."""
-    return folder / f"measurements_{digest[:16]}.csv"
+def stored_csv(folder: Path, digest: str, kind: str = "measurements", ending: str = ".csv") -> Path:
+    """Where an uploaded file is kept: under a name that the upload has no say in."""
+    return folder / f"{kind}_{digest[:16]}{ending}"

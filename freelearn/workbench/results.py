@@ -24,7 +24,7 @@ class Results:
         self.drawn: list[tuple[str, float]] = []
         self.view = pn.Column(
             self.comparison.view,
-            pn.Row(*self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel)),
+            pn.Row(self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel)),
             self.suspects.view,
             self.effects.view,
         )

@@ -16,7 +16,8 @@ from freelearn.errors import UserError
 from freelearn.workbench.job import warm_up
 from freelearn.workbench.own import load_named_code
 from freelearn.workbench.page import Page
-from freelearn.workbench.session import MEGABYTE, Sessions
+from freelearn.workbench.session import MEGABYTE
+from freelearn.workbench.sessions import Sessions
 
 ADDRESS = "127.0.0.1"
 TITLE = "freelearn workbench"

@@ -6,13 +6,14 @@ from typing import Any
 
 import panel as pn
 
+from freelearn.workbench.given import Given
 from freelearn.workbench.own import models
-from freelearn.workbench.question import DATA
-from freelearn.workbench.session import LARGEST_CSV, MEGABYTE, Session
+from freelearn.workbench.session import Session
+from freelearn.workbench.tick import Tick
 from freelearn.workbench.words import heading, say, words
 
 WIDTH = 286
-DOING = {"check": "Reading the file", "train": "Fitting", "discover": "Searching"}
+DOING = {"check": "Reading the file", "convert": "Making the table", "train": "Fitting", "discover": "Searching"}
 
 
 class Steps:
@@ -22,20 +23,12 @@ class Steps:
         self.session = session
         self.refreshing = False
         wide = {"width": WIDTH - 24}
-        self.data = pn.widgets.Select(name="data", options={text: key for key, text in DATA.items()}, **wide)
-        self.seed = pn.widgets.IntInput(name="which hidden effect (a seed)", start=0, end=10**6, step=1, **wide)
-        self.file = pn.widgets.FileDropper(
-            accepted_filetypes=[".csv", "text/csv"],
-            max_file_size=f"{LARGEST_CSV // MEGABYTE}MB",
-            multiple=False,
-            height=90,
-            **wide,
-        )
-        self.about_data = words()
-        self.faults = words()
-        self.faults_view = pn.Column(self.faults, scroll=True, max_height=260, visible=False)
+        self.given = Given(session, WIDTH - 24)
         self.model = pn.widgets.Select(name="model", options=models(), **wide)
         self.train = pn.widgets.Select(name="training set", options=[], **wide)
+        self.per_sample = Tick(
+            "each sample has its own mounting", WIDTH - 24, lambda on: self._chosen("per_sample", on)
+        )
         self.effects = words()
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)
         self.find = pn.widgets.Button(name="Find what is missing", button_type="primary", **wide)
@@ -51,8 +44,8 @@ class Steps:
         )
         self._watch()
         self.view = pn.Column(
-            heading("1  Data"), self.data, self.seed, self.file, self.about_data, self.faults_view,
-            heading("2  Model"), self.model, self.train,
+            heading("1  Data"), self.given.view,
+            heading("2  Model"), self.model, self.train, self.per_sample.view,
             heading("3  Fit, and see where it fails"), self.effects, self.fit,
             heading("4  See what is missing"), self.find,
             self.cancel, self.bar, self.doing, self.take,
@@ -60,9 +53,8 @@ class Steps:
         )  # fmt: skip
 
     def _watch(self) -> None:
-        for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.model, "model"), (self.train, "train")):
+        for widget, name in ((self.model, "model"), (self.train, "train")):
             widget.param.watch(lambda event, name=name: self._chosen(name, event.new), "value")
-        self.file.param.watch(self._dropped, "value")
         self.fit.on_click(lambda _: self.session.start("train"))
         self.find.on_click(lambda _: self.session.start("discover"))
         self.cancel.on_click(lambda _: self.session.cancel())
@@ -71,10 +63,6 @@ class Steps:
         # What the page itself sets is no choice of the user's.
         if not self.refreshing and value is not None:
             self.session.choose(**{name: value})
-
-    def _dropped(self, event: Any) -> None:
-        for name, content in (event.new or {}).items():
-            self.session.upload(str(name), content.encode() if isinstance(content, str) else content)
 
     def refresh(self) -> None:
         """Shows the session as it is."""
@@ -86,33 +74,22 @@ class Steps:
 
     def _refresh(self) -> None:
         question, busy = self.session.question, self.session.busy
-        self.data.param.update(value=question.data, disabled=busy)
-        self.seed.param.update(value=question.seed, visible=question.data == "hidden", disabled=busy)
-        self.file.param.update(visible=question.data == "csv", disabled=busy)
-        self._refresh_data()
+        self.given.refresh()
         self.model.param.update(value=question.model, disabled=busy)
         sets = self.session.sets
         self.train.param.update(options=sets, value=question.train if sets else None, disabled=busy or not sets)
+        self.per_sample.show(question.per_sample, visible=self._several(), disabled=busy)
         chosen = "with " + " + ".join(question.effects) if question.effects else "no effect added"
-        say(self.effects, [chosen], "quiet")
+        waits = ["The fit waits until you have looked at the units above."] if self.session.doubted else []
+        say(self.effects, [chosen, *waits], "quiet")
         self.fit.disabled = self.find.disabled = not self.session.ready
         self._refresh_job()
         self._refresh_take()
 
-    def _refresh_data(self) -> None:
-        question, table = self.session.question, self.session.table
-        if question.data == "csv":
-            lines = [_about(question.name, table), *table["warnings"]] if table else []
-            say(
-                self.about_data,
-                lines or [f"Drop a measurement table (CSV, up to {LARGEST_CSV // MEGABYTE} MB)."],
-                "quiet",
-            )
-        else:
-            say(self.about_data, ["SIMULATED, not measured"], "source")
-        problem = self.session.problem
-        say(self.faults, problem.splitlines(), "bad")
-        self.faults_view.visible = bool(problem)
+    def _several(self) -> bool:
+        """Whether the training set may hold more than one sample."""
+        samples = self.session.table.get("samples", 1) if self.session.question.data == "csv" else 2
+        return samples > 1 and not self.session.question.train.startswith("sample")
 
     def _refresh_job(self) -> None:
         job = self.session.job
@@ -138,17 +115,6 @@ class Steps:
         commands = [runs[-1]["question"].command("train")] if runs else []
         commands += [search["question"].command("discover")] if search else []
         say(self.command, commands, code=True)
-
-
-def _about(name: str, table: dict[str, Any]) -> str:
-    """What table.json says, in words."""
-    # A session that was kept before tables had such marks says nothing of them.
-    left_out = f", {table['left_out']} marked to be left out" if table.get("left_out") else ""
-    usable = f"{table['usable']} of them {'usable' if left_out else 'un-buckled'}"
-    return (
-        f"{name}: {table['rows']} rows, {usable}{left_out}, {table['samples']} sample(s), "
-        f"{table['states']} kinematic states"
-    )
 
 
 def _download(name: str, label: str) -> pn.widgets.FileDownload:

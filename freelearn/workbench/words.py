@@ -11,6 +11,7 @@ STYLE = """
 :host { font-size: 14px; color: #1a1a1a; }
 p { margin: 2px 0; line-height: 1.35; overflow-wrap: anywhere; }
 h1 { font-size: 18px; margin: 0; } h2 { font-size: 15px; margin: 6px 0 2px; }
+h3 { font-size: 14px; margin: 4px 0 0; }
 .good { color: #00557f; font-weight: 600; } .bad { color: #8a1f00; white-space: pre-wrap; } .quiet { color: #555; }
 .source {
   display: inline-block; padding: 0 6px; border: 1.5px solid #8a4b00; border-radius: 4px;
@@ -18,6 +19,9 @@ h1 { font-size: 18px; margin: 0; } h2 { font-size: 15px; margin: 6px 0 2px; }
 }
 pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0; overflow-wrap: anywhere; }
 """
+
+# A label that only a reader of the page's text needs: what stands above says it to the eye.
+HIDDEN_LABEL = "label { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }"
 
 
 def heading(text: str, level: int = 2) -> pn.pane.HTML:

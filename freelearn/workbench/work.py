@@ -1,8 +1,7 @@
-"""What a job does, in a process of its own: the same as `train.py` and `discover.py` with the same settings."""
+"""What a job does, in a process of its own: the same as the commands with the same settings."""
 
 from __future__ import annotations
 
-import json
 import os
 import traceback
 from multiprocessing.connection import Connection
@@ -13,16 +12,12 @@ import lightning as L
 from rich.console import Console
 
 from freelearn.commands.discover import discover
-from freelearn.commands.tables import load_table
 from freelearn.commands.train import train
 from freelearn.errors import UserError
-from freelearn.files import write_text
 from freelearn.inference.step import Step
-from freelearn.measurements.sets import set_names
-from freelearn.measurements.states import kinematic_state
-from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.question import Question
+from freelearn.workbench.reading import check, convert
 
 # Imported here so that the process from which jobs are forked has them: a fit then starts at once.
 from freelearn.inference import misfit  # noqa: F401  isort:skip
@@ -47,22 +42,6 @@ def work(kind: str, question: Question, folder: Path, fits: Path, pipe: Connecti
             traceback.print_exc()
             text = f"{type(problem).__name__}: {problem} (more in {folder / 'log.txt'})"
             pipe.send(("failed", text))
-
-
-def _check(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
-    """Reads the table; table.json says what is in it."""
-    loaded = load_table(train_settings(question, fits).data)
-    table = loaded.table
-    content = {
-        "sets": list(set_names(table["sample"].to_numpy())),
-        "rows": len(table),
-        "usable": int(usable_rows(table).sum()),
-        "left_out": int(left_out_rows(table).sum()),
-        "samples": int(table["sample"].nunique()),
-        "states": int(kinematic_state(table).max()) + 1,
-        "warnings": list(loaded.warnings),
-    }
-    write_text(folder / "table.json", json.dumps(content) + "\n")
 
 
 def _train(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
@@ -94,4 +73,4 @@ class _Epochs(L.Callback):
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 
-JOBS = {"check": _check, "train": _train, "discover": _discover}
+JOBS = {"check": check, "convert": convert, "train": _train, "discover": _discover}

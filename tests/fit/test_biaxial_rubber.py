@@ -95,7 +95,7 @@ def test_james_rubber_asks_for_the_second_invariant(converted):
     data = converted("James_1975.csv")
     assert data.warnings == []
     compared = compare(data.table, data.modes)
-    assert conclusion(compared).startswith("These tests ask for second_invariant (")
+    assert conclusion(compared).startswith("These tests ask for second_invariant")
     fitted = compared[(compared["held_out"] == "") & (compared["mode"] == "biaxial")].set_index("effects")["error"]
     assert fitted["neo-Hookean"] > 0.055
     assert fitted["second_invariant"] < 0.027

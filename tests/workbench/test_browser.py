@@ -104,8 +104,8 @@ def hidden(work):
 
 
 def choose_csv(tab, path):
-    tab.get_by_label("data", exact=True).select_option(label="my own CSV file")
-    tab.locator("input[type=file]").set_input_files(path)
+    tab.get_by_label("data", exact=True).select_option(label="my own file")
+    tab.locator("input[type=file]").first.set_input_files(path)
 
 
 def button(tab, name):
@@ -148,7 +148,7 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     # Reloading loses nothing.
     tab.reload()
     tab.get_by_text("continuum + friction_hysteresis, fitted on").wait_for()
-    assert tab.get_by_label("data", exact=True).input_value() == "my own CSV file"
+    assert tab.get_by_label("data", exact=True).input_value() == "my own file"
     assert tab.get_by_label(re.compile("^friction_hysteresis")).is_checked()
     # Off again: the error is the first one's.
     tab.get_by_label(re.compile("^friction_hysteresis")).click()
@@ -253,7 +253,7 @@ def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, hidden):
     by_slider = tab.evaluate(title)
     charts = tab.locator(".bk-Figure")
     maps = [c for c in charts.all() if (box := c.bounding_box()) and box["y"] > 400]
-    box = maps[0].bounding_box()
+    box = min((c.bounding_box() for c in maps), key=lambda box: box["x"])
     for share in np.linspace(0.3, 0.7, 7):
         tab.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
     tab.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
@@ -264,3 +264,43 @@ def test_it_listens_on_this_machine_only(address):
     # A second address of the loopback device stands for any other interface.
     with pytest.raises(OSError, match="refused"):
         socket.create_connection(("127.0.0.2", port), timeout=5)
+
+
+def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(tab, tmp_path):
+    places = [(dl, phi, p) for dl in (0, 2.5, 5) for phi in (-20, 0, 20) for p in (0.0, 3.1, 6.2)]
+    lines = [f"{dl};{phi};{p};{-0.5 - 0.3 * p - 0.4 * dl};{-p - 0.9 * phi}" for dl, phi, p in places]
+    own = tmp_path / "<b>rig.csv"
+    own.write_text("\n".join(["dl_mm;phi_deg;P;F_N;M_Nmm", *lines, ""]))
+    choose_csv(tab, own)
+    tab.get_by_text("<b>rig.csv is no measurement table yet: 27 rows").wait_for()
+    assert tab.get_by_label("what F_N is", exact=True).input_value() == "force"
+    assert tab.get_by_label("unit of M_Nmm", exact=True).input_value() == "N·mm"
+    tab.get_by_label("sign of F_N", exact=True).select_option("turned")
+    design = {"fiber angle to the axis [°]": "40", "unloaded length [mm]": "90"}
+    design |= {"inner radius [mm]": "4.77", "outer radius [mm]": "6.35"}
+    for label, value in design.items():
+        tab.get_by_label(label, exact=True).fill(value)
+        tab.get_by_label(label, exact=True).press("Tab")
+    # No two of what can be chosen lie on each other.
+    boxes = [b for w in tab.locator("select:visible, input[type=text]:visible").all() if (b := w.bounding_box())]
+    for n, one in enumerate(boxes):
+        for other in boxes[n + 1 :]:
+            apart = [
+                one[a] + one[s] <= other[a] or other[a] + other[s] <= one[a]
+                for a, s in (("x", "width"), ("y", "height"))
+            ]
+            assert any(apart), (one, other)
+    button(tab, "Use this").click()
+    tab.get_by_text("pressure_kpa may be in psi").wait_for()
+    assert button(tab, "Fit").is_disabled()
+    right = tab.get_by_label("the units are right as they are", exact=True)
+    right.focus()
+    tab.keyboard.press("Space")
+    button(tab, "Fit").click(timeout=20_000)
+    tab.get_by_text("Fitting: done").wait_for()
+    with tab.expect_download() as download:
+        tab.get_by_text("Recipe (YAML)", exact=True).click()
+    assert "sign: -1" in Path(download.value.path()).read_text()
+    with tab.expect_download() as download:
+        tab.get_by_text("Empty template of the table").click()
+    assert Path(download.value.path()).read_text().startswith("sample,gamma_deg,")

@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -10,25 +9,9 @@ from typing import ClassVar
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
-from freelearn.workbench import session as module
 from freelearn.workbench.question import Question
-from freelearn.workbench.session import Sessions
+from freelearn.workbench.sessions import Sessions
 from freelearn.workbench.suspects import Suspects
-
-
-@pytest.fixture
-def sessions(tmp_path):
-    sessions = Sessions(tmp_path / "work")
-    yield sessions
-    sessions.close()
-
-
-def finish(session, seconds=90):
-    end = time.monotonic() + seconds
-    while session.busy and time.monotonic() < end:
-        session.poll()
-        time.sleep(0.05)
-    assert not session.busy
 
 
 def test_ids_are_only_what_the_program_gave_out(sessions, tmp_path):
@@ -49,7 +32,7 @@ def test_two_sessions_do_not_share_what_was_chosen_and_a_restart_finds_it_again(
 
 
 def test_a_file_that_is_too_large_is_refused_in_words(sessions, monkeypatch):
-    monkeypatch.setattr(module, "LARGEST_CSV", 1000)
+    monkeypatch.setattr("freelearn.workbench.session.LARGEST_CSV", 1000)
     session = sessions.get("")[1]
     session.upload("big.csv", b"x" * 1001)
     assert "more than the page takes" in session.problem
@@ -57,10 +40,15 @@ def test_a_file_that_is_too_large_is_refused_in_words(sessions, monkeypatch):
     assert not list(session.folder.glob("*.csv"))
 
 
+TABLE_WITH_FAULTS = (
+    b"sample,gamma_deg,inner_radius_mm,step,elongation_mm,twist_deg,pressure_kpa\n1,nonsense,5,0,0,0,0\n"
+)
+
+
 @pytest.mark.slow
-def test_an_upload_cannot_choose_where_it_goes_and_its_faults_are_told(sessions):
+def test_an_upload_cannot_choose_where_it_goes_and_its_faults_are_told(sessions, finish):
     session = sessions.get("")[1]
-    session.upload("../../evil.csv", b"sample,gamma_deg\n1,nonsense\n")
+    session.upload("../../evil.csv", TABLE_WITH_FAULTS)
     finish(session)
     assert {path.parent for path in session.folder.parent.parent.rglob("*.csv")} == {session.folder}
     assert "length_mm" in session.problem
@@ -69,7 +57,7 @@ def test_an_upload_cannot_choose_where_it_goes_and_its_faults_are_told(sessions)
 
 
 @pytest.mark.slow
-def test_a_cancelled_job_is_gone_at_once_and_the_next_one_runs(sessions):
+def test_a_cancelled_job_is_gone_at_once_and_the_next_one_runs(sessions, finish):
     session = sessions.get("")[1]
     session.choose(model="mlp", train="all")
     session.start("train")
@@ -85,7 +73,7 @@ def test_a_cancelled_job_is_gone_at_once_and_the_next_one_runs(sessions):
 
 
 @pytest.mark.slow
-def test_a_mistake_of_the_users_is_told_and_loses_nothing(sessions):
+def test_a_mistake_of_the_users_is_told_and_loses_nothing(sessions, finish):
     session = sessions.get("")[1]
     session.choose(model="mlp", effects=("wall_stiffening",))
     session.start("train")
@@ -123,9 +111,9 @@ class Done:
 
 
 @pytest.fixture
-def searched(sessions, monkeypatch):
+def searched(sessions, finish, monkeypatch):
     """A session whose latest discovery, with a given effect, suspects SUSPECT and BLOCK."""
-    monkeypatch.setattr(module, "Job", Done)
+    monkeypatch.setattr("freelearn.workbench.running.Job", Done)
     Done.started.clear()
     session = sessions.get("")[1]
     session.upload("mine.csv", "\n".join(["sample,force_n", *(f"3,{n}.50" for n in range(9)), ""]).encode())
@@ -146,7 +134,7 @@ OLD_NAMES = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:P
 
 
 @OLD_NAMES
-def test_suspected_readings_can_be_left_out_and_the_search_goes_again(searched):
+def test_suspected_readings_can_be_left_out_and_the_search_goes_again(searched, finish):
     page = Suspects(searched)
     page.refresh()
     assert page.view.visible

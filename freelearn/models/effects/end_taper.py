@@ -34,7 +34,7 @@ class EndTaper(EndEffect[Taper]):
     name = "end_taper"
     place = 4
     suspect = "The force falls short of that of a cylinder, the more the tube swells: its ends are cones."
-    source = "Tondu & Lopez (2000); cones as in Doumit, Fahim & Munro (2009)"
+    source = "Tondu & Lopez (2000); Tondu (2012), rigid tips of McKibben muscles"
     parameter_class = Taper
 
     def dissipate(self, loads: Tensor, states: States, p: Taper) -> Tensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -9,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 
 from freelearn.inference.step import Step
+from freelearn.measurements.plausibility import units_apart
 from freelearn.render.terminal.table import add_row, empty_table, rich_table
 from freelearn.results.discovery import Discovery
 from freelearn.results.discovery_tables import (
@@ -21,6 +23,7 @@ from freelearn.results.discovery_tables import (
     screen_lines,
     step_row,
 )
+from freelearn.results.formats import sentence
 from freelearn.results.ranking import ranking_numbers, ranking_table
 from freelearn.results.staircase import HEADINGS
 from freelearn.results.suspect_tables import suspect_lines, suspect_overview
@@ -32,10 +35,12 @@ MOST_SUSPECTS = 8
 
 
 class DiscoveryView:
-    """Prints a discovery. As a context manager it keeps the table of steps up to date while the search runs."""
+    """Prints a discovery. As a context manager it keeps the table of steps up to date while the search runs. warnings:
+    about the table; units that look wrong are said before any error."""
 
-    def __init__(self, console: Console, what: str, simulated: bool) -> None:
+    def __init__(self, console: Console, what: str, simulated: bool, warnings: Sequence[str] = ()) -> None:
         self.console = console
+        self.units = units_apart(warnings)[0]
         source = "simulated data" if simulated else "measured data"
         columns = DisplayTable.of(["step"], HEADINGS, [], last=["left"]).columns
         self.table = empty_table(columns, f"{what} ({source})")
@@ -43,6 +48,7 @@ class DiscoveryView:
 
     def __enter__(self) -> DiscoveryView:
         """Shows the table, still without rows."""
+        self._say(self.units, before="! ")
         self.live.start()
         return self
 
@@ -59,6 +65,8 @@ class DiscoveryView:
 
     def end(self, discovery: Discovery, folder: Path) -> None:
         """Says what came out and where the files are."""
+        units = units_apart(discovery.notes)[0]
+        self._say([unit for unit in units if unit not in self.units], before="! ")
         self._say(["Where the model failed at first:"], before="\n")
         self._say([*failure_lines(discovery, MOST_FAILURES), *screen_lines(discovery)], before="  · ")
         ranking = ranking_numbers(discovery.content["candidates"])
@@ -72,7 +80,8 @@ class DiscoveryView:
         if discovery.suspects:
             self.console.print(rich_table(suspect_overview(discovery, MOST_SUSPECTS)))
             self._say(suspect_lines(discovery), before="? ")
-        self._say(note_lines(discovery), before="! ")
+        said = [sentence(unit) for unit in units]
+        self._say([line for line in note_lines(discovery) if line not in said], before="! ")
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 
     def _say(self, lines: list[str], before: str = "") -> None:

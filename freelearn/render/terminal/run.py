@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from freelearn.measurements.plausibility import units_apart
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.comparison import comparison_table
 from freelearn.results.origin import Origin
@@ -18,11 +19,15 @@ MOST_FAILURES = 3
 
 
 def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], origin: Origin) -> None:
-    """Errors by test set, parameters with 95 % intervals, what to know, and where the files are."""
+    """Units that look wrong, before any error; errors by test set, parameters with 95 % intervals, what else to know,
+    and where the files are."""
 
     def say(text: str) -> None:
         console.print(text, markup=False, highlight=False)
 
+    units, warnings = units_apart(warnings)
+    for warning in units:
+        say(f"! {warning}")
     errors = error_table(run)
     console.print(rich_table(replace(errors, title=f"{errors.title} ({origin.provenance.kind})")))
     if run.comparison:

@@ -5,6 +5,7 @@ import io
 import os
 import pickle
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -316,7 +317,7 @@ def test_a_recipe_that_is_absent_or_the_data(tmp_path):
     (tmp_path / "mine.yaml").write_text(RECIPE)
     raw = tmp_path / "raw.csv"
     raw.write_text(raw_text())
-    command = ["python", "intake.py", f"data.path={raw}", f"recipe={tmp_path / 'mine.yml'}"]
+    command = [sys.executable, "intake.py", f"data.path={raw}", f"recipe={tmp_path / 'mine.yml'}"]
     done = subprocess.run(
         command, cwd=Path(__file__).parents[3], capture_output=True, text=True, timeout=120, check=False
     )

@@ -1,0 +1,113 @@
+"""What a job does with a file: reads it as a table, guesses at its columns, or makes a table of it by a recipe."""
+
+from __future__ import annotations
+
+import json
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from freelearn.commands.intake import PROVENANCE, take_in
+from freelearn.commands.settings import IntakeData, IntakeSettings
+from freelearn.commands.tables import LoadedTable, load_table
+from freelearn.errors import UserError
+from freelearn.files import write_text
+from freelearn.measurements.beds import BEDS, bed_of
+from freelearn.measurements.columns import Columns
+from freelearn.measurements.faults import TableError
+from freelearn.measurements.intake.guess import Guess, guess_table
+from freelearn.measurements.intake.raw_file import raw_table, read_bytes
+from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.members import members_in
+from freelearn.measurements.members_table import read_members
+from freelearn.measurements.plausibility import units_apart
+from freelearn.measurements.sets import set_names
+from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.usable import left_out_rows, usable_rows
+from freelearn.workbench.asked import train_settings
+from freelearn.workbench.question import Question
+
+TABLE, GUESS, MADE = "table.json", "guess.json", "made.json"
+# More different words in a column name no samples.
+MOST_WORDS = 30
+
+
+def check(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    """Reads the table; table.json says what is in it. Where it is none, guess.json says what its columns seem to be.
+
+    Raises UserError where it can be read as neither."""
+    for name in (TABLE, GUESS):
+        (folder / name).unlink(missing_ok=True)
+    data = train_settings(question, fits).data
+    if question.members:
+        read_members(question.members)
+    try:
+        loaded = load_table(data)
+    except UserError as fault:
+        _write(folder / GUESS, _guessed(question, fault))
+        return
+    _write(folder / TABLE, _about(loaded))
+
+
+def convert(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    """Makes table.csv by the recipe, as `intake.py` does; made.json says of which bed. Raises UserError."""
+    out = folder / "table.csv"
+    take_in(IntakeSettings(IntakeData(Path(question.path)), Path(question.recipe), out), folder, Console())
+    path = out.with_name(f"{out.stem}{PROVENANCE}")
+    provenance = json.loads(path.read_text(encoding="utf-8"))
+    # The file lies here under another name than the user's.
+    write_text(path, json.dumps(provenance | {"uploaded_as": question.name}, indent=1, ensure_ascii=False) + "\n")
+    made = {"bed": provenance["bed"], "members": bool(provenance["members"]), "warnings": provenance["warnings"]}
+    _write(folder / MADE, made)
+
+
+def _about(loaded: LoadedTable) -> dict[str, Any]:
+    table = loaded.table
+    units, others = units_apart(loaded.warnings)
+    return {
+        "sets": list(set_names(table["sample"].to_numpy())),
+        "rows": len(table),
+        "usable": int(usable_rows(table).sum()),
+        "left_out": int(left_out_rows(table).sum()),
+        "samples": int(table["sample"].nunique()),
+        "states": int(kinematic_state(table).max()) + 1,
+        "bed": bed_of(table).name,
+        "members": len(members_in(table.columns)),
+        "warnings": others,
+        "unit_warnings": units,
+    }
+
+
+def _guessed(question: Question, fault: UserError) -> dict[str, Any]:
+    """The guess at a file that is no table because of `fault`. Raises UserError where it cannot be read at all."""
+    path = Path(question.path)
+    try:
+        raw = raw_table(read_bytes(path), path.name)
+        found = guess_table(raw)
+    except UserError as unread:
+        raise (fault if isinstance(fault, TableError) else unread) from None
+    needed = Columns(BEDS[question.bed], 1 if question.members else 0)
+    named = set(raw.columns) & {*needed.required, *needed.measured}
+    return _plain(found, raw) | {"fault": str(fault), "nearly": 2 * len(named) >= len(needed.listed)}
+
+
+def _plain(found: Guess, raw: RawTable) -> dict[str, Any]:
+    columns = []
+    for column in found.columns:
+        known = {name: None if value != value else value for name, value in vars(column).items()}
+        words = list(dict.fromkeys(word for word in raw.text(column.name) if word))
+        columns.append(known | {"words": words if known["low"] is None and len(words) <= MOST_WORDS else []})
+    return {
+        "name": found.name,
+        "rows": found.rows,
+        "bed": found.bed,
+        "columns": columns,
+        "pressures": list(found.pressures),
+        "notes": list(found.notes),
+    }
+
+
+def _write(path: Path, content: dict[str, Any]) -> None:
+    write_text(path, json.dumps(content) + "\n")
