@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -67,3 +68,28 @@ def pytest_configure(config: pytest.Config) -> None:
     # Workers report to the one that started them, which alone writes.
     if config.getoption("--record-durations") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(_Durations())
+
+
+@pytest.fixture
+def sessions(tmp_path):
+    """A work folder's sessions."""
+    # Here, not above: the page is imported by its own tests alone.
+    from freelearn.workbench.sessions import Sessions
+
+    sessions = Sessions(tmp_path / "work")
+    yield sessions
+    sessions.close()
+
+
+@pytest.fixture
+def finish():
+    """Waits until a session has nothing left to do."""
+
+    def wait(session, seconds=90):
+        end = time.monotonic() + seconds
+        while session.busy and time.monotonic() < end:
+            session.poll()
+            time.sleep(0.05)
+        assert not session.busy
+
+    return wait

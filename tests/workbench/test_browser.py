@@ -293,6 +293,7 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     button(tab, "Use this").click()
     tab.get_by_text("pressure_kpa may be in psi").wait_for()
     assert button(tab, "Fit").is_disabled()
+    tab.get_by_text("The fit waits until you have looked at the units above.").wait_for()
     right = tab.get_by_label("the units are right as they are", exact=True)
     right.focus()
     tab.keyboard.press("Space")

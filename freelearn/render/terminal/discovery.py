@@ -66,7 +66,7 @@ class DiscoveryView:
     def end(self, discovery: Discovery, folder: Path) -> None:
         """Says what came out and where the files are."""
         units = units_apart(discovery.notes)[0]
-        self._say([unit for unit in units if unit not in self.units], before="! ")
+        self._say([unit for unit in units if unit not in self.units], before="\n! ")
         self._say(["Where the model failed at first:"], before="\n")
         self._say([*failure_lines(discovery, MOST_FAILURES), *screen_lines(discovery)], before="  · ")
         ranking = ranking_numbers(discovery.content["candidates"])
