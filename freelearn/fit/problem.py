@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import torch
 from torch import Tensor
 
 from freelearn.measurements.error import load_scale
+from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import BLOCK, Bound, Model
 
@@ -23,6 +25,8 @@ class Problem:
     def __init__(self, model: Model, rows: Rows, scale: Tensor | None = None) -> None:
         self.model = model
         self.rows = rows
+        # A fit moves on from equilibria that it has found.
+        self.states = replace(rows.states, near=Near())
         self.scale = load_scale(rows.loads) if scale is None else scale
 
     @cached_property
@@ -32,7 +36,7 @@ class Problem:
 
     def residual(self, vector: Tensor) -> Tensor:
         """Residuals at one raw vector, (p,) → (2N,), differentiable."""
-        return self._scaled(self.model(self.rows.states, self.model.physical(vector)).loads)
+        return self._scaled(self.model(self.states, self.model.physical(vector)).loads)
 
     def readings(self, vector: Tensor) -> Tensor:
         """What the model says the sensors show, at one raw vector: (N, 2) SI."""
@@ -86,7 +90,7 @@ class Problem:
             place = rows % count
             with torch.enable_grad():
                 copies = vectors.detach()[rows // count].requires_grad_()
-                loads = self.model.chain(self.rows.states[place], self.model.physical(copies)).loads
+                loads = self.model.chain(self.states[place], self.model.physical(copies)).loads
                 force, moment = self.rows.readings[place].missed(loads).unbind(-1)
                 by_force, by_moment = (
                     torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)[0]

@@ -39,13 +39,16 @@ def _pairs(prepared: Prepared, base: Step, scale: float) -> list[Step]:
     """The base with each of the most promising pairs, fitted in full."""
     names = [name for name in prepared.question.candidates if name not in base.effects]
     scores = [s for s in rank(prepared, base, names, scale) if s.status == "tested"]
+    alone: dict[str, Step | None] = {}
     out: list[Step] = []
     for one, other in promising(scores, base.fit.residual.reshape(-1), scale**2)[:PAIRS]:
         for first, second in ((one, other), (other, one)):
-            alone = refit(prepared, base, [first])[0].get(first.effect)
-            if alone is None:
+            if first.effect not in alone:
+                alone[first.effect] = refit(prepared, base, [first])[0].get(first.effect)
+            step = alone[first.effect]
+            if step is None:
                 continue
-            both = refit(prepared, alone, rank(prepared, alone, [second.effect], scale))[0]
+            both = refit(prepared, step, rank(prepared, step, [second.effect], scale))[0]
             if both:
                 out += both.values()
                 break

@@ -8,12 +8,14 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from freelearn.inference.noise import Whitener
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.score import EffectScore
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import REFITTED
-from freelearn.inference.white_fit import GIVEN_UP, WhiteFit, white_fit
+from freelearn.inference.white_fit import GIVEN_UP, WhiteFit, WhiteProblem, white_fit
+
+# Times that the way to a start is halved.
+HALVINGS = 8
 
 
 def refit(
@@ -29,10 +31,12 @@ def refit(
     failed: set[str] = set()
     promising = sorted((s for s in scores if s.status == "tested" and s.gain > 0), key=lambda s: -s.evidence)
     for s in promising[:REFITTED]:
-        assert s.start is not None
+        assert s.start is not None and s.still is not None
         best = rival if rival is not None else min((other.fit.chi2 for other in fitted.values()), default=None)
         effects = [*step.effects, s.effect]
-        fit = _fit(prepared, effects, s.start, step.whiten, best)
+        model = prepared.question.build(effects)
+        start = _sound(WhiteProblem(model, prepared.rows, step.whiten), s.still, s.start, step.fit.chi2)
+        fit = white_fit(model, prepared.rows, step.whiten, start, best)
         if fit.message == GIVEN_UP:
             continue
         if proper(fit):
@@ -49,7 +53,7 @@ def without(prepared: Prepared, step: Step, effect: str) -> Step | None:
     effects = [e for e in step.effects if e != effect]
     known = dict(zip(step.fit.model.labels(), step.fit.vector, strict=True))
     start = torch.stack([known[label] for label in prepared.question.build(effects).labels()])
-    fit = _fit(prepared, effects, start, step.whiten)
+    fit = white_fit(prepared.question.build(effects), prepared.rows, step.whiten, start)
     return prepared.step(effects, fit, step.whiten) if proper(fit) else None
 
 
@@ -65,7 +69,14 @@ def proper(fit: WhiteFit) -> bool:
     return fit.converged and bool(fit.residual.isfinite().all())
 
 
-def _fit(
-    prepared: Prepared, effects: Sequence[str], start: Tensor, whiten: Whitener, rival: float | None = None
-) -> WhiteFit:
-    return white_fit(prepared.question.build(effects), prepared.rows, whiten, start, rival)
+@torch.no_grad()
+def _sound(problem: WhiteProblem, still: Tensor, start: Tensor, chi2: float) -> Tensor:
+    """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².
+
+    What a linear effect promises may lie far beyond where it is linear: where no row has an equilibrium, perhaps.
+    """
+    for halvings in range(HALVINGS):
+        nearer = still + 0.5**halvings * (start - still)
+        if float(problem.residuals(nearer[None]).square().sum()) <= chi2:
+            return nearer
+    return nearer

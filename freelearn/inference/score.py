@@ -32,7 +32,7 @@ class EffectScore:
     status: tested, not_testable or failed, the latter two with a reason. gain: reduction of χ² that it promises, and
     evidence the same as a normal deviate, see `evidence`. p_value: chance that the most promising of all effects would
     promise as much if there were nothing to find. start: raw parameters (p,) of the model with the effect, from which a
-    full fit sets out. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k). low, high:
+    full fit sets out; still: those at which the effect does nothing. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k). low, high:
     bounds of their coefficients, (k,).
     """
 
@@ -43,6 +43,7 @@ class EffectScore:
     evidence: float = -math.inf
     p_value: float = 1.0
     start: Tensor | None = None
+    still: Tensor | None = None
     signature: Tensor | None = None
     low: np.ndarray | None = None
     high: np.ndarray | None = None
@@ -130,7 +131,9 @@ class _View:
         low, high = np.array([signs(trial.model, label) for label in labels]).T
         each = summed_products(signature, self.flat, self.unit, self.units)
         slopes = torch.cat([each.sum(0)[None], self.signs @ each]).neg().numpy()
-        steps, gains = bounded_least_squares((signature.T @ signature).numpy(), slopes, low, high)
+        # Columns are of length one before clearing: a sum of several that the fit absorbs is not followed either.
+        gram = signature.T @ signature + ABSORBED**2 * torch.eye(len(labels), dtype=signature.dtype)
+        steps, gains = bounded_least_squares(gram.numpy(), slopes, low, high)
         deviates = evidence(gains / self.variance, len(labels))
         start = self._start(trial, labels, seen, torch.as_tensor(steps[0]) / length[seen])
         score = EffectScore(
@@ -138,6 +141,7 @@ class _View:
             gain=float(gains[0]),
             evidence=float(deviates[0]),
             start=start,
+            still=trial.vector,
             signature=signature,
             low=low,
             high=high,

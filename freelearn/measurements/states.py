@@ -12,6 +12,7 @@ from torch import Tensor
 
 from freelearn.measurements.beds import DEAD_LOAD, KINEMATIC, Bed, bed_of
 from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
+from freelearn.measurements.near import Near
 from freelearn.units import DEG, KPA, MM, NMM
 
 # Time from one row to the next where the table has no time_s: the paper averages 20 readings at 1 Hz.
@@ -34,7 +35,7 @@ class States:
     length l [m], twist φ [rad], pressure P [Pa gauge]: the imposed state q = (l, φ) and the fluid's pressure.
     force F [N], moment M [N·m]: imposed under a dead load, where length and twist are what a search begins from.
     bed: what is imposed and what is measured. members: the same rows for each of several actuators in parallel on one
-    end block, whose own pressure is then the members' mean.
+    end block, whose own pressure is then the members' mean. near: where a search for an equilibrium may begin.
     sample: the actuator's number (int64). direction: +1 where the pressure rose to reach the row, −1 where it
     fell, 0 for the first step of a kinematic state.
 
@@ -62,6 +63,7 @@ class States:
     second_share: Tensor | None = None
     bed: Bed = KINEMATIC
     members: tuple[States, ...] = ()
+    near: Near | None = None
 
     def __post_init__(self) -> None:
         for name in ("clock", "dwell", "severity", "past_severity", "force", "moment"):
@@ -101,10 +103,19 @@ class States:
         for i, member in enumerate(self.members, start=1):
             yield from ((f"{name}[{i}]", value) for name, value in member.tensors())
 
-    def of_members(self) -> list[States]:
-        """Each member at the end block's present elongation and twist."""
+    def side_by_side(self) -> States:
+        """All rows of the first of k members, then of the next, at the end block's elongation and twist: (k N,)."""
         elongation = self.length - self.reference_length
-        return [m.replace(length=m.reference_length + elongation, twist=self.twist) for m in self.members]
+        each = [m.replace(length=m.reference_length + elongation, twist=self.twist) for m in self.members]
+        if any(m.second_angle is not None for m in each):
+            none = torch.zeros_like(self.length)
+            each = [m if m.second_angle is not None else m.replace(second_angle=none, second_share=none) for m in each]
+        joined = {
+            f.name: torch.cat([getattr(m, f.name) for m in each])
+            for f in fields(self)
+            if isinstance(getattr(each[0], f.name), Tensor)
+        }
+        return each[0].replace(**joined)
 
     def inputs(self) -> list[Tensor]:
         """What the bed imposes, (N,) each: the two quantities of a kinematic state, and each actuator's pressure."""

@@ -113,10 +113,11 @@ class Chain(RawVector):
         """Loads on the mount: those of the actuator, or of all that share the end block."""
         if not states.members:
             return self._alone(states, values)
-        parts = [self._alone(self.imposed(member, values), values) for member in states.of_members()]
-        loads = torch.stack([part.loads for part in parts]).sum(0)
+        count = len(states.members)
+        each = self.rows_of(values, torch.arange(len(states), device=states.length.device).repeat(count))
+        loads, status = self._alone(self.imposed(states.side_by_side(), each), each)
         # The first reason not to trust a member's loads is one not to trust the sum.
-        return Prediction(loads, torch.stack([part.status for part in parts]).amax(0))
+        return Prediction(loads.reshape(count, -1, 2).sum(0), status.reshape(count, -1).amax(0))
 
     def _alone(self, states: States, values: Values) -> Prediction:
         """Loads on the mount where the actuator has taken up the play between them."""

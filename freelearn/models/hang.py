@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
+from freelearn.measurements.near import Near
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
@@ -39,9 +41,12 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
     with the stiffness cut from the derivative, has the derivative of the implicit function theorem (see models.mount).
     A row that does not settle, or not in a stable state, has no equilibrium.
     """
+    near, states = states.near, replace(states, near=None)
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach(), fixed, loads, rows_of)
+        at = _solve(states.detach(), fixed, near, loads, rows_of)
+    if near:
+        near.keep(at.q, at.settled)
     prediction = loads(_moved(states, at.q), values)
     excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
     # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
@@ -58,8 +63,9 @@ class _Rest(NamedTuple):
     settled: Tensor
 
 
-def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Rest:
-    at = _newton(states, torch.stack([states.length, states.twist], dim=-1), values, loads, EARLY)
+def _solve(states: States, values: Values, near: Near | None, loads: Loads, rows_of: RowsOf) -> _Rest:
+    start = torch.stack([states.length, states.twist], dim=-1)
+    at = _newton(states, near.start(start) if near else start, values, loads, EARLY)
     left = _unsettled(at.settled)
     if left is None:  # inside vmap
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
@@ -89,8 +95,12 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
             reach = torch.where((far > before)[:, None], reach / 2, torch.minimum(1.5 * reach, largest))
         before = far
         scaled = torch.minimum(torch.maximum(step, -reach), reach)
-        moved = torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
-        q = torch.where(settled[:, None], q, moved * size)
+        moved = size * torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
+        held = (moved == q).all(-1) | ~far.isfinite()
+        q = torch.where(settled[:, None], q, moved)
+        if _all(settled | held):
+            # What the bounds hold would go on beyond.
+            break
     return _Rest(q, -rate, settled)
 
 

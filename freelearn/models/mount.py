@@ -47,6 +47,8 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
         at = _solve(states.detach(), fixed, impose, loads, rows_of)
+    if states.near:
+        states.near.keep(at.q, at.settled)
     prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
     step = torch.where(at.settled[:, None], -_divide(at.q - imposed, at.jacobian), 0.0)
@@ -66,7 +68,8 @@ class _Solution(NamedTuple):
 
 
 def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
-    at = _newton(states, _place(states), values, impose, loads, EARLY)
+    start = _place(states)
+    at = _newton(states, states.near.start(start) if states.near else start, values, impose, loads, EARLY)
     left = _unsettled(at.settled)
     if left is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
