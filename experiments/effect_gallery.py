@@ -24,6 +24,7 @@ from freelearn.models.effect import Effect
 from freelearn.models.effects.registry import EFFECTS, make_effects
 from freelearn.models.prediction import Status
 from freelearn.render.png.canvas import heading, new_figure, save
+from freelearn.testing.effect_page import beds_of
 from freelearn.units import NMM
 
 FOLDER = Path(__file__).resolve().parents[1] / "outputs/effects"
@@ -73,6 +74,7 @@ def picture(effect: Effect, table: pd.DataFrame) -> Figure:
     parameters = effect.declared_parameters()
     sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in parameters)
     figure.suptitle(heading(f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa", True))
+    figure.text(0.995, 0.005, f"can be told on the beds: {beds_of(type(effect))}", ha="right", va="bottom", fontsize=7)
     x, y = (table[c].to_numpy().reshape(POINTS, POINTS) for c in ("elongation_mm", "twist_deg"))
     for number, (column, title) in enumerate(
         (("force_change_n", "change of force F [N]"), ("moment_change_nmm", "change of moment M [N·mm]")), 1
@@ -102,7 +104,8 @@ def main(names: list[str]) -> None:
         table = differences(effect.name)
         save(picture(effect, table), table, FOLDER / f"{effect.name}.png")
         parameters = ", ".join(f"{p.name} ({p.unit})" for p in effect.declared_parameters())
-        console.print(f"[bold]{effect.name}[/]  {effect.port}  {parameters}  {effect.suspect}", soft_wrap=True)
+        told = f"beds: {beds_of(type(effect))}"
+        console.print(f"[bold]{effect.name}[/]  {effect.port}  {parameters}  {told}  {effect.suspect}", soft_wrap=True)
     console.print(f"Pictures and tables are in {FOLDER}")
 
 

@@ -72,7 +72,9 @@ def answers(found: Findings, job: dict, made: Made) -> dict:
 
 
 def covered(found: Findings, truth: dict[str, float]) -> dict[str, bool]:
-    """Whether each parameter's 95 % interval holds the truth, where there is one by its name."""
+    """Whether each parameter's 95 % interval holds the truth, where there is one by its name and it can be told.
+
+    Friction in twist is nothing to a bed without a moment."""
     fit = found.final.fit
     values = fit.values()
     errors = torch.diagonal(parameter_covariance(found.final)).clamp_min(0).sqrt().numpy()
@@ -80,8 +82,8 @@ def covered(found: Findings, truth: dict[str, float]) -> dict[str, bool]:
     log = [fit.model.declared[label].log for label in values]
     low, high = interval(list(values.values()), errors, log, freedom)
     out = {}
-    for label, least, most in zip(values, low, high, strict=True):
-        if (whole := label.split("[")[0]) in truth:
+    for label, error, least, most in zip(values, errors, low, high, strict=True):
+        if (whole := label.split("[")[0]) in truth and error > 0:
             out[label] = bool(least <= truth[whole] <= most)
     return out
 

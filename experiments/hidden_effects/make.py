@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import torch
+from hidden_effects import braids
 
 from freelearn.fit.problem import Problem
 from freelearn.inference.linear_algebra import orthonormal
@@ -21,6 +22,7 @@ from freelearn.testing.reference.laboratory import Laboratory, Measured, measure
 
 NOISE = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 SILENT = dict.fromkeys(NOISE, 0.0)
+NO_SLIPS = pd.DataFrame(columns=["row", "load", "kind", "sensor_sigmas"])
 # Rounds of sizing, and by how much one may change the amount.
 ROUNDS, STRIDE = 6, 1e3
 
@@ -28,14 +30,14 @@ ROUNDS, STRIDE = 6, 1e3
 @dataclass(frozen=True)
 class Made:
     """A data set. material: C1, C2 [Pa]. fx: what is hidden, in the parameters of its form. reached: size of each
-    hidden effect in σ. told: the accuracy that the search is told. actuators: as bed.SAMPLES."""
+    hidden effect in σ. told: the accuracy that the search is told. actuators: number → what is known of its design."""
 
     measured: Measured
     material: tuple[float, float]
     fx: dict[str, dict[str, float]]
     reached: list[float]
     told: Accuracy
-    actuators: dict[int, tuple[float, float, float, float]]
+    actuators: Mapping[int, tuple[float, ...]]
 
 
 def make(job: dict) -> Made:
@@ -46,16 +48,23 @@ def make(job: dict) -> Made:
     laboratory = None
     if "laboratory" in job:
         laboratory = Laboratory(**{k: tuple(v) if k == "kinds" else v for k, v in job["laboratory"].items()})
-    actuators = random_actuators(2, generator) if laboratory else {n: bed.SAMPLES[n] for n in job["samples"]}
+    actuators: Mapping[int, tuple[float, ...]]
+    if "tubes" in job:
+        actuators, plan = braids.planned(job["tubes"], job["bed"], generator)
+    else:
+        actuators = random_actuators(2, generator) if laboratory else {n: bed.SAMPLES[n] for n in job["samples"]}
 
     def measured(fx: dict, noise: dict, extra: bed.Extra | None, quiet: bool = False) -> Measured:
+        if "tubes" in job:
+            return Measured(braids.measure(job["bed"], plan, *material, fx, job["seed"], noise), NO_SLIPS)
         if laboratory:
             how = replace(laboratory, slipped=0.0) if quiet else laboratory
             return measure(how, actuators, *material, fx, noise, job["seed"], extra)
         table = bed.measure(job["samples"], *material, fx, noise, job["seed"], extra=extra)
-        return Measured(table, pd.DataFrame(columns=["row", "load", "kind", "sensor_sigmas"]))
+        return Measured(table, NO_SLIPS)
 
-    grown = literature.grown if laboratory and laboratory.forms == "literature" else truths.grown
+    forms = laboratory.forms if laboratory else "literature" if "tubes" in job else "package"
+    grown = literature.grown if forms == "literature" else truths.grown
     outside = job["kind"] == "outside"
     fx, extra, reached = {}, None, []
     for name in job["hidden"]:
@@ -87,20 +96,23 @@ def sized(
     rows = Rows.from_table(plain)
     usable = torch.as_tensor(plain["buckled"].to_numpy() == 0)
     known = dict(noise)
-    for name in ("force_n", "moment_nmm"):
+    for name in (quantity.column for quantity in rows.states.bed.measured):
         share = plain[name].abs()[plain["buckled"] == 0]
         known[name] *= float(np.sqrt(((1 + growth * share / share.max()) ** 2).mean()))
     model = build_model("continuum", {"C1": material[0], "C2": material[1]})
-    whiten = Whitener(sensitivities(model, rows.states), torch.as_tensor(rows.state), Accuracy.engineering(**known))
+    told = usable[:, None] & rows.readings.present
+    known_of = Accuracy.engineering(**known)
+    state = torch.as_tensor(rows.state)
+    whiten = Whitener(sensitivities(model, rows.states), state, known_of, None, rows.states.bed, rows.readings.present)
     jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
-    seen = torch.where(usable[:, None, None], jacobian.reshape(len(rows), 2, -1), 0.0)
+    seen = torch.where(told[:, :, None], jacobian.reshape(len(rows), 2, -1), 0.0)
     span = orthonormal(whiten(seen).flatten(0, 1))
 
     def size_of(a: float) -> float:
         # Far too large an amount may have no loads at all: what is left of them is no number.
         with np.errstate(over="ignore", invalid="ignore"):
             change: Any = loads_of(table(a)) - rows.loads
-        white = whiten(torch.where(usable[:, None], change, 0.0)).reshape(-1)
+        white = whiten(torch.where(told, change, 0.0)).reshape(-1)
         return float((white - span @ (span.T @ white)).norm())
 
     a, now = 1.0, size_of(1.0)

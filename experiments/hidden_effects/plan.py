@@ -8,13 +8,15 @@ from itertools import combinations
 import numpy as np
 
 from freelearn.testing.reference.slips import KINDS
-from freelearn.testing.reference.truths import OUTSIDE, UNIT
+from freelearn.testing.reference.truths import BRAIDED, OUTSIDE, UNIT
 
 SAMPLES = (2, 3, 4, 5, 6, 7, 8)
 SIZES = (4, 8, 15, 30)
 # Of what is hidden together, and of what protocols of a special kind are tried on [σ].
 TOGETHER = 15
 LABORATORY_SIZES = (8, 15, 30)
+# What may be hidden beside something of a braid, on every bed.
+WITH_BRAIDS = ("end_clamps", "length_offset", "length_compliance", "pressure_offset", "force_offset", "force_gain")
 NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
 
@@ -80,6 +82,22 @@ def _hidden(generator: np.random.Generator) -> Iterator[tuple[str, str, list[str
             yield protocol, "one", [name], TOGETHER
 
 
+def braids(seeds: int) -> list[dict]:
+    """What braided muscles taught, hidden in helices and in braids, which two beds measure: beside what `clean` says,
+    the tubes ("helix" or "braid") and the bed. In pairs with what every tube may have."""
+    sets: list[dict] = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2026])
+        for tubes, bed in (("helix", "kinematic"), ("braid", "kinematic"), ("braid", "isometric")):
+            hidden: list[tuple[str, list[str], int]] = [("none", [], 0)] * 6
+            hidden += [("one", [name], size) for name in BRAIDED for size in LABORATORY_SIZES]
+            hidden += [("pair", [name, str(generator.choice(WITH_BRAIDS))], TOGETHER) for name in BRAIDED]
+            for kind, names, size in hidden:
+                s = {"kind": kind, "hidden": names, "size": size, "tubes": tubes, "bed": bed, "noise": 1.0}
+                sets.append(s | {"seed": int(generator.integers(1 << 30))})
+    return numbered(sets)
+
+
 def _settings(protocol: str, generator: np.random.Generator) -> dict:
     """Arguments of Laboratory that are not its own; all JSON."""
     settings: dict = {"order": "sorted"} if protocol == "sorted" else {}
@@ -111,4 +129,4 @@ def some(jobs: list[dict], most: int | None) -> list[dict]:
     return [jobs[k] for k in sorted(np.random.default_rng(0).permutation(len(jobs))[:most])]
 
 
-PLANS = {"clean": clean, "laboratory": laboratory}
+PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids}

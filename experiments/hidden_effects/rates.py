@@ -59,6 +59,20 @@ def of_laboratory(frame: pd.DataFrame) -> list[Row]:
     return rows
 
 
+def of_braids(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `braids`, by tubes and bed."""
+    rows: list[Row] = []
+    for (tubes, bed), part in frame[frame["possible"]].groupby(["tubes", "bed"], sort=False):
+        none, one, pair = (part[part["kind"] == kind] for kind in ("none", "one", "pair"))
+        where = f"{tubes}, {bed} bed"
+        rows += rate(f"{where}: nothing named where nothing is hidden", none, ~none["effects"].map(bool), "≥ 97")
+        for size, target in ((8, ""), (15, "≥ 95"), (30, "")):
+            same = one[one["size"] == size]
+            rows += rate(f"{where}: right effect or class of ≤ 3, {size} σ", same, same["right"], target)
+        rows += rate(f"{where}: both of a pair, 15 σ each", pair, pair["right"], "≥ 85")
+    return rows + _common(frame)
+
+
 def of_slips(frame: pd.DataFrame) -> list[Row]:
     """How many of the slipped rows were found, and how many good ones accused."""
     slips = slips_of(frame)

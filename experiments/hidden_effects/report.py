@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 from hidden_effects import pictures
-from hidden_effects.rates import REACHED, by_setting, of_clean, of_laboratory, slips_of
+from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, slips_of
 from hidden_effects.verdicts import right
 from rich.console import Console
 from rich.table import Table
@@ -20,7 +20,7 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     frame = pd.DataFrame(results)
     frame["right"] = [right(r) for r in results]
     frame["possible"] = [possible(r) for r in results]
-    rows = of_laboratory(frame) if plan == "laboratory" else of_clean(frame)
+    rows = {"clean": of_clean, "laboratory": of_laboratory, "braids": of_braids}[plan](frame)
     cells = [[what, str(count), value, target] for what, count, value, target in rows]
     console.print(_table(f"{len(results)} data sets, plan {plan}", ["what", "of", "rate %", "target"], cells))
     if plan == "laboratory":
@@ -39,6 +39,9 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
         series = {"as laboratories measure": standard, "of these, clean noise": standard[normal]}
         pictures.recovery({"the paper's protocol, clean noise": _one(beside)} | series, out)
         pictures.detection(slips_of(frame), out)
+    elif plan == "braids":
+        groups = one.groupby(["tubes", "bed"], sort=False)
+        pictures.recovery({f"{tubes}, {bed} bed": part for (tubes, bed), part in groups}, out)
     else:
         pictures.recovery({"the paper's protocol, clean noise": one}, out)
     pictures.confusion(one[one["size"] >= 8], out)
@@ -67,6 +70,8 @@ def missed(frame: pd.DataFrame) -> list[str]:
     for _, r in frame[(hidden & ~frame["right"] & frame["possible"]) | named].iterrows():
         how = r.get("laboratory")
         told = f" ({r['protocol']}, {how})" if isinstance(how, dict) else ""
+        if "tubes" in r:
+            told = f" ({r['tubes']}, {r['bed']} bed)"
         what = f"{'+'.join(r['hidden']) or 'nothing'} at {r['size']} σ{told}"
         lines.append(f"missed {r['number']}: {what} → {r['verdict']} {r['classes'] or r.get('reason', '')}")
     return lines

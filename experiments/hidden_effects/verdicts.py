@@ -6,10 +6,18 @@ MOST_IN_CLASS = 3
 # What has no potential, and what depends on the history, of all that is hidden: the truth that the screens are held
 # against. What happens as time goes by breaks reciprocity, and shows between rising and falling pressure if quick.
 WITHOUT_POTENTIAL = {
-    *("friction_hysteresis", "relaxation", "stress_softening", "force_gain", "moment_gain", "sensor_crosstalk"),
+    *(
+        "friction_hysteresis",
+        "contact_friction",
+        "relaxation",
+        "stress_softening",
+        "force_gain",
+        "moment_gain",
+        "sensor_crosstalk",
+    ),
     *("sensor_drift", "bent_force_cell", "temperature_swing", "bulging_caps", "zero_jump"),
 }
-OF_HISTORY = {"friction_hysteresis", "relaxation", "stress_softening"}
+OF_HISTORY = {"friction_hysteresis", "contact_friction", "relaxation", "stress_softening"}
 AFFIRMED = {"reciprocity": WITHOUT_POTENTIAL, "rising against falling pressure": OF_HISTORY}
 
 

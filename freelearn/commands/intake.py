@@ -159,11 +159,12 @@ def _stem(data: Path) -> str:
     return Path(os.path.abspath(data)).stem
 
 
-def _next(recipe: Recipe, out: Path, members: Sequence[Path]) -> str:
-    words = [*program("train"), "train=all", "data=csv", _option("data.path", out)]
-    words += [f"data.bed={recipe.bed}"] if recipe.bed != "kinematic" else []
-    words += [_option("data.members", path) for path in members]
-    return _command(words)
+def _next(recipe: Recipe, out: Path, members: Sequence[Path]) -> list[str]:
+    """The commands that use the table: to fit it, and to explain it."""
+    table = ["data=csv", _option("data.path", out)]
+    table += [f"data.bed={recipe.bed}"] if recipe.bed != "kinematic" else []
+    table += [_option("data.members", path) for path in members]
+    return [_command([*program(name), "train=all", *table]) for name in ("train", "discover")]
 
 
 def _option(name: str, path: Path) -> str:

@@ -31,7 +31,8 @@ def refit(
     failed: set[str] = set()
     promising = sorted((s for s in scores if s.status == "tested" and s.gain > 0), key=lambda s: -s.evidence)
     for s in promising[:REFITTED]:
-        assert s.start is not None and s.still is not None
+        assert s.start is not None
+        assert s.still is not None
         best = rival if rival is not None else min((other.fit.chi2 for other in fitted.values()), default=None)
         effects = [*step.effects, s.effect]
         model = prepared.question.build(effects)

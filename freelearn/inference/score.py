@@ -32,8 +32,8 @@ class EffectScore:
     status: tested, not_testable or failed, the latter two with a reason. gain: reduction of χ² that it promises, and
     evidence the same as a normal deviate, see `evidence`. p_value: chance that the most promising of all effects would
     promise as much if there were nothing to find. start: raw parameters (p,) of the model with the effect, from which a
-    full fit sets out; still: those at which the effect does nothing. signature: its whitened derivatives, cleared of what the model absorbs, (2N, k). low, high:
-    bounds of their coefficients, (k,).
+    full fit sets out; still: those at which the effect does nothing. signature: its whitened derivatives, cleared of
+    what the model absorbs, (2N, k). low, high: bounds of their coefficients, (k,).
     """
 
     effect: str

@@ -7,7 +7,7 @@ from torch import Tensor
 
 
 class Near:
-    """The place, length [m] and twist [rad] of each row, at which the last search ended, as a fit's next one does nearby.
+    """The place of each row, length [m] and twist [rad], at which the last search ended: a fit's next one ends nearby.
 
     Kept only where derivatives are asked for, which a fit does at the points that it accepts: so a trial step and the
     derivatives taken there begin from one place, and follow one branch.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from freelearn.measurements.beds import BEDS
 from freelearn.models.effect import FAMILIES, Effect
 from freelearn.models.effects.registry import EFFECTS
 
@@ -22,12 +23,15 @@ Standard forms and sources stand in each effect's docstring (`freelearn/models/e
 mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
 cells, gauges, the stiffness of shaft and stage), to the material or to fittings that all samples share has one value.
 
+**beds**: those on which an effect can be told ([what a bed imposes and measures](glossary.md)); on another one the search
+says that it cannot be tested.
+
 Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator
 rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time
 of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so.
 
-| port | name | parameters | per sample | when to suspect it |
-|---|---|---|---|---|
+| port | name | parameters | per sample | beds | when to suspect it |
+|---|---|---|---|---|---|
 """
 
 
@@ -46,7 +50,21 @@ def _row(effect: type[Effect[Any]]) -> str:
     parameters = effect.declared_parameters()
     declared = ", ".join(f"{p.name} [{p.unit}]" for p in parameters)
     own = "yes" if any(p.per_sample for p in parameters) else "no"
-    return f"| {effect.port} | `{effect.name}` | {declared} | {own} | {effect.suspect} |\n"
+    return f"| {effect.port} | `{effect.name}` | {declared} | {own} | {beds_of(effect)} | {effect.suspect} |\n"
+
+
+def beds_of(effect: type[Effect[Any]]) -> str:
+    """The beds on which an effect can be told, in words; those on which it cannot, where they are fewer.
+
+    >>> beds_of(EFFECTS["end_clamps"]), beds_of(EFFECTS["twist_slack"])
+    ('all', 'all but dead_load')
+    """
+    lacking = [name for name in BEDS if effect.untold(name)]
+    if not lacking:
+        return "all"
+    if len(lacking) == 1:
+        return f"all but {lacking[0]}"
+    return ", ".join(name for name in BEDS if name not in lacking)
 
 
 if __name__ == "__main__":

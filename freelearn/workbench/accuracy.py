@@ -8,7 +8,7 @@ import panel as pn
 
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.beds import BEDS, Quantity
-from freelearn.workbench.question import Stated
+from freelearn.workbench.question import OWN, Stated
 from freelearn.workbench.session import Session
 
 USUAL, ESTIMATE, STATE = "as the paper's bed", "estimate it from the data", "state it"
@@ -58,7 +58,7 @@ class AccuracyChoice:
                 widget.param.update(value=known[name], visible=name in shown, disabled=busy)
         finally:
             self.refreshing = False
-        self.view.visible = question.data == "csv"
+        self.view.visible = question.data == OWN
 
 
 def _number(quantity: Quantity, width: int) -> pn.widgets.FloatInput:

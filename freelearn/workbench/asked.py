@@ -10,12 +10,12 @@ from freelearn.commands.settings import CsvData, DataSettings, DiscoverSettings,
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
-from freelearn.workbench.question import Question
+from freelearn.workbench.question import MUSCLE, OWN, Question
 
 
 def train_settings(question: Question, fits: Path) -> TrainSettings:
     """A fit's settings. Raises UserError."""
-    chosen = settings(TrainSettings, [f"model={question.model}", "split=states"])
+    chosen = settings(TrainSettings, [f"model={question.model}", f"split={question.split}", *_example(question)])
     return replace(
         chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
         per_sample=question.per_sample, fits=fits,
@@ -24,18 +24,25 @@ def train_settings(question: Question, fits: Path) -> TrainSettings:
 
 def discover_settings(question: Question) -> DiscoverSettings:
     """A search's settings. Raises UserError."""
-    chosen = settings(DiscoverSettings, [f"model={question.model}"])
+    chosen = settings(DiscoverSettings, [f"model={question.model}", *_example(question)])
     return replace(
         chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
         per_sample=question.per_sample, ruled_out=question.ruled_out,
     )  # fmt: skip
 
 
+def _example(question: Question) -> list[str]:
+    """The override by which the measured example is the usual table."""
+    return [f"data={MUSCLE}"] if question.data == MUSCLE else []
+
+
 def _data(question: Question, usual: DataSettings) -> DataSettings:
-    if question.data == "csv":
+    if question.data == OWN:
         return _measured(question, usual)
-    assert isinstance(usual, VirtualData)
-    return replace(usual, hidden="random", seed=question.seed) if question.data == "hidden" else usual
+    if question.data == "hidden":
+        assert isinstance(usual, VirtualData)
+        return replace(usual, hidden="random", seed=question.seed)
+    return usual
 
 
 def _measured(question: Question, usual: DataSettings) -> CsvData:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -9,11 +10,15 @@ import panel as pn
 from markupsafe import escape
 
 from freelearn.measurements.intake.units import conversion, dimension
-from freelearn.workbench.mapped import COLUMNS, QUANTITIES, UNITS, MappedColumn
+from freelearn.workbench.mapped import MappedColumn
+from freelearn.workbench.quantities import COLUMNS, MARK_OF, QUANTITIES, UNITS
 from freelearn.workbench.words import HIDDEN_LABEL, STYLE
 
-# What a guess calls a column of the table → what the page does. The length of a guess is the one that was held.
-CALLED = {column: quantity for quantity, column in COLUMNS.items()} | {"length_mm": "held length"}
+# What the table calls a column → what the page does.
+OWN = {column: quantity for quantity, column in COLUMNS.items()} | {mark: name for name, mark in MARK_OF.items()}
+# The same for what a guess says. The length of a guess is the one that was held.
+CALLED = OWN | {"length_mm": "held length"}
+PRESSURE_OF_ONE = re.compile(r"pressure_\d+_kpa")
 
 
 class ColumnRow:
@@ -71,8 +76,11 @@ def _same(written: str, unit: str) -> bool:
 
 
 def _quantity(guess: dict[str, Any], pressures: Sequence[str]) -> str:
-    if guess["name"] in pressures:
+    name = guess["name"]
+    if name in pressures or PRESSURE_OF_ONE.fullmatch(name):
         return "pressure"
+    if name in OWN and guess["low"] is not None:
+        return OWN[name]
     if not guess["chosen"]:
         return "not used"
     said = guess["quantity"]

@@ -9,7 +9,8 @@ import panel as pn
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.recipe import NEEDED_DESIGN
-from freelearn.workbench.mapped import MappedColumn, table_column
+from freelearn.workbench.mapped import MappedColumn
+from freelearn.workbench.quantities import table_column
 
 DESIGN = {
     "gamma_deg": "fiber angle to the axis [°]",

@@ -11,6 +11,7 @@ from freelearn.inference.next_experiment import NextState
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.results.discovery_tables import next_state_lines
 from freelearn.results.ranking import ranking_numbers
+from freelearn.workbench.phrases import as_on_the_page
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
@@ -67,11 +68,11 @@ class Effects:
         none = "No region stands out." if runs else "Nothing fitted yet."
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._verdict(search)
-        options = _labels(search)
+        options = self._labels(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
         # What is in the model is not absent.
         question = self.session.question
-        others = [name for name in sorted(EFFECTS) if name not in question.effects]
+        others = [name for name in _told(question.bed) if name not in question.effects]
         absent = [name for name in question.ruled_out if name in others]
         self.refreshing = True
         try:
@@ -94,13 +95,24 @@ class Effects:
         hints += next_state_lines([NextState(**p) for p in search["next_experiment"]], MOST_STATES)
         if search["remainder"]:
             hints.append(f"what is left, a hint only: {search['remainder']['hint']}")
-        say(self.hints, [*hints, *search["notes"]])
+        say(self.hints, [as_on_the_page(hint) for hint in (*hints, *search["notes"])])
+
+    def _labels(self, search: dict[str, Any] | None) -> dict[str, str]:
+        """Every effect by what its box says: when to suspect it, or after a search the evidence."""
+        return _ranked(search) if search else {_hint(name): name for name in _told(self.session.question.bed)}
 
 
-def _labels(search: dict[str, Any] | None) -> dict[str, str]:
-    """Every effect by what its box says: ranked, with its evidence, once there is a search."""
-    if not search:
-        return {name: name for name in sorted(EFFECTS)}
+def _told(bed: str) -> list[str]:
+    """The effects that this bed can tell of."""
+    return [name for name in sorted(EFFECTS) if EFFECTS[name].untold(bed) is None]
+
+
+def _hint(name: str) -> str:
+    suspect = getattr(EFFECTS[name], "suspect", "")
+    return f"{name}: {suspect}" if suspect else name
+
+
+def _ranked(search: dict[str, Any]) -> dict[str, str]:
     labels = {}
     for row in ranking_numbers(search["candidates"]).itertuples():
         error = "" if pd.isna(row.E_heldout) else f", E held-out {100 * row.E_heldout:.3g} %"

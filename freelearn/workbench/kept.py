@@ -68,6 +68,11 @@ class Kept:
         write_bytes(path, content)
         return str(path.resolve())
 
+    @property
+    def mapping(self) -> bool:
+        """Whether the columns of a laboratory's file are being mapped."""
+        return bool(self.raw) and bool(self.raw["open"])
+
     # --- about units ----------------------------------------------------------------------------------------
 
     @property

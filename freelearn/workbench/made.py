@@ -6,8 +6,12 @@ from pathlib import Path
 
 import panel as pn
 
+from freelearn.workbench.controls import download
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
+
+# Five of them stand side by side.
+WIDTH = 165
 
 
 class Made:
@@ -16,9 +20,9 @@ class Made:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.about, self.warnings, self.command = words(), words(), words()
-        self.table, self.members = _download("Table (CSV)"), _download("Actuators (CSV)")
-        self.recipe, self.provenance = _download("Recipe (YAML)"), _download("Provenance (JSON)")
-        self.again = pn.widgets.Button(name="Change the columns", width=180)
+        self.table, self.members = download("Table (CSV)", WIDTH), download("Actuators (CSV)", WIDTH)
+        self.recipe, self.provenance = download("Recipe (YAML)", WIDTH), download("Provenance (JSON)", WIDTH)
+        self.again = pn.widgets.Button(name="Change the columns", width=WIDTH)
         self.again.on_click(lambda _: self.session.map_columns(True))
         self.view = pn.Column(
             heading("The table that was made"), self.about, pn.Column(self.warnings, scroll=True, max_height=220),
@@ -30,7 +34,7 @@ class Made:
         """Shows the session as it is."""
         made, table = self.session.made, self.session.table
         # Once rows are marked to be left out, the table is no longer the one that was made.
-        self.view.visible = bool(made) and made["path"] == self.session.question.path and not self.session.raw["open"]
+        self.view.visible = bool(made) and made["path"] == self.session.question.path and not self.session.mapping
         if not self.view.visible:
             return
         say(self.about, [f"Made of {made['name']}. From here on it is used as if it had been given."], "quiet")
@@ -49,7 +53,3 @@ class Made:
             button.filename = name
         self.again.disabled = self.session.busy
         say(self.command, [made["command"]], code=True)
-
-
-def _download(label: str) -> pn.widgets.FileDownload:
-    return pn.widgets.FileDownload(file=None, filename="table", label=label, auto=True, embed=False, width=180)

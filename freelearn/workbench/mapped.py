@@ -8,62 +8,7 @@ from dataclasses import dataclass
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.draft import quoted
-
-# What a column can be → its kind of unit. Those that intake's table has only after a conversion stand in DERIVED.
-QUANTITIES = {
-    "not used": "",
-    "sample": "",
-    "elongation": "length",
-    "held length": "length",
-    "stretch": "ratio",
-    "strain": "ratio",
-    "contraction": "ratio",
-    "twist": "angle",
-    "pressure": "pressure",
-    "force": "force",
-    "moment": "moment",
-    "outer diameter": "length",
-    "time": "time",
-    "temperature": "temperature",
-    "fiber angle": "angle",
-    "angle of a second family": "angle",
-    "unloaded length": "length",
-    "inner radius": "length",
-    "outer radius": "length",
-}
-# In the table's own unit first.
-UNITS = {
-    "length": ("mm", "cm", "m", "µm", "in"),
-    "ratio": ("1", "%"),
-    "angle": ("deg", "rad", "turn"),
-    "pressure": ("kPa", "Pa", "MPa", "bar", "mbar", "psi", "mmHg"),
-    "force": ("N", "mN", "kN", "lbf", "gf", "kgf", "ozf"),
-    "moment": ("N·mm", "N·m", "mN·m", "N·cm", "lbf·in", "lbf·ft", "ozf·in"),
-    "time": ("s", "ms", "min", "h"),
-    "temperature": ("°C", "K", "°F"),
-}
-COLUMNS = {
-    "elongation": "elongation_mm",
-    "twist": "twist_deg",
-    "pressure": "pressure_kpa",
-    "force": "force_n",
-    "moment": "moment_nmm",
-    "outer diameter": "outer_diameter_mm",
-    "time": "time_s",
-    "temperature": "temperature_c",
-    "fiber angle": "gamma_deg",
-    "angle of a second family": "gamma2_deg",
-    "unloaded length": "length_mm",
-    "inner radius": "inner_radius_mm",
-    "outer radius": "outer_radius_mm",
-}
-# Further keys of a column of elongations.
-DERIVED = {
-    "held length": ("minus: length_mm",),
-    "stretch": ("times: length_mm", "minus: length_mm"),
-    "strain": ("times: length_mm",),
-    "contraction": ("times: length_mm",),
-}
+from freelearn.workbench.quantities import DERIVED, MARK_OF, table_column
 
 
 @dataclass(frozen=True)
@@ -77,15 +22,6 @@ class MappedColumn:
     turned: bool = False
     offset: float = 0.0
     words: tuple[str, ...] = ()
-
-
-def table_column(quantity: str) -> str:
-    """The column of the table that a quantity becomes; "" for none.
-
-    >>> table_column("stretch"), table_column("not used")
-    ('elongation_mm', '')
-    """
-    return "elongation_mm" if quantity in DERIVED else COLUMNS.get(quantity, "")
 
 
 def recipe_of_choices(
@@ -118,12 +54,12 @@ def recipe_of_choices(
         lines.append("members:")
         for column, angle in zip(pressures, angles, strict=True):
             lines += [f"  - pressure: {_entry(column)}", f"    gamma_deg: {angle!r}"]
-    return "\n".join([*lines, "step: derive"]) + "\n"
+    return "\n".join([*lines, *_steps_and_marks(columns)]) + "\n"
 
 
 def _once(used: Sequence[MappedColumn], columns: Sequence[MappedColumn]) -> None:
     first: dict[str, MappedColumn] = {}
-    for column in [*used, *(c for c in columns if c.quantity == "sample")]:
+    for column in [*used, *(c for c in columns if c.quantity in ("sample", "step", *MARK_OF))]:
         name = table_column(column.quantity) or column.quantity
         if name in first:
             raise UserError(
@@ -139,6 +75,12 @@ def _sample(columns: Sequence[MappedColumn]) -> str:
         return "sample: 1"
     words = ", ".join(f"{quoted(word)}: {number}" for number, word in enumerate(column.words, start=1))
     return f"sample: {{from: {quoted(column.name)}{f', as: {{{words}}}' if words else ''}}}"
+
+
+def _steps_and_marks(columns: Sequence[MappedColumn]) -> list[str]:
+    step = next((f"{{from: {quoted(c.name)}}}" for c in columns if c.quantity == "step"), "derive")
+    marks = [f"{MARK_OF[c.quantity]}: {{{quoted(c.name)}: 1}}" for c in columns if c.quantity in MARK_OF]
+    return [f"step: {step}", *marks]
 
 
 def _entry(column: MappedColumn) -> str:

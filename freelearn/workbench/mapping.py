@@ -17,7 +17,7 @@ from freelearn.workbench.words import heading, say, words
 # A file with more columns is a log of everything; those that no heading explains are not shown.
 MOST_COLUMNS = 40
 # With the widths of what stands below them.
-HEADINGS = {"column of the file": 330, "what it is": 170, "unit": 100, "sign": 100, "reads at 0": 130}
+HEADINGS = {"column of the file": 330, "what it is": 170, "unit": 100, "sign": 100, "reading at zero": 130}
 SIGNS = (
     "A force is positive where the actuator pushes: a muscle's pull is negative. Force and moment are those that the "
     "actuator exerts on its mount: without pressure they fall as it is stretched or turned the positive way."
@@ -39,7 +39,7 @@ class Mapping:
         self.table = pn.Column()
         self.signs = words()
         say(self.signs, [SIGNS], "quiet")
-        self.use = pn.widgets.Button(name="Use this", button_type="primary", width=180)
+        self.use = pn.widgets.Button(name="Make the table", button_type="primary", width=180)
         self.drop = pn.widgets.Button(name="Not now", width=120)
         self.use.on_click(lambda _: self._use())
         self.drop.on_click(lambda _: self.session.map_columns(False))
@@ -52,7 +52,7 @@ class Mapping:
     def refresh(self) -> None:
         """Shows the session as it is. What was chosen stays so until there is another file."""
         raw = self.session.raw
-        self.view.visible = bool(raw) and raw["open"]
+        self.view.visible = self.session.mapping
         if raw and raw["path"] != self.of:
             self.of = raw["path"]
             self._build(raw)
@@ -64,9 +64,8 @@ class Mapping:
         columns = sorted(guess["columns"], key=lambda c: not (c["chosen"] or c["quantity"]))[:MOST_COLUMNS]
         columns = [column for column in guess["columns"] if column in columns]
         more = len(guess["columns"]) - len(columns)
-        text = (
-            f"{raw['name']} is no measurement table yet: {guess['rows']} rows. This is a guess; change what is wrong."
-        )
+        known = "" if guess["nearly"] else " is no measurement table yet"
+        text = f"{raw['name']}{known}: {guess['rows']} rows. This is a guess; change what is wrong."
         recipe = "Or drop a recipe (YAML) where you dropped the file."
         say(self.about, [text, recipe, *([f"{more} further columns are not shown."] if more else [])])
         say(self.notes, [f"! {note}" for note in guess["notes"]])

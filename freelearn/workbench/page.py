@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 EVERY = 250  # ms between looks at what runs
 
 WELCOME = (
-    "Choose data and a model on the left, then Fit: the page shows the model against the measurements at every "
-    "kinematic state, and where it is wrong. Find what is missing ranks the physical effects that would explain it.",
+    "Choose data and a model on the left, then press “Fit”: the page shows the model against the measurements at every "
+    "kinematic state, and where it is wrong. “Find what is missing” ranks the physical effects that would explain it.",
 )
 
 
@@ -34,9 +34,9 @@ class Page:
         self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
         self.results: Results | None = None
         self.mapping, self.made = Mapping(session), Made(session)
-        welcome, self.problem = words(), words()
-        say(welcome, WELCOME, "quiet")
-        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, welcome)
+        self.welcome, self.problem = words(), words()
+        say(self.welcome, WELCOME, "quiet")
+        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome)
         self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), width=970)
         self.tabs.param.watch(self._turned, "active")
         self.view = pn.Column(heading("freelearn workbench", 1), pn.Row(self.steps.view, self.tabs))
@@ -52,6 +52,7 @@ class Page:
         self.steps.refresh()
         self.mapping.refresh()
         self.made.refresh()
+        self.welcome.visible = not self.session.mapping
         say(self.problem, [])
         try:
             self._show()

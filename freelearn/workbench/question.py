@@ -8,7 +8,13 @@ from typing import Any
 
 from freelearn.commands.command_line import command_line
 
-DATA = {"virtual": "simulated bed", "hidden": "simulated bed with a hidden effect", "csv": "my own file"}
+OWN, MUSCLE = "csv", "dmsp20"
+DATA = {
+    "virtual": "simulated bed",
+    "hidden": "simulated, an effect hidden",
+    MUSCLE: "measured muscle (Festo)",
+    OWN: "my own file",
+}
 MODELS = ("continuum", "linear", "mlp")
 VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
 KINEMATIC = "kinematic"
@@ -22,7 +28,8 @@ class Question:
     """data: a key of DATA; seed: of the simulated bed with a hidden effect; path, name: of the table as stored here,
     and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
     one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
-    recipe: of a laboratory's file that is still to be converted."""
+    recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
+    or, where a sample has too few of them, rows."""
 
     data: str = "virtual"
     seed: int = 1
@@ -37,16 +44,24 @@ class Question:
     ruled_out: tuple[str, ...] = ()
     per_sample: bool = True
     recipe: str = ""
+    split: str = "states"
+
+    @property
+    def measured(self) -> bool:
+        """Whether the data were measured, not simulated."""
+        return self.data in (OWN, MUSCLE)
 
     def overrides(self, kind: str) -> list[str]:
         """The overrides of `train` or `discover` that amount to the question, for the reader to type."""
         chosen = [f"model={self.model}", f"train={self.train}"]
-        if self.data == "csv":
+        if self.data == MUSCLE:
+            chosen.append("data=dmsp20")
+        elif self.data == OWN:
             chosen += ["data=csv", f"data.path={_quoted(self.path)}", *self._of_the_bed()]
         elif self.data == "hidden":
             chosen += ["data.hidden=random", f"data.seed={self.seed}"]
         if kind == "train":
-            chosen.append("split=states")
+            chosen.append(f"split={self.split}")
         if self.effects:
             chosen.append(f"effects=[{','.join(self.effects)}]")
         if self.ruled_out and kind == "discover":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from freelearn.commands.intake import PROVENANCE, take_in
-from freelearn.commands.settings import IntakeData, IntakeSettings
+from freelearn.commands.settings import CsvData, IntakeData, IntakeSettings
 from freelearn.commands.tables import LoadedTable, load_table
 from freelearn.errors import UserError
 from freelearn.files import write_text
@@ -23,11 +24,11 @@ from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.plausibility import units_apart
-from freelearn.measurements.sets import set_names
+from freelearn.measurements.sets import TEST, set_names, split_rows
 from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import train_settings
-from freelearn.workbench.question import Question
+from freelearn.workbench.question import OWN, Question
 
 TABLE, GUESS, MADE = "table.json", "guess.json", "made.json"
 # More different words in a column name no samples.
@@ -41,14 +42,19 @@ def check(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
     for name in (TABLE, GUESS):
         (folder / name).unlink(missing_ok=True)
     data = train_settings(question, fits).data
+    assert isinstance(data, CsvData)
     if question.members:
         read_members(question.members)
     try:
         loaded = load_table(data)
     except UserError as fault:
-        _write(folder / GUESS, _guessed(question, fault))
+        _write(folder / GUESS, _guessed(question, fault, _beds_that_fit(data)))
         return
-    _write(folder / TABLE, _about(loaded))
+    about = _about(loaded)
+    if about["unit_warnings"] and question.data == OWN:
+        # So that its units can be put right on the page.
+        _write(folder / GUESS, _guess(question))
+    _write(folder / TABLE, about)
 
 
 def convert(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
@@ -66,31 +72,54 @@ def convert(question: Question, folder: Path, fits: Path, pipe: Connection) -> N
 def _about(loaded: LoadedTable) -> dict[str, Any]:
     table = loaded.table
     units, others = units_apart(loaded.warnings)
+    usable, sample = usable_rows(table), table["sample"].to_numpy()
+    tested = sample[split_rows(table, 0, by_states=True) == TEST]
     return {
         "sets": list(set_names(table["sample"].to_numpy())),
         "rows": len(table),
-        "usable": int(usable_rows(table).sum()),
+        "usable": int(usable.sum()),
         "left_out": int(left_out_rows(table).sum()),
         "samples": int(table["sample"].nunique()),
         "states": int(kinematic_state(table).max()) + 1,
         "bed": bed_of(table).name,
         "members": len(members_in(table.columns)),
+        # A sample of one or two kinematic states has none to hold out.
+        "split": "states" if set(sample[usable]) == set(tested) else "rows",
         "warnings": others,
         "unit_warnings": units,
     }
 
 
-def _guessed(question: Question, fault: UserError) -> dict[str, Any]:
-    """The guess at a file that is no table because of `fault`. Raises UserError where it cannot be read at all."""
-    path = Path(question.path)
+def _beds_that_fit(data: CsvData) -> list[str]:
+    """The other beds of which the file is a table without faults."""
+    fit = []
+    for bed in BEDS:
+        try:
+            load_table(replace(data, bed=bed))
+        except UserError:
+            continue
+        fit.append(bed)
+    return fit
+
+
+def _guessed(question: Question, fault: UserError, beds: list[str]) -> dict[str, Any]:
+    """The guess at a file that is no table because of `fault`, but perhaps one of other beds. Raises UserError where it
+    cannot be read at all."""
     try:
-        raw = raw_table(read_bytes(path), path.name)
-        found = guess_table(raw)
+        guess = _guess(question)
     except UserError as unread:
         raise (fault if isinstance(fault, TableError) else unread) from None
+    other = [f"As a table of the bed {' or '.join(beds)} it has no faults: choose that bed."] if beds else []
+    return guess | {"fault": "\n".join([*other, str(fault)]), "nearly": guess["nearly"] or bool(beds)}
+
+
+def _guess(question: Question) -> dict[str, Any]:
+    """What the columns of the file seem to be; nearly: whether it has most of a table's. Raises UserError."""
+    path = Path(question.path)
+    raw = raw_table(read_bytes(path), path.name)
     needed = Columns(BEDS[question.bed], 1 if question.members else 0)
     named = set(raw.columns) & {*needed.required, *needed.measured}
-    return _plain(found, raw) | {"fault": str(fault), "nearly": 2 * len(named) >= len(needed.listed)}
+    return _plain(guess_table(raw), raw) | {"nearly": 2 * len(named) >= len(needed.listed)}
 
 
 def _plain(found: Guess, raw: RawTable) -> dict[str, Any]:

@@ -24,7 +24,10 @@ class Results:
         self.drawn: list[tuple[str, float]] = []
         self.view = pn.Column(
             self.comparison.view,
-            pn.Row(self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel)),
+            # Side by side where little is measured; else the maps begin a row of their own.
+            pn.FlexBox(
+                self.comparison.curves_view, self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel), gap="0px"
+            ),
             self.suspects.view,
             self.effects.view,
         )

@@ -10,6 +10,7 @@ from typing import Any
 
 from freelearn.workbench.job import Job
 from freelearn.workbench.kept import Kept
+from freelearn.workbench.phrases import as_on_the_page
 from freelearn.workbench.question import VIRTUAL_SETS, Question
 
 
@@ -30,9 +31,7 @@ class Running(Kept):
     @property
     def sets(self) -> list[str]:
         """Training sets to choose from; none before a table was read."""
-        if self.question.data == "csv":
-            return list(self.table.get("sets", []))
-        return VIRTUAL_SETS
+        return list(self.table.get("sets", [])) if self.question.measured else VIRTUAL_SETS
 
     @property
     def ready(self) -> bool:
@@ -94,16 +93,23 @@ class Running(Kept):
             self.job = None
         elif self.job.kind == "convert":
             self._converted(self.job.folder, self.asked)
-        elif (self.job.folder / "table.json").exists():
-            self.table = json.loads((self.job.folder / "table.json").read_text(encoding="utf-8"))
-            self.settle()
         else:
-            guess = json.loads((self.job.folder / "guess.json").read_text(encoding="utf-8"))
-            guess["notes"] = [self.named(note) for note in guess["notes"]]
+            self._checked(_content(self.job.folder / "table.json"), _content(self.job.folder / "guess.json"))
+
+    def _checked(self, table: dict[str, Any], guess: dict[str, Any]) -> None:
+        """Goes on with the table, or with what its columns seem to be; both where its units are doubted."""
+        assert self.asked is not None
+        self.table = table
+        if guess:
             # What has most of a table's columns is a table with faults; anything else is still to be mapped.
-            self.problem = self.named(guess.pop("fault")) if guess["nearly"] else ""
+            nearly = guess["nearly"] or bool(self.made)
+            self.problem = self.named(guess.pop("fault", "")) if nearly else ""
+            guess["notes"] = [self.named(note) for note in guess["notes"]]
             about = {"path": self.asked.path, "name": self.asked.name}
-            self.raw = {**about, "guess": guess, "open": not guess["nearly"]}
+            self.raw = self.raw if self.made else {**about, "guess": guess, "open": not (table or nearly)}
+        if table:
+            self.question = replace(self.question, split=table.get("split", "states"))
+            self.settle()
 
     def _converted(self, folder: Path, asked: Question) -> None:
         """Goes on with the table that was made, as if it had been given."""
@@ -119,13 +125,13 @@ class Running(Kept):
         self.table, self.problem, self.then = {}, "", "check"
         name = f"{Path(asked.name).stem}_table.csv"
         self.question = replace(
-            self.question, path=path, name=name, bed=made["bed"], members=members, effects=(), ruled_out=()
+            self.question, path=path, name=name, bed=made["bed"], members=members, train="all", effects=(), ruled_out=()
         )
 
     def settle(self) -> None:
         """Keeps the training set one that the data have."""
         if self.sets and self.question.train not in self.sets:
-            self.question = replace(self.question, train="sample3" if "sample3" in self.sets else self.sets[0])
+            self.question = replace(self.question, train="all")
 
     def named(self, text: str) -> str:
         """A sentence with the names by which the user knows the files, and what is chosen on a page."""
@@ -134,4 +140,9 @@ class Running(Kept):
                            (self.asked.members, "the file of actuators")):  # fmt: skip
             if path:
                 text = text.replace(path, name).replace(Path(path).name, name)
-        return text.replace("add data.bed=", "choose the bed ")
+        return as_on_the_page(text)
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """Of a job's JSON file; nothing where it wrote none."""
+    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.exists() else {}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from freelearn.measurements.mark import mark_left_out
-from freelearn.workbench.question import KINEMATIC, Question
+from freelearn.workbench.question import MUSCLE, OWN, Question
 from freelearn.workbench.running import Running
 
 MEGABYTE = 2**20
@@ -16,6 +16,14 @@ LARGEST_CSV = 64 * MEGABYTE
 # Endings by which intake knows a file; every other one is kept as text.
 FORMATS = (".xlsx", ".xlsm", ".xls", ".mat", ".pkl", ".pickle")
 RECIPES = (".yaml", ".yml")
+# What is chosen at first of these data. The muscle's braid angle is assumed; its load cell and gauge were calibrated.
+FIRST: dict[str, dict[str, Any]] = {
+    OWN: {"train": "all"},
+    MUSCLE: {
+        "name": "Festo DMSP-20-300", "train": "all", "bed": "isometric", "effects": ("fiber_misalignment",),
+        "ruled_out": ("force_gain", "pressure_gain"),
+    },
+}  # fmt: skip
 
 
 class Session(Running):
@@ -28,14 +36,15 @@ class Session(Running):
         question = replace(self.question, **changes)
         if question == self.question:
             return
-        if question.data != self.question.data:
+        other = question.data != self.question.data
+        again = other or (question.bed, question.members) != (self.question.bed, self.question.members)
+        if again and self.busy:
+            self._refuse("Something is running: wait for it or cancel it, then choose again.")
+            return
+        if other:
+            question = Question(question.data, question.seed, model=question.model, **FIRST.get(question.data, {}))
             self.problem, self.table, self.raw, self.made = "", {}, {}, {}
-            question = replace(question, path="", name="", bed=KINEMATIC, members="", accuracy=())
-        again = (question.bed, question.members) != (self.question.bed, self.question.members)
-        if again and question.path:
-            if self.busy:
-                self._refuse("Something is running: wait for it or cancel it, then choose again.")
-                return
+        if again and (question.path or question.data == MUSCLE):
             self._read(question)
             return
         self.question = question
@@ -55,7 +64,8 @@ class Session(Running):
         else:
             path = self.stored(content)
         self.raw, self.made = {}, {}
-        self._read(replace(self.question, data="csv", path=path, name=name[:200], effects=(), ruled_out=()))
+        self._read(replace(self.question, data=OWN, path=path, name=name[:200], train="all", effects=(),
+                           ruled_out=()))  # fmt: skip
 
     def give_members(self, content: bytes) -> None:
         """Stores the file of an end block's actuators, and has the table read with them."""
@@ -74,7 +84,7 @@ class Session(Running):
             return
         path = self.stored(recipe, "recipe", ".yaml")
         self.problem = ""
-        self.begin("convert", Question("csv", path=self.raw["path"], name=self.raw["name"], recipe=path))
+        self.begin("convert", Question(OWN, path=self.raw["path"], name=self.raw["name"], recipe=path))
 
     def leave_out(self, lines: Collection[int]) -> None:
         """Repeats the latest discovery on a copy of its table in which the rows that begin at these lines are marked to

@@ -6,6 +6,7 @@ from typing import Any
 
 import panel as pn
 
+from freelearn.workbench.controls import download
 from freelearn.workbench.given import Given
 from freelearn.workbench.own import models
 from freelearn.workbench.session import Session
@@ -33,11 +34,11 @@ class Steps:
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)
         self.find = pn.widgets.Button(name="Find what is missing", button_type="primary", **wide)
         self.cancel = pn.widgets.Button(name="Cancel", visible=False, **wide)
-        self.bar = pn.indicators.Progress(value=-1, max=100, visible=False, **wide)
+        self.bar = pn.indicators.Progress(value=-1, max=100, visible=False, height=20, **wide)
         self.doing = words()
-        self.report = _download("report.html", "Report")
-        self.checkpoint = _download("checkpoint.ckpt", "Fitted model")
-        self.search_report = _download("report.html", "Report of the search")
+        self.report = download("Report", WIDTH - 24, "report.html")
+        self.checkpoint = download("Fitted model", WIDTH - 24, "checkpoint.ckpt")
+        self.search_report = download("Report of the search", WIDTH - 24, "report.html")
         self.command = words()
         self.take = pn.Column(
             heading("Take it with you"), self.report, self.checkpoint, self.search_report, self.command
@@ -80,15 +81,24 @@ class Steps:
         self.train.param.update(options=sets, value=question.train if sets else None, disabled=busy or not sets)
         self.per_sample.show(question.per_sample, visible=self._several(), disabled=busy)
         chosen = "with " + " + ".join(question.effects) if question.effects else "no effect added"
-        waits = ["The fit waits until you have looked at the units above."] if self.session.doubted else []
-        say(self.effects, [chosen, *waits], "quiet")
+        say(self.effects, [chosen, *self._hints()], "quiet")
         self.fit.disabled = self.find.disabled = not self.session.ready
         self._refresh_job()
         self._refresh_take()
 
+    def _hints(self) -> list[str]:
+        """Why there can be no fit yet, or what is particular about it."""
+        if not self.session.sets:
+            return ["The fit waits for data."]
+        if self.session.doubted:
+            return ["The fit waits until you have looked at the units above."]
+        if self.session.question.split == "rows":
+            return ["A sample has too few kinematic states to hold some of them out: it is tested on single rows."]
+        return []
+
     def _several(self) -> bool:
         """Whether the training set may hold more than one sample."""
-        samples = self.session.table.get("samples", 1) if self.session.question.data == "csv" else 2
+        samples = self.session.table.get("samples", 1) if self.session.question.measured else 2
         return samples > 1 and not self.session.question.train.startswith("sample")
 
     def _refresh_job(self) -> None:
@@ -115,9 +125,3 @@ class Steps:
         commands = [runs[-1]["question"].command("train")] if runs else []
         commands += [search["question"].command("discover")] if search else []
         say(self.command, commands, code=True)
-
-
-def _download(name: str, label: str) -> pn.widgets.FileDownload:
-    return pn.widgets.FileDownload(
-        file=None, filename=name, label=label, auto=True, embed=False, visible=False, width=WIDTH - 24
-    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import panel as pn
 
 from freelearn.results.suspects import SuspectedReading, worst_of_each
+from freelearn.workbench.question import OWN
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
@@ -36,9 +37,9 @@ class Suspects:
             self.readings = readings
             options = {reading.sentence(): number for number, reading in enumerate(readings)}
             self.boxes.param.update(options=options, value=list(options.values()))
-        of_a_file = self.session.question.data == "csv"
+        of_a_file = self.session.question.data == OWN
         text = "These may have slipped: the search gave them no weight."
-        say(self.hint, [text if of_a_file else f"{text} The data are simulated: there is no file to mark."], "quiet")
+        say(self.hint, [text if of_a_file else f"{text} Only in a file of your own can they be marked."], "quiet")
         self.leave_out.visible = of_a_file
         self.boxes.disabled = self.session.busy or not of_a_file
         self._offer()

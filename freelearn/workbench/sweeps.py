@@ -18,7 +18,7 @@ class Sweeps:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
-        self.again = pn.widgets.Button(name="Look again", width=120)
+        self.again = pn.widgets.Button(name="Look again", width=120, align="end")
         self.note = words()
         self.maps = pn.GridBox(ncols=2)
         self.again.on_click(lambda _: self.look())

@@ -49,9 +49,10 @@ def test_from_a_raw_file_to_a_table_by_its_own_next_commands(tmp_path):
     made = read_table(table).table
     assert made["pressure_kpa"].round(9).tolist() == [0, 30, 60] * 4
     assert made["step"].tolist() == [0, 1, 2] * 4
-    train = shlex.split(second.stdout.splitlines()[-1])
-    assert train[:5] == ["next:", "python", "train.py", "train=all", "data=csv"]
-    assert train[5] == f'data.path="{table}"'
+    *_, heading, train, discover = second.stdout.splitlines()
+    assert heading == "next:"
+    for line, program in ((train, "train.py"), (discover, "discover.py")):
+        assert shlex.split(line) == ["python", program, "train=all", "data=csv", f'data.path="{table}"']
     assert raw.read_text(encoding="cp1252") == RAW
 
 
@@ -102,3 +103,33 @@ def test_help_and_the_installed_command(tmp_path):
         cwd=tmp_path,
     )
     assert "  intake     a laboratory's raw file" in done.stdout
+
+
+def test_the_next_commands_name_bed_and_members_and_run_as_they_stand(tmp_path):
+    """Two muscles on one block, whose force alone is measured: pasted into a shell, both commands read the table."""
+    raw = tmp_path / "two muscles.csv"
+    rows = [f"{x},{p},{q},{-p - q - 8 * x:.1f}" for x in range(0, -9, -3) for p in (0, 90, 180) for q in (0, 120)]
+    raw.write_text("\n".join(["x_mm,P1,P2,F_N", *rows]))
+    recipe = tmp_path / "recipe.yaml"
+    recipe.write_text(
+        "bed: isometric\nsample: 1\n"
+        "constants: {length_mm: 150, inner_radius_mm: 5, outer_radius_mm: 6.2, twist_deg: 0}\n"
+        "members:\n  - {pressure: {from: P1, unit: kPa}, gamma_deg: 24, gamma2_deg: -24}\n"
+        "  - {pressure: {from: P2, unit: kPa}, gamma_deg: 30, gamma2_deg: -30}\n"
+        "columns:\n  elongation_mm: {from: x_mm, unit: mm}\n  force_n: {from: F_N, unit: N}\n"
+    )
+    done = command(f"data.path={raw}", f"recipe={recipe}", f"out={tmp_path / 'my table.csv'}")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    commands = lines[lines.index("next:") + 1 :]
+    assert [shlex.split(line)[1] for line in commands] == ["train.py", "discover.py"]
+    for line, result in zip(commands, ("results.json", "discovery.json"), strict=True):
+        assert "data.bed=isometric" in line
+        assert "my table_members.csv" in line
+        folder = tmp_path / result
+        words = [*shlex.split(line)[1:], "figures=false", f"hydra.run.dir={folder}"]
+        ran = subprocess.run(
+            [sys.executable, *words], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+        )
+        assert ran.returncode == 0, ran.stderr
+        assert (folder / result).exists()

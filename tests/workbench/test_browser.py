@@ -290,7 +290,7 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
                 for a, s in (("x", "width"), ("y", "height"))
             ]
             assert any(apart), (one, other)
-    button(tab, "Use this").click()
+    button(tab, "Make the table").click()
     tab.get_by_text("pressure_kpa may be in psi").wait_for()
     assert button(tab, "Fit").is_disabled()
     tab.get_by_text("The fit waits until you have looked at the units above.").wait_for()

@@ -105,7 +105,7 @@ def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, fi
     # A click on the map moves to a state of that cell.
     page.maps.source.selected.indices = [len(page.shown) - 1]
     inside = (page.now.field == page.shown[-1]) & page.now.usable
-    assert page._state() in page.now.state[inside]
+    assert page._curve() in page.now.curve[inside]
     # The command that is shown does the same.
     asked = settings(TrainSettings, session.question.overrides("train"))
     assert asked.data == train_settings(session.question, Path("fits")).data
@@ -191,10 +191,10 @@ def test_a_template_is_a_table_of_the_bed(sessions, tmp_path, bed, several):
     session.choose(bed=bed)
     page = Given(session, 260)
     page.refresh()
-    page.actuators.value = several
-    assert (page.template.visible, page.members_template.visible) == (True, several > 1)
+    page.block.actuators.value = several
+    assert (page.template.visible, page.block.template.visible) == (True, several > 1)
     (tmp_path / "table.csv").write_text(page.template.callback().read())
-    (tmp_path / "members.csv").write_text(page.members_template.callback().read())
+    (tmp_path / "members.csv").write_text(page.block.template.callback().read())
     members = read_members(tmp_path / "members.csv") if several > 1 else None
     assert len(read_table(tmp_path / "table.csv", BEDS[bed], members).table) == 1
 
@@ -237,7 +237,7 @@ def test_the_guess_is_shown_and_the_table_that_is_made_of_it_is_fitted(mapping, 
     assert "nothing measured is given" in page.problem.object
     left = Given(session, 260)
     left.refresh()
-    assert not left.faults_view.visible
+    assert not left.doubts.faults_view.visible
     row_of(page, "Force (lbf)").quantity.value, row_of(page, "M_Nmm").quantity.value = "force", "moment"
     page.use.clicks += 1
     finish(session)
@@ -327,8 +327,8 @@ def test_a_table_with_faults_tells_them_and_may_be_mapped_all_the_same(sessions,
     page, left = Mapping(session), Given(session, 260)
     page.refresh()
     left.refresh()
-    assert (page.view.visible, left.map.visible) == (False, True)
-    left.map.clicks += 1
+    assert (page.view.visible, left.doubts.map.visible) == (False, True)
+    left.doubts.map.clicks += 1
     page.refresh()
     assert page.view.visible
     assert page.bed.value == "inflation"
@@ -396,12 +396,12 @@ def test_units_that_look_wrong_are_said_first_and_the_fit_waits_for_an_answer(se
     page.refresh()
     assert page.fit.disabled
     assert page.find.disabled
-    assert "pascals" in page.given.doubts.object
+    assert "pascals" in page.given.doubts.units.object
     assert "waits" in page.effects.object
     session.start("train")
     session.start("discover")
     assert not session.busy
-    page.given.right.view.value = [page.given.right.text]
+    page.given.doubts.right.view.value = [page.given.doubts.right.text]
     page.refresh()
     assert not page.fit.disabled
     # Said for this file: remembered, and asked anew of another.
@@ -414,8 +414,8 @@ def test_units_that_look_wrong_are_said_first_and_the_fit_waits_for_an_answer(se
     finish(session)
     assert session.ready
     page.refresh()
-    assert page.given.right.ticked
-    page.given.right.view.value = []
+    assert page.given.doubts.right.ticked
+    page.given.doubts.right.view.value = []
     assert not session.ready
 
 

@@ -12,6 +12,7 @@ from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.derive import count_steps, shared_values
 from freelearn.measurements.intake.plateaus import COUNT
+from freelearn.measurements.intake.quantities import ANEW, FILE, LINE
 from freelearn.measurements.intake.recipe import DESIGN, MARKS, QUANTITIES, Recipe
 from freelearn.measurements.intake.recipe_check import needed
 from freelearn.measurements.members import pressure_column
@@ -41,16 +42,16 @@ def assembled(recipe: Recipe, rows: pd.DataFrame, files: Sequence[Mapping[str, A
         for _, of in rows.groupby("sample", sort=False):
             rows.loc[of.index, name] = shared_values(of[name].to_numpy(), tolerance, name)
     state = recipe.steps.state or tuple(quantity.column for quantity in BEDS[recipe.bed].state)
-    anew = [name for name in rows if str(name).startswith("anew ")]
+    anew = [name for name in rows if str(name).startswith(ANEW)]
     if recipe.steps.kind == "derive":
-        rows["step"] = count_steps(rows, ["file", "sample", *state, *anew])
+        rows["step"] = count_steps(rows, [FILE, "sample", *state, *anew])
     elif recipe.steps.kind == "each_row":
         rows["step"] = 0
     if "buckled" not in rows:
         rows["buckled"] = 0
     members = _members(recipe)
     names = _order(recipe, rows, pressures)
-    lines = tuple((str(file), int(line)) for file, line in zip(rows["file"], rows["line"], strict=True))
+    lines = tuple((str(file), int(line)) for file, line in zip(rows[FILE], rows[LINE], strict=True))
     return Intake(rows[names].copy(), members, lines, tuple(files), tuple(dict.fromkeys(warnings)))
 
 

@@ -6,24 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.assemble import Intake, assembled
-from freelearn.measurements.intake.conditions import meets
+from freelearn.measurements.intake.chosen_rows import chosen_rows
 from freelearn.measurements.intake.evaluate import Evaluation
-from freelearn.measurements.intake.plateaus import averaged
+from freelearn.measurements.intake.plateaus import over_plateaus
+from freelearn.measurements.intake.quantities import at_rest, quantities
 from freelearn.measurements.intake.raw_file import raw_table
-from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.recipe import Part, Recipe
 from freelearn.measurements.intake.samples import constants_by_row, sample_numbers
 from freelearn.measurements.intake.suspicious import raw_suspicions, table_suspicions
-from freelearn.measurements.members import pressure_column
-
-# Columns that rows carry until the table is assembled.
-FILE, LINE, ANEW = "file", "line", "anew "
 
 
 @dataclass
@@ -82,16 +77,16 @@ def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFr
     raw = raw_table(content, part.name, part.reading or recipe.reading)
     whole = len(raw)
     columns = recipe.columns_for(part)
-    raw = _chosen(recipe, part, raw)
+    raw = chosen_rows(recipe, part, raw)
     readings = [raw.known(columns[q.column].source) for q in BEDS[recipe.bed].measured if q.column in columns]
     time = raw.known(columns["time_s"].source) if "time_s" in columns else None
     tally.warnings += [*raw.notes, *raw_suspicions(raw, readings, time)]
     numbers, sample_names = sample_numbers(part.sample or recipe.sample, raw)
     rows = Evaluation(raw, columns, constants_by_row(recipe, part, numbers), numbers)
-    rows.rest = _at_rest(recipe, rows)
-    table = _quantities(recipe, rows)
+    rows.rest = at_rest(recipe, rows)
+    table = quantities(recipe, rows)
     chosen = len(table)
-    table, between = _plateaus(recipe, table)
+    table, between = over_plateaus(recipe, table)
     tally.warnings += rows.notes
     tally.files.append(
         {
@@ -105,75 +100,3 @@ def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFr
         }
     )
     return table
-
-
-def _chosen(recipe: Recipe, part: Part, raw: RawTable) -> RawTable:
-    """The rows that are kept, in the order that the recipe asks for."""
-    keep = meets(recipe.keep, raw) if recipe.keep else np.ones(len(raw), dtype=bool)
-    for condition in (*recipe.drop, *part.drop):
-        keep &= ~meets(condition, raw)
-    if not keep.any():
-        raise UserError(f"{raw.name}: keep and drop of the recipe leave no row.")
-    raw = raw.rows(np.flatnonzero(keep))
-    if not recipe.order_by:
-        return raw
-    keys = pd.DataFrame({str(i): _sortable(raw, name) for i, name in enumerate(recipe.order_by)})
-    return raw.rows(keys.sort_values(list(keys), kind="stable").index.to_numpy())
-
-
-def _sortable(raw: RawTable, name: str) -> np.ndarray | list[str]:
-    values = raw.maybe_numbers(raw.known(name))
-    return raw.text(name) if values is None else values
-
-
-def _at_rest(recipe: Recipe, rows: Evaluation) -> np.ndarray | None:
-    if recipe.rest is None:
-        return None
-    if recipe.rest == "first":
-        first = np.zeros(len(rows.raw), dtype=bool)
-        first[np.unique(rows.sample, return_index=True)[1]] = True
-        return first
-    return rows.where(recipe.rest)
-
-
-def _quantities(recipe: Recipe, rows: Evaluation) -> pd.DataFrame:
-    """Every column of the table but the step, in no particular order."""
-    columns: dict[str, Any] = {"sample": rows.sample}
-    for name in (*rows.columns, *rows.constants):
-        columns[name] = rows.quantity(name)
-    for number, member in enumerate(recipe.members, start=1):
-        name = pressure_column(number)
-        rows.made[name] = columns[name] = rows.make(name, member.pressure)
-    if recipe.steps.source is not None:
-        columns["step"] = rows.raw.numbers(recipe.steps.source)
-    for mark, condition in recipe.marks.items():
-        columns[mark] = rows.where(condition).astype(np.int64)
-    columns |= {f"{ANEW}{name}": rows.raw.text(name) for name in recipe.steps.anew}
-    columns |= {_carried(name, columns): rows.raw.text(name) for name in recipe.carry}
-    return pd.DataFrame(columns | {FILE: rows.raw.name, LINE: rows.raw.lines})
-
-
-def _carried(name: str, columns: Mapping[str, Any]) -> str:
-    if name in columns:
-        raise UserError(f"carry: {name!r} is already a column of the table: leave it out of carry.")
-    return name
-
-
-def _plateaus(recipe: Recipe, table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
-    """The table with its readings averaged, where the recipe asks for it, and how many belong to no plateau."""
-    if recipe.plateaus is None:
-        return table, 0
-    unknown = [name for name in recipe.plateaus.of if name not in table]
-    if unknown:
-        raise UserError(f"plateaus.of names {unknown[0]}, which the recipe does not make: name one of its columns.")
-    measured = [q.column for q in BEDS[recipe.bed].measured if q.column in table]
-    words = [name for name in table if not pd.api.types.is_numeric_dtype(table[name])]
-    kept = list(dict.fromkeys([*words, "sample", FILE, LINE, *recipe.marks]))
-    done = [averaged(part, recipe.plateaus, measured, kept) for _, part in table.groupby("sample", sort=False)]
-    result = pd.concat([part for part, _ in done], ignore_index=True)
-    if not len(result):
-        raise UserError(
-            f"{table[FILE].iloc[0]}: no plateau of {recipe.plateaus.least} readings: allow more in plateaus.of, or "
-            "fewer readings in least."
-        )
-    return result, sum(left for _, left in done)

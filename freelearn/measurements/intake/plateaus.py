@@ -8,7 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.lib.stride_tricks import sliding_window_view
 
-from freelearn.measurements.intake.recipe import Plateaus
+from freelearn.errors import UserError
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.quantities import FILE, LINE
+from freelearn.measurements.intake.recipe import Plateaus, Recipe
 
 COUNT = "n_readings"
 
@@ -71,3 +74,23 @@ def error_column(name: str) -> str:
     """
     stem, _, unit = name.rpartition("_")
     return f"{stem}_se_{unit}"
+
+
+def over_plateaus(recipe: Recipe, table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
+    """The table with its readings averaged, where the recipe asks for it, and how many belong to no plateau."""
+    if recipe.plateaus is None:
+        return table, 0
+    unknown = [name for name in recipe.plateaus.of if name not in table]
+    if unknown:
+        raise UserError(f"plateaus.of names {unknown[0]}, which the recipe does not make: name one of its columns.")
+    measured = [q.column for q in BEDS[recipe.bed].measured if q.column in table]
+    words = [name for name in table if not pd.api.types.is_numeric_dtype(table[name])]
+    kept = list(dict.fromkeys([*words, "sample", FILE, LINE, *recipe.marks]))
+    done = [averaged(part, recipe.plateaus, measured, kept) for _, part in table.groupby("sample", sort=False)]
+    result = pd.concat([part for part, _ in done], ignore_index=True)
+    if not len(result):
+        raise UserError(
+            f"{table[FILE].iloc[0]}: no plateau of {recipe.plateaus.least} readings: allow more in plateaus.of, or "
+            "fewer readings in least."
+        )
+    return result, sum(left for _, left in done)

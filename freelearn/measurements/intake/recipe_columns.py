@@ -1,16 +1,16 @@
-"""The parts of a recipe that say what a quantity is: columns, terms, conditions and constants."""
+"""The columns of a recipe: how a quantity comes of a column of the file."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
 from freelearn.errors import UserError
-from freelearn.measurements.intake.recipe import QUANTITIES, Column, Condition, Constants, Term, Test
+from freelearn.measurements.intake.recipe import QUANTITIES, Column, Term
+from freelearn.measurements.intake.recipe_conditions import condition_of
 from freelearn.measurements.intake.section import Section, is_number
 from freelearn.measurements.intake.units import conversion, unit_of
 
 COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset", "times", "plus", "minus", "blank_where", "fill", "correct")
-TEST_KEYS = ("is", "is_not", "below", "above", "blank")
 
 
 def columns_of(section: Section) -> dict[str, Column]:
@@ -113,60 +113,3 @@ def _term(value: Any, section: Section, key: str, name: str) -> Term:
     if wanted != "N":
         inner.say("is a force: only a column in newtons can have it", "pressure_on")
     return Term(thrust_on=_term(inner.content["pressure_on"], inner, "pressure_on", "radius_mm"))
-
-
-def condition_of(section: Section) -> Condition:
-    """Column → test; empty conditions are mistakes."""
-    if not section.content:
-        section.say("is empty: write column: value")
-    return {name: _test(value, section, name) for name, value in section.items()}
-
-
-def _test(value: Any, section: Section, name: str) -> Test:
-    if value == "blank" or value is None:
-        return Test(blank=True)
-    if isinstance(value, dict):
-        inner = section.section(name)
-        inner.only(TEST_KEYS)
-        if not inner.content:
-            inner.say(f"tests nothing: write one of {', '.join(TEST_KEYS)}")
-        below, above = inner.number("below"), inner.number("above")
-        return Test(_cells(inner, "is"), _cells(inner, "is_not"), below, above, inner.switch("blank"))
-    return Test(is_=_cells(section, name))
-
-
-def _cells(section: Section, key: str) -> tuple[str | float, ...]:
-    value = section.content.get(key)
-    several = value if isinstance(value, list) else [] if value is None else [value]
-    if not all(isinstance(one, str) or is_number(one) for one in several):
-        section.say(f"is {value!r}: write texts or numbers", key)
-        return ()
-    return tuple(one if isinstance(one, str) else float(one) for one in several)
-
-
-def constants_of(section: Section) -> Constants:
-    """Constants in the table's units; each a number, or {value: …, unit: …}."""
-    section.only(QUANTITIES, "column of the table")
-    constants = {}
-    for name, value in section.items():
-        if name not in QUANTITIES:
-            continue
-        whole = isinstance(value, dict)
-        number = _with_unit(section.section(name), name) if whole else section.number(name)
-        if number is not None:
-            constants[name] = number
-    return constants
-
-
-def _with_unit(section: Section, name: str) -> float | None:
-    section.only(("value", "unit"))
-    value = section.number("value")
-    if value is None or "unit" not in section:
-        section.say("needs value: and unit:")
-        return None
-    try:
-        change = conversion(section.text("unit"), unit_of(name))
-    except UserError as mistake:
-        section.say(str(mistake))
-        return None
-    return change.factor * value + change.shift

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
-from freelearn.measurements.intake.reading import Reading
-from freelearn.measurements.intake.recipe import (
-    DESIGN,
-    MARKS,
-    QUANTITIES,
-    Column,
-    Condition,
-    Member,
-    Part,
-    Plateaus,
-    Recipe,
-    Sample,
-    Steps,
-)
+from freelearn.measurements.intake.recipe import MARKS, QUANTITIES, Condition, Plateaus, Recipe, Sample, Steps
 from freelearn.measurements.intake.recipe_check import lacking
-from freelearn.measurements.intake.recipe_columns import column_of, columns_of, condition_of, constants_of
+from freelearn.measurements.intake.recipe_columns import columns_of
+from freelearn.measurements.intake.recipe_conditions import condition_of, conditions_of
+from freelearn.measurements.intake.recipe_constants import constants_of
+from freelearn.measurements.intake.recipe_parts import files_of, members_of, reading_of, sample_of, samples_of
 from freelearn.measurements.intake.section import Section
 
 KEYS = (
     *("about", "bed", "read", "files", "sample", "samples", "constants", "columns", "members", "keep", "drop"),
     *("order_by", "plateaus", "rest", "state_tolerance", "step", *MARKS, "carry"),
 )
-READ = ("sheet", "variables", "encoding", "separator", "decimal", "thousands", "header", "names", "units_row")
 
 
 def parse_recipe(content: Any, name: str) -> Recipe:
@@ -42,14 +31,14 @@ def parse_recipe(content: Any, name: str) -> Recipe:
     recipe = Recipe(
         bed=root.choice("bed", list(BEDS), "kinematic"),
         columns=columns_of(root.section("columns")),
-        reading=_reading(root.section("read")),
-        files=_files(root),
-        sample=_sample(root) or Sample(number=1),
+        reading=reading_of(root.section("read")),
+        files=files_of(root),
+        sample=sample_of(root) or Sample(number=1),
         constants=constants_of(root.section("constants")),
-        samples=_samples(root.section("samples")),
-        members=_members(root),
+        samples=samples_of(root.section("samples")),
+        members=members_of(root),
         keep=condition_of(root.section("keep")) if "keep" in root else None,
-        drop=_conditions(root, "drop"),
+        drop=conditions_of(root, "drop"),
         order_by=root.texts("order_by"),
         plateaus=_plateaus(root.section("plateaus")) if "plateaus" in root else None,
         rest=_rest(root),
@@ -64,100 +53,6 @@ def parse_recipe(content: Any, name: str) -> Recipe:
         count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
         raise UserError("\n  ".join([f"{name} has {count}:", *dict.fromkeys(mistakes)]))
     return recipe
-
-
-def _reading(section: Section) -> Reading:
-    section.only(READ)
-    decimal = section.text("decimal") or None
-    if decimal not in (None, ".", ","):
-        section.say(f"is {decimal!r}: write '.' or ','", "decimal")
-    separator = section.text("separator") or None
-    if separator and len(separator) != 1:
-        section.say(f'is {separator!r}: write one character, "\\t" for tabs', "separator")
-    return Reading(
-        sheet=section.text("sheet") or None,
-        variables=section.texts("variables"),
-        encoding=section.text("encoding") or None,
-        separator=separator,
-        decimal=decimal,
-        thousands=section.text("thousands") or None,
-        header=section.integer("header", 1),
-        names=section.texts("names"),
-        units_row=section.switch("units_row"),
-    )
-
-
-def _sample(section: Section) -> Sample | None:
-    if "sample" not in section:
-        return None
-    if not isinstance(section.content["sample"], Mapping):
-        return Sample(number=section.integer("sample", 1))
-    inner = section.section("sample")
-    inner.only(("from", "as"))
-    if "from" not in inner:
-        inner.say("names no column of the file: add from:")
-    if "as" not in inner:
-        return Sample(source=inner.text("from"))
-    names = inner.section("as")
-    numbers = {word: names.integer(word, 1) for word, _ in names.items()}
-    return Sample(source=inner.text("from"), numbers={w: n for w, n in numbers.items() if n is not None})
-
-
-def _files(root: Section) -> tuple[Part, ...]:
-    parts: list[Part] = []
-    for section in _list(root, "files"):
-        section.only(("name", "sample", "constants", "columns", "read", "drop"))
-        name = section.text("name")
-        if not name or "/" in name or "\\" in name or name in (".", ".."):
-            section.say(f"is {name!r}: give the name of a file in the folder", "name")
-        part = Part(
-            name=name,
-            sample=_sample(section),
-            constants=constants_of(section.section("constants")),
-            columns=columns_of(section.section("columns")),
-            reading=_reading(section.section("read")) if "read" in section else None,
-            drop=_conditions(section, "drop"),
-        )
-        if name in [other.name for other in parts]:
-            section.say(f"names {name} a second time: name each file once")
-        parts.append(part)
-    return tuple(parts)
-
-
-def _samples(section: Section) -> dict[int, Mapping[str, float]]:
-    for key, _ in section.items():
-        if not key.isdigit():
-            section.say("is no number of a sample", key)
-    return {int(key): constants_of(section.section(key)) for key, _ in section.items() if key.isdigit()}
-
-
-def _members(root: Section) -> tuple[Member, ...]:
-    members = []
-    for section in _list(root, "members"):
-        section.only(("pressure", *DESIGN))
-        design = Section({k: v for k, v in section.items() if k in DESIGN}, section.place, root.mistakes)
-        if "pressure" not in section:
-            section.say("has no pressure: add pressure: {from: …, unit: …}")
-        pressure = column_of(section.section("pressure"), "pressure_kpa") if "pressure" in section else Column("")
-        members.append(Member(pressure, constants_of(design)))
-    return tuple(members)
-
-
-def _list(section: Section, key: str) -> Sequence[Section]:
-    value = section.content.get(key)
-    if value is None:
-        return []
-    if not isinstance(value, list) or not value:
-        section.say("is no list: begin each entry with -", key)
-        return []
-    return [Section(one, f"{section.at(key)}[{i}]", section.mistakes) for i, one in enumerate(value, start=1)]
-
-
-def _conditions(root: Section, key: str) -> tuple[Condition, ...]:
-    value = root.content.get(key)
-    if isinstance(value, Mapping):
-        return (condition_of(root.section(key)),)
-    return tuple(condition_of(section) for section in _list(root, key))
 
 
 def _plateaus(section: Section) -> Plateaus:

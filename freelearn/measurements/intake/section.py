@@ -44,6 +44,16 @@ class Section:
         """A mapping in it, empty where there is none."""
         return Section(self.content.get(key), self.at(key), self.mistakes)
 
+    def sections(self, key: str) -> list[Section]:
+        """The entries of a list, each a mapping; none where there is no list."""
+        value = self.content.get(key)
+        if value is None:
+            return []
+        if not isinstance(value, list) or not value:
+            self.say("is no list: begin each entry with -", key)
+            return []
+        return [Section(one, f"{self.at(key)}[{i}]", self.mistakes) for i, one in enumerate(value, start=1)]
+
     def items(self) -> Iterator[tuple[str, Any]]:
         """Keys and values."""
         return iter(self.content.items())

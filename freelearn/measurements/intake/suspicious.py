@@ -23,6 +23,8 @@ LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
 LEAST_VALUES = 20
 # A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
 REST_KPA = 20.0
+# States, and levels of each, that are alike only where the pressures were set.
+SET_STATES, SET_LEVELS = 3, 6
 # Slopes of loads over displacement as clear as this (their share of the scatter) have a sign.
 CLEAR = 0.3
 
@@ -106,10 +108,23 @@ def _gauge(table: pd.DataFrame) -> Iterator[str]:
         ends = pd.Series(values).groupby(visit.to_numpy()).last()
         vented = ends[ends < 0.3 * np.nanmax(values)]
         lowest = float(np.nanmin(values))
+        if _commanded(values, visit.to_numpy()):
+            continue
         if lowest > REST_KPA:
             yield f"{name} is never below {lowest:.3g}: if the gauge reads that at rest, give it as offset."
         elif len(vented) >= 2 and len(vented) >= 0.3 * len(ends) and (rest := float(vented.median())) > REST_KPA:
             yield f"{name} goes back to {rest:.3g} and no lower: if the gauge reads that at rest, give it as offset."
+
+
+def _commanded(values: np.ndarray, visit: np.ndarray) -> bool:
+    """Whether these are pressures that were set and not read: the same few levels, to the last digit, at every state.
+
+    Of a gauge that reads too much at rest no two visits agree so.
+    """
+    levels = pd.Series(values).groupby(visit).unique().map(set)
+    return (
+        len(levels) >= SET_STATES and all(one == levels.iloc[0] for one in levels) and len(levels.iloc[0]) >= SET_LEVELS
+    )
 
 
 def _signs(table: pd.DataFrame, measured: Sequence[str]) -> Iterator[str]:

@@ -39,8 +39,8 @@ def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> No
     console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
 
 
-def show_intake(console: Console, intake: Intake, files: Sequence[Path], command: str) -> None:
-    """How many rows came of each file, what looks wrong, and where the table is. command: that uses it."""
+def show_intake(console: Console, intake: Intake, files: Sequence[Path], commands: Sequence[str]) -> None:
+    """How many rows came of each file, what looks wrong, and where the table is. commands: that use it."""
     for file in intake.files:
         left = [f"{file['dropped']} dropped"] if file["dropped"] else []
         left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
@@ -50,7 +50,9 @@ def show_intake(console: Console, intake: Intake, files: Sequence[Path], command
     _say(console, intake.warnings)
     for path in files:
         console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"next: {command}", markup=False, highlight=False, soft_wrap=True)
+    console.print("next:", markup=False, highlight=False)
+    for command in commands:
+        console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
 
 
 def quoted(words: Sequence[str]) -> str:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freelearn.testing.reference.braided import BLUNT, beyond_threshold, contact, liner_energy, tapered
+
 DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEP = 1e-30
@@ -42,11 +44,6 @@ SAMPLES = {
 }
 
 
-def strain_energy(i1: Array, i2: Array, i4: Array, c1: float, c2: float, fx: Effects) -> Array:
-    """Ψ [Pa] with every energy effect, for complex invariants, of a wall with one family of fibers."""
-    return rubber_energy(i1, i2, c1, fx) + fiber_energy(i1, i4, c2, fx)
-
-
 def rubber_energy(i1: Array, i2: Array, c1: float, fx: Effects) -> Array:
     """The rubber's part of Ψ [Pa]."""
 
@@ -55,7 +52,13 @@ def rubber_energy(i1: Array, i2: Array, c1: float, fx: Effects) -> Array:
 
     beta = get("limited_extensibility", "beta")
     psi = c1 / 2 * (i1 - 3) if beta == 0 else -c1 / (2 * beta) * np.log(1 - beta * (i1 - 3))
-    return psi + get("second_invariant", "C01") / 2 * (i2 - 3) + get("wall_stiffening", "C20") * (i1 - 3) ** 2
+    psi = psi + get("second_invariant", "C01") / 2 * (i2 - 3) + get("wall_stiffening", "C20") * (i1 - 3) ** 2
+    if logarithmic := get("second_invariant_log", "modulus"):
+        psi = psi + 1.5 * logarithmic * np.log(i2 / 3)
+    if lost := get("small_strain_stiffness", "modulus"):
+        decay = get("small_strain_stiffness", "decay")
+        psi = psi + lost / (2 * decay) * (1 - np.exp(-decay * (i1 - 3)))
+    return psi
 
 
 def fiber_energy(i1: Array, i4: Array, c2: float, fx: Effects) -> Array:
@@ -103,7 +106,9 @@ def wall_energy(
             sine, cosine = np.sin(gamma)[:, None], np.cos(gamma)[:, None]
             i4 = square * (sine / radius + rate * cosine) ** 2 + (axial * cosine) ** 2
             psi = psi + np.where(np.isnan(gamma)[:, None], 0.0, fiber_energy(i1, i4, c2, fx))
-        return reference * half * ((left[:, None] * psi * 2 * np.pi * radius) @ WEIGHTS)
+        wall = reference * half * ((psi * 2 * np.pi * radius) @ WEIGHTS)
+    bladder = liner_energy(length, twist, u, reference, inner, fx.get("bladder_stiffness", {}).get("stiffness", 0.0))
+    return np.asarray(left * (wall + bladder))
 
 
 def ideal_loads(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
@@ -175,11 +180,12 @@ def wall_share(s: dict[str, Array], fx: Effects) -> Array:
 
 
 def handed_on(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
-    """Loads (N, 2) that actuators hand on at the states that they take, friction included, and equilibrium, (N,)."""
+    """Loads (N, 2) that actuators hand on at the states that they take, their ends and friction included, and
+    equilibrium, (N,)."""
     loads, balanced = ideal_loads(s, c1, c2, fx)
     rub = fx.get("friction_hysteresis", {})
-    friction = np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
-    return loads - s["direction"][:, None] * friction, balanced
+    friction = s["direction"][:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
+    return loads + tapered(s, fx, BLUNT) - friction - contact(s, fx, s["direction"]), balanced
 
 
 def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
@@ -221,6 +227,7 @@ def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
 
 def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) of actuators that have taken up the play of their mount, and equilibrium, (N,)."""
+    s = beyond_threshold(s, fx)
     taken = s | {"twist": at_rest(s, c1, c2, fx)} if "twist_slack" in fx else s
     return handed_on(taken, c1, c2, fx)
 

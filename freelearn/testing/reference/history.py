@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import erf
 
 from freelearn.testing.reference.bed import BALLOON, STEP, Effects
+from freelearn.testing.reference.braided import liner_energy
 from freelearn.testing.reference.points import Points
 from freelearn.testing.reference.zeros import bracketed_zero
 
@@ -66,19 +67,23 @@ class Law:
         below = np.maximum(most, energy) - energy
         return np.asarray(1 - p["inverse_r"] * erf(below / (p["energy"] * self.c1)))
 
-    def slope(self, points: Points, memory: Memory, moved: Array) -> Array:
-        """∂W/∂q (N,) of the stresses that are left, along a complex step of q that moved the strains C (4, N, p)."""
+    def slope(self, points: Points, memory: Memory, length: Array, twist: Array, u: Array) -> Array:
+        """∂W/∂q (N,) of the stresses that are left, q the one of length, twist and u, each (N,), that bears a complex
+        step. A bladder at the bore forgets what it has been through."""
+        moved = points.strain(length, twist, u)
         energy = self.energy(points, moved)
         density = self.softened(energy.real, memory.most) * energy.imag + (memory.left * moved.imag).sum(0)
-        return np.asarray((points.weight * density).sum(1) / STEP)
+        stiffness = self.fx.get("bladder_stiffness", {}).get("stiffness", 0.0)
+        bladder = liner_energy(length, twist, u, points.reference, points.inner, stiffness)
+        return np.asarray(((points.weight * density).sum(1) + np.imag(bladder)) / STEP)
 
 
 def radius_squared(points: Points, law: Law, memory: Memory) -> tuple[Array, Array]:
     """Square of the inner radius in equilibrium, (N,) m², and whether there is one, (N,) bool."""
 
     def excess(u: Array) -> Array:
-        moved = points.strain(points.length, points.twist, u + 1j * STEP)
-        return law.slope(points, memory, moved) / (np.pi * points.length) - points.pressure
+        carried = law.slope(points, memory, points.length, points.twist, u + 1j * STEP)
+        return carried / (np.pi * points.length) - points.pressure
 
     low, high = (0.3 * points.inner) ** 2, (BALLOON * points.inner) ** 2
     balanced = (excess(low) < 0) & ~(excess(high) <= 0)
@@ -88,10 +93,9 @@ def radius_squared(points: Points, law: Law, memory: Memory) -> tuple[Array, Arr
 def loads(points: Points, law: Law, memory: Memory) -> tuple[Array, Array]:
     """Force [N] and moment [N·m] of the bare actuators (N, 2), and whether they are in equilibrium, (N,)."""
     u, balanced = radius_squared(points, law, memory)
-    longer = points.strain(points.length + 1j * STEP, points.twist, u)
-    turned = points.strain(points.length, points.twist + 1j * STEP, u)
-    force = np.pi * u * points.pressure - law.slope(points, memory, longer)
-    return np.stack([force, -law.slope(points, memory, turned)], axis=1), balanced
+    pull = law.slope(points, memory, points.length + 1j * STEP, points.twist, u)
+    turn = law.slope(points, memory, points.length, points.twist + 1j * STEP, u)
+    return np.stack([np.pi * u * points.pressure - pull, -turn], axis=1), balanced
 
 
 def remembered(points: Points, law: Law, s: dict[str, Array]) -> Memory:

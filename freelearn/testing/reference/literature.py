@@ -15,6 +15,9 @@ twist_slack (`backlash`): 0.03 % from the contact's giving way; 39 % for an actu
 fiber_dispersion (`fiber_density`): nothing, the structure tensor is the mean over the density. Where each fiber stores
     its own energy ("each_fiber": 1, Lanir 1983) 96 %: that the strains scatter then outweighs that their mean changes.
 
+end_taper, threshold_pressure (`braided`): cones that are sharp at rest too, and nothing at all below the threshold.
+contact_friction (`braided`, `rubbing`): builds up like the other friction.
+
 All other effects are the bed's: their forms are definitions (offsets, gains), or solved apart from the package.
 """
 
@@ -27,6 +30,7 @@ import numpy as np
 
 from freelearn.testing.reference.backlash import settled
 from freelearn.testing.reference.bed import Effects
+from freelearn.testing.reference.braided import beyond_threshold, contact, tapered
 from freelearn.testing.reference.history import Law, Memory, loads, remembered
 from freelearn.testing.reference.points import Points
 from freelearn.testing.reference.rubbing import rubbed
@@ -40,6 +44,7 @@ FIXED: dict[str, dict[str, float]] = {
     # m in units of C1: graded over what the points store, which is some tenths of C1.
     "stress_softening": {"energy": 0.05},
     "friction_hysteresis": {"sliding": 2e3},
+    "contact_friction": {"sliding": 2e3},
     "twist_slack": {"stiffness": 1e3},
 }
 MOST = {"inverse_r": 0.9}
@@ -58,8 +63,8 @@ def grown(effect: str, amount: float) -> dict[str, float]:
 
 def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """As bed.on_the_rig: loads (N, 2) that mounted actuators hand on, and equilibrium, (N,)."""
+    s = beyond_threshold(s, fx, sharp=True)
     law = Law(c1, c2, fx)
-    friction = _friction(s, fx)
 
     def at(twist: Array) -> Points:
         return Points.of(s | {"twist": twist}, fx)
@@ -67,21 +72,25 @@ def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[
     twist = s["twist"]
     memory = remembered(at(twist), law, s)
     if "twist_slack" in fx:
-        twist, memory = _taken_up(s, law, memory, at, friction)
+        twist, memory = _taken_up(s, law, memory, at)
     bare, balanced = loads(at(twist), law, memory)
-    return bare - friction, balanced
+    return bare + _beside(s | {"twist": twist}, fx), balanced
 
 
-def _friction(s: dict[str, Array], fx: Effects) -> Array:
-    """Force and moment (N, 2) that friction takes off."""
-    p = FIXED["friction_hysteresis"] | dict(fx.get("friction_hysteresis", {}))
-    share = rubbed(s["pressure"], s["dwell"] == 0, p["sliding"], bool(p.get("carried", 0.0)))
-    return np.asarray(share[:, None] * np.array([p.get("force", 0.0), p.get("moment", 0.0)]))
+def _beside(s: dict[str, Array], fx: Effects) -> Array:
+    """Loads (N, 2) beside the tube's own: of its ends, less the friction."""
+    rub = fx.get("friction_hysteresis", {})
+    dry = _rubbed(s, fx, "friction_hysteresis")[:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
+    return np.asarray(tapered(s, fx) - dry - contact(s, fx, _rubbed(s, fx, "contact_friction")))
 
 
-def _taken_up(
-    s: dict[str, Array], law: Law, memory: Memory, at: Callable[[Array], Points], friction: Array
-) -> tuple[Array, Memory]:
+def _rubbed(s: dict[str, Array], fx: Effects, effect: str) -> Array:
+    """Share of an effect's friction that acts, (N,)."""
+    p = FIXED[effect] | dict(fx.get(effect, {}))
+    return rubbed(s["pressure"], s["dwell"] == 0, p["sliding"], bool(p.get("carried", 0.0)))
+
+
+def _taken_up(s: dict[str, Array], law: Law, memory: Memory, at: Callable[[Array], Points]) -> tuple[Array, Memory]:
     """Twist (N,) at which actuators rest in their play, and what their walls remember of having been there."""
     p = FIXED["twist_slack"] | dict(law.fx["twist_slack"])
     twist = s["twist"]
@@ -89,7 +98,8 @@ def _taken_up(
         before, past = twist, memory
 
         def moment(place: Array, past: Memory = past) -> Array:
-            return np.asarray(loads(at(place), law, past)[0][:, 1] - friction[:, 1])
+            beside = _beside(s | {"twist": place}, law.fx)
+            return np.asarray((loads(at(place), law, past)[0] + beside)[:, 1])
 
         twist = settled(s["twist"], s["sample"], p["angle"], p["stiffness"], moment)
         memory = remembered(at(twist), law, s)

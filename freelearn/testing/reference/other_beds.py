@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.testing.reference.bed import MM, Array, Effects, bed_loads, outer_diameter, state_of
+from freelearn.testing.reference.bed import MM, Array, Effects, Rig, bed_loads, on_the_rig, outer_diameter, state_of
+from freelearn.testing.reference.braided import beyond_threshold
 
 # Γ, Γ₂ [deg], L, R_i, R_o [mm].
 Design = tuple[float, float, float, float, float]
@@ -67,9 +68,10 @@ def measure(
     fx: Effects,
     seed: int,
     accuracy: Mapping[str, float] = ACCURACY,
+    rig: Rig = on_the_rig,
 ) -> pd.DataFrame:
     """A table of one actuator (see `nominal`) with what its bed shows, noise included. Rows without a stable
-    equilibrium are marked as buckled."""
+    equilibrium are marked as buckled. rig: as in bed.bed_loads, on the beds that impose length and twist."""
     generator = np.random.default_rng([seed, 11])
     s, actual = _imposed(bed, table, accuracy, generator)
     if bed == "dead_load":
@@ -77,7 +79,7 @@ def measure(
         place, right = at_rest(s, hung, c1, c2, fx)
         shown = {"elongation_mm": (place[:, 0] - s["reference"]) / MM, "twist_deg": np.rad2deg(place[:, 1])}
     else:
-        loads, right = bed_loads(s, c1, c2, fx)
+        loads, right = bed_loads(s, c1, c2, fx, rig=rig)
         shown = {"force_n": loads[:, 0], "moment_nmm": loads[:, 1] / MM}
         if bed == "inflation":
             shown["outer_diameter_mm"] = outer_diameter(really(s, fx), c1, c2, fx) / MM
@@ -134,11 +136,12 @@ def really(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
     def get(name: str, p: str) -> float:
         return fx.get(name, {}).get(p, 0.0)
 
-    return s | {
+    imposed = s | {
         "length": s["length"] + get("length_offset", "length"),
         "twist": s["twist"] + get("twist_offset", "angle"),
         "pressure": s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure"),
     }
+    return beyond_threshold(imposed, fx)
 
 
 def at_rest(s: dict[str, Array], hung: Array, c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from freelearn.testing.reference.bed import NODES, STEP, WEIGHTS, Effects, built, strain_energy
+from freelearn.testing.reference.bed import NODES, STEP, WEIGHTS, Effects, built, fiber_energy, rubber_energy
 from freelearn.testing.reference.fiber_density import structure
 
 Array = np.ndarray[Any, Any]
@@ -20,9 +20,9 @@ Array = np.ndarray[Any, Any]
 
 @dataclass(frozen=True)
 class Points:
-    """The points of N tubes. radius: (N, p) m in the reference. weight: (N, p) m³, ∫ dV = Σ weight. mean: (4, N), of
-    M⊗M over the fiber directions M of a point; spread: (4, 4, N), its covariance as far as that stores energy.
-    length [m], twist [rad], pressure [Pa], reference, inner [m]: (N,)."""
+    """The points of N tubes. radius: (N, p) m in the reference. weight: (N, p) m³, ∫ dV = Σ weight. mean: (f, 4, N),
+    of M⊗M over the directions M of each family's fibers, NaN where a tube lacks it; spread: (f, 4, 4, N), its
+    covariance as far as that stores energy. length [m], twist [rad], pressure [Pa], reference, inner [m]: (N,)."""
 
     radius: Array
     weight: Array
@@ -39,7 +39,9 @@ class Points:
         """Of the states as the bed writes them (see `bed.state_of`), with the effects on the actuators' make."""
         s = built(s, fx)
         scatter = fx.get("fiber_dispersion", {})
-        mean, spread = structure(s["gamma"], scatter.get("kappa", 0.0))
+        gammas = [s[name] for name in ("gamma", "gamma2") if name in s]
+        families = [structure(gamma, scatter.get("kappa", 0.0)) for gamma in gammas]
+        mean, spread = (np.stack(each) for each in zip(*families, strict=True))
         spread = spread * scatter.get("each_fiber", 0.0)
         half = (s["outer"] - s["inner"]) / 2
         radius = s["inner"][:, None] + half[:, None] * (1 + NODES)
@@ -64,11 +66,15 @@ class Points:
         rr, tt, tz, zz = strain
         i1 = rr + tt + zz
         i2 = (i1**2 - (rr**2 + tt**2 + zz**2 + 2 * tz**2)) / 2
-        i4 = np.einsum("cn,cnp->np", self.mean, strain)
-        scatter = np.einsum("cnp,cen,enp->np", strain, self.spread, strain) if self.spread.any() else 0.0
         aligned = {name: values for name, values in fx.items() if name != "fiber_dispersion"}
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            return np.asarray(strain_energy(i1, i2, i4, c1, c2, aligned) + c2 / 2 * scatter)
+            energy = rubber_energy(i1, i2, c1, fx)
+            for mean, spread in zip(self.mean, self.spread, strict=True):
+                i4 = np.einsum("cn,cnp->np", mean, strain)
+                scatter = np.einsum("cnp,cen,enp->np", strain, spread, strain) if spread.any() else 0.0
+                fibers = fiber_energy(i1, i4, c2, aligned) + c2 / 2 * scatter
+                energy = energy + np.where(np.isnan(mean[1])[:, None], 0.0, fibers)
+        return np.asarray(energy)
 
     def stress(self, strain: Array, c1: float, c2: float, fx: Effects) -> Array:
         """Isochoric ∂Ψ/∂C (4, N, p) Pa, half the second Piola-Kirchhoff stress, by complex steps; strain real."""

@@ -6,9 +6,11 @@ import numpy as np
 from conftest import ROOT
 
 from freelearn.measurements.intake.convert import convert
-from freelearn.measurements.intake.recipe_columns import COLUMN_KEYS, TEST_KEYS
+from freelearn.measurements.intake.recipe_columns import COLUMN_KEYS
+from freelearn.measurements.intake.recipe_conditions import TEST_KEYS
 from freelearn.measurements.intake.recipe_file import recipe_of
-from freelearn.measurements.intake.recipe_parse import KEYS, READ
+from freelearn.measurements.intake.recipe_parse import KEYS
+from freelearn.measurements.intake.recipe_parts import READ
 
 PAGE = (ROOT / "docs" / "intake.md").read_text(encoding="utf-8")
 

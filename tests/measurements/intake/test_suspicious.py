@@ -57,6 +57,17 @@ def test_a_gauge_that_reads_73_at_rest(tmp_path):
     assert "pressure_kpa goes back to 74 and no lower" in text
 
 
+def test_pressures_that_were_set_are_no_gauge_at_rest(tmp_path):
+    """The same levels at every state: a ladder that begins at 35 kPa. Read by a gauge, they would scatter."""
+    frame = many()
+    frame[["dl_mm", "phi_deg"]] = frame[["dl_mm", "phi_deg"]].to_numpy()[::8].repeat(8, axis=0)
+    frame["P_kPa"] = np.tile([35.0, 65, 85, 110, 135, 180, 250, 375], 30)
+    assert "never below" not in said(tmp_path, frame)[1]
+    frame["P_kPa"] += np.random.default_rng(2).normal(0, 0.3, len(frame)).round(1)
+    (tmp_path / "out" / "table.csv").unlink()
+    assert "never below 3" in said(tmp_path, frame)[1]
+
+
 def test_newton_meters_in_a_column_of_newton_millimeters(tmp_path):
     frame = many()
     frame["M_Nmm"] = (frame["M_Nmm"] / 1000).round(7)
