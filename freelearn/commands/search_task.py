@@ -54,7 +54,7 @@ class Task:
         """A fresh model with these effects."""
         present = np.unique(self.loaded.table["sample"].to_numpy()[self.place])
         samples = [int(n) for n in present] if self.settings.per_sample else []
-        members = len(members_in(self.loaded.table.columns))
+        members = len(members_in(self.loaded.table.columns)) if self.settings.per_sample else 0
         return build_model(self.settings.model.name, self.settings.model.values, effects, samples, members)
 
     def question(self, accuracy: Accuracy) -> Question:

@@ -216,7 +216,7 @@ Device = Literal["cpu", "cuda", "auto"]
 class Settings:
     """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml.
 
-    per_sample: whether each of several samples has its own value of what building or mounting it sets."""
+    per_sample: whether each of several samples, or members, has its own value of what building or mounting it sets."""
 
     model: Annotated[ModelSettings, BeforeValidator(_model)]
     data: Annotated[DataSettings, Field(discriminator="name")]

@@ -55,7 +55,7 @@ class _Task:
     def build(self, with_effects: bool = True) -> Model:
         """A fresh model."""
         chosen = self.settings
-        members = len(members_in(self.loaded.table.columns))
+        members = len(members_in(self.loaded.table.columns)) if chosen.per_sample else 0
         effects = chosen.effects if with_effects else ()
         samples = self.samples if chosen.per_sample else []
         return build_model(chosen.model.name, chosen.model.values, effects, samples, members)

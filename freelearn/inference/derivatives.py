@@ -93,8 +93,9 @@ class _Carried(NamedTuple):
 
 
 def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
-    """None where the state depends on the loads (a mount that gives way, a dead load), and where loads are not all."""
-    if fit.model.yielding or not rows.states.bed.loads or rows.states.members:
+    """None where the state depends on the loads (a mount that gives way, a dead load), where loads are not all, and
+    where they work through a lever."""
+    if fit.model.yielding or fit.model.levers or not rows.states.bed.loads or rows.states.members:
         return None
     with torch.no_grad():
         values = fit.model.physical(fit.vector)

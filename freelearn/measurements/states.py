@@ -24,6 +24,9 @@ SHEAR_MODULUS, STIFFER = 1e6, 30.0
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
 LEAST_HOOP, MOST_HOOP, HOOP_ITERATIONS = 0.05, 9.0, 40
 
+# What a row remembers of those before it.
+MEMORY = ("clock", "dwell", "moved_length", "moved_twist", "severity", "past_severity")
+
 
 @dataclass(frozen=True)
 class States:
@@ -40,7 +43,8 @@ class States:
     fell, 0 for the first step of a kinematic state.
 
     What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
-    first row; dwell [s] since the first row of the kinematic state; severity of the row (see `severity`) and
+    first row; dwell [s] since the first row of the kinematic state; moved_length [m] and moved_twist [rad], by which the
+    bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
     past_severity, the largest among the sample's rows so far, itself included. All zero unless given.
     """
 
@@ -55,6 +59,8 @@ class States:
     direction: Tensor
     clock: Tensor = None  # type: ignore[assignment]
     dwell: Tensor = None  # type: ignore[assignment]
+    moved_length: Tensor = None  # type: ignore[assignment]
+    moved_twist: Tensor = None  # type: ignore[assignment]
     severity: Tensor = None  # type: ignore[assignment]
     past_severity: Tensor = None  # type: ignore[assignment]
     force: Tensor = None  # type: ignore[assignment]
@@ -66,7 +72,7 @@ class States:
     near: Near | None = None
 
     def __post_init__(self) -> None:
-        for name in ("clock", "dwell", "severity", "past_severity", "force", "moment"):
+        for name in (*MEMORY, "force", "moment"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, torch.zeros_like(self.length))
 
@@ -134,7 +140,7 @@ class States:
     def from_table(cls, table: pd.DataFrame) -> States:
         """From a measurement table in engineering units, one row per configuration in the order of measuring.
 
-        The memory (direction, clock, dwell, past_severity) is that of all rows given, buckled and left-out ones too.
+        The memory (direction and all of MEMORY) is that of all rows given, buckled and left-out ones too.
         """
 
         def column(name: str, factor: float = 1.0) -> Tensor:
@@ -253,7 +259,7 @@ def _shown(table: pd.DataFrame, name: str) -> np.ndarray:
 
 
 def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
-    """clock, dwell [s], severity and past_severity of every row, each (N,) float64."""
+    """Every quantity of MEMORY, by name, each (N,) float64."""
     sample, state, order = table["sample"].to_numpy(), kinematic_state(table), np.arange(len(table))
     if "time_s" in table:
         time = table["time_s"].to_numpy(np.float64)
@@ -269,7 +275,15 @@ def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
     for number in np.unique(sample):
         rows = sample == number
         past[rows] = np.maximum.accumulate(now[rows])
-    return {"clock": clock, "dwell": dwell, "severity": now, "past_severity": past}
+    first = _first(state)
+    came = np.maximum(first - 1, 0)
+    stayed = sample[came] == sample[first]
+    moved = [
+        np.where(stayed, place[first] - place[came], 0.0)
+        for place in (_shown(table, "elongation_mm") * MM, _shown(table, "twist_deg") * DEG)
+    ]
+    values = (clock, dwell, *moved, now, past)
+    return dict(zip(MEMORY, values, strict=True))
 
 
 def _first(group: np.ndarray) -> np.ndarray:

@@ -79,13 +79,12 @@ class Chain(RawVector):
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown
-        readings = torch.stack([shown.loads[..., 0], self.swollen(settled, values)], dim=-1)
+        swollen = self.swollen(self.imposed(settled, values), values)
+        readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
 
     def _shown(self, states: States, values: Values) -> Settled:
         """The state that the mount leaves, and force and moment that the sensors show there."""
-        if not states.members:
-            states = self.imposed(states, values)
         if self._mounts:
             states, (loads, status) = settle(states, values, self._mounted, self._rested, self.rows_of)
         else:
@@ -96,6 +95,11 @@ class Chain(RawVector):
     def yielding(self) -> list[Effect[Any]]:
         """Boundary effects whose imposed state depends on the loads."""
         return [effect for effect in self.effects if effect.yields]
+
+    @property
+    def levers(self) -> list[Effect[Any]]:
+        """Boundary effects whose loads on the mount are not the actuator's."""
+        return [effect for effect in self._boundary if type(effect).hand_on is not BoundaryEffect.hand_on]
 
     def imposed(self, states: States, values: Values) -> States:
         """The states that were really imposed on the actuator and its mount."""
@@ -110,17 +114,27 @@ class Chain(RawVector):
         return states
 
     def _rested(self, states: States, values: Values) -> Prediction:
-        """Loads on the mount: those of the actuator, or of all that share the end block."""
+        """Loads on the mount, which is where the table says: those of the actuator, or of all that share the end block."""
         if not states.members:
             return self._alone(states, values)
         count = len(states.members)
         each = self.rows_of(values, torch.arange(len(states), device=states.length.device).repeat(count))
-        loads, status = self._alone(self.imposed(states.side_by_side(), each), each)
+        loads, status = self._alone(states.side_by_side(), each)
         # The first reason not to trust a member's loads is one not to trust the sum.
         return Prediction(loads.reshape(count, -1, 2).sum(0), status.reshape(count, -1).amax(0))
 
     def _alone(self, states: States, values: Values) -> Prediction:
-        """Loads on the mount where the actuator has taken up the play between them."""
+        """Loads that one actuator hands on to the mount from the state that was really imposed on it."""
+        imposed = [states]
+        for effect in self._boundary:
+            imposed.append(effect.impose(imposed[-1], effect.own(values, states)))
+        loads, status = self._taken_up(imposed[-1], values)
+        for effect, at in zip(reversed(self._boundary), reversed(imposed[:-1]), strict=True):
+            loads = effect.hand_on(loads, at, effect.own(values, at))
+        return Prediction(loads, status)
+
+    def _taken_up(self, states: States, values: Values) -> Prediction:
+        """Loads of the actuator where it has taken up the play between it and the mount."""
         if not self._plays:
             return self._carried(states, values)
         widths = [effect.play(states, effect.own(values, states)) for effect in self._plays]

@@ -108,7 +108,7 @@ class MLP(Model[Parameters]):
         """A network knows no single members: it takes all of their pressures."""
         if not states.members:
             return super()._rested(states, values)
-        return self._carried(self.imposed(states, values), values)
+        return self._alone(states, values)
 
     def prepare(self, rows: Rows) -> None:
         """Takes the input and load scaling from the training rows."""

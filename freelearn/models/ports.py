@@ -37,6 +37,13 @@ class BoundaryEffect(Effect[P]):
         """The states that were really imposed, from those that the table shows."""
         raise NotImplementedError
 
+    def hand_on(self, loads: Tensor, states: States, p: P) -> Tensor:
+        """Loads (N, 2) N, N·m on the mount, from those of an actuator at the states that `impose` gives of these.
+
+        They do the same work: where a state imposed moves otherwise than the mount, they differ.
+        """
+        return loads
+
 
 class MountEffect(Effect[P]):
     """A mount that gives way: the state that it imposes depends on the loads that it carries (see models.mount)."""
