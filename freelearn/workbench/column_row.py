@@ -92,7 +92,7 @@ def _about(guess: dict[str, Any]) -> str:
     if guess["low"] is None:
         shown = ", ".join(guess["words"][:4]) or guess["example"] or "blank"
     else:
-        shown = f"{guess['low']:.4g} … {guess['high']:.4g}, first {guess['example']}"
+        shown = f"{guess['low']:.4g} … {guess['high']:.4g}, first {_short(guess['example'])}"
     doubts = []
     if guess["chosen"] and QUANTITIES.get(CALLED.get(guess["quantity"], guess["quantity"]), "") not in ("", "ratio"):
         doubts += [] if guess["unit"] else ["the heading says no unit"]
@@ -100,3 +100,11 @@ def _about(guess: dict[str, Any]) -> str:
         doubts.append(f"{guess['confidence']}: check")
     doubt = f'<span class="bad"> {escape("; ".join(doubts))}</span>' if doubts else ""
     return f'<p><b>{escape(guess["name"])}</b>{doubt}<br><span class="quiet">{escape(shown[:60])}</span></p>'
+
+
+def _short(example: str) -> str:
+    """A number with as many digits as one looks at; one with a decimal comma, say, as it is written."""
+    try:
+        return f"{float(example):.6g}"
+    except ValueError:
+        return example

@@ -108,7 +108,7 @@ def _told(bed: str) -> list[str]:
 
 
 def _hint(name: str) -> str:
-    suspect = getattr(EFFECTS[name], "suspect", "")
+    suspect = EFFECTS[name].suspect
     return f"{name}: {suspect}" if suspect else name
 
 

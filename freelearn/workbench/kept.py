@@ -96,11 +96,9 @@ class Kept:
     # --- results --------------------------------------------------------------------------------------------
 
     def comparable(self) -> list[Run]:
-        """The fits of the model and rows that the latest fit is about, in order."""
-        if not self.runs:
-            return []
-        latest = self.runs[-1]["question"]
-        return [r for r in self.runs if latest.same_but_effects(r["question"])]
+        """The fits of the model and rows that the latest fit to the chosen data is about, in order."""
+        runs = [r for r in self.runs if self.question.same_data(r["question"])]
+        return [r for r in runs if runs[-1]["question"].same_but_effects(r["question"])]
 
     def discovery(self) -> dict[str, Any] | None:
         """discovery.json of the latest discovery, where it is about what is chosen."""

@@ -52,7 +52,6 @@ class Page:
         self.steps.refresh()
         self.mapping.refresh()
         self.made.refresh()
-        self.welcome.visible = not self.session.mapping
         say(self.problem, [])
         try:
             self._show()
@@ -62,7 +61,12 @@ class Page:
             say(self.problem, [f"This cannot be shown: {type(problem).__name__}: {problem}"], "bad")
 
     def _show(self) -> None:
-        if not self.session.comparable():
+        fitted = bool(self.session.comparable())
+        self.welcome.visible = not (fitted or self.session.mapping)
+        if self.results is not None:
+            # Of other data than those that are chosen now.
+            self.results.view.visible = fitted
+        if not fitted:
             return
         if self.results is None:
             # torch and matplotlib take seconds to import: not before there is something to show.
@@ -70,7 +74,7 @@ class Page:
 
             self.results = Results(self.session)
             self.results.refresh()
-            self.main.objects = [self.problem, self.mapping.view, self.made.view, self.results.view]
+            self.main.append(self.results.view)
         else:
             self.results.refresh()
 

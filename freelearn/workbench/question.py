@@ -88,6 +88,10 @@ class Question:
             return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
+    def same_data(self, other: Question) -> bool:
+        """Whether both ask about the same table."""
+        return self.about("check") == other.about("check")
+
     def same_but_effects(self, other: Question) -> bool:
         """Whether both ask about the same model on the same rows, so that their errors can be compared."""
         return replace(self, effects=(), ruled_out=()) == replace(other, effects=(), ruled_out=())

@@ -56,16 +56,21 @@ class Session(Running):
         if self._refused(content):
             return
         ending = Path(name).suffix.lower()
-        if ending in RECIPES and self.raw:
-            self.take_in(content)
+        if ending in RECIPES:
+            if self.raw:
+                self.take_in(content)
+            else:
+                self._refuse("A recipe says what the columns of a laboratory's file are: drop that file first.")
             return
         if ending in FORMATS or content.startswith((b"PK\x03\x04", b"MATLAB")):
             path = self.stored(content, "raw", ending if ending in FORMATS else ".raw")
         else:
             path = self.stored(content)
+        # Actuators that a recipe named are those of its file alone.
+        members = "" if self.made else self.question.members
         self.raw, self.made = {}, {}
-        self._read(replace(self.question, data=OWN, path=path, name=name[:200], train="all", effects=(),
-                           ruled_out=()))  # fmt: skip
+        about: dict[str, Any] = {"data": OWN, "path": path, "name": name[:200], "members": members, "train": "all"}
+        self._read(replace(self.question, **about, effects=(), ruled_out=()))
 
     def give_members(self, content: bytes) -> None:
         """Stores the file of an end block's actuators, and has the table read with them."""

@@ -170,6 +170,19 @@ def test_suspected_readings_can_be_left_out_and_the_search_goes_again(searched, 
     assert not page.view.visible
 
 
+def test_results_of_other_data_wait_until_these_are_chosen_again(searched, finish):
+    assert len(searched.comparable()) == 1
+    name, effects = searched.question.path, searched.question.effects
+    searched.upload("other.csv", b"sample,force_n\n1,2.5\n")
+    finish(searched)
+    assert searched.comparable() == []
+    assert searched.discovery() is None
+    searched.upload("mine.csv", Path(name).read_bytes())
+    finish(searched)
+    assert [run["question"].path for run in searched.comparable()] == [name]
+    assert searched.question.effects == () != effects
+
+
 @OLD_NAMES
 def test_what_was_ticked_stays_while_the_page_is_drawn_anew(searched):
     page = Suspects(searched)

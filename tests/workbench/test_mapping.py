@@ -1,8 +1,7 @@
-"""Tables of every bed, laboratories' own files, and units that look wrong, without a browser."""
+"""Laboratories' own files on the page: what their columns are, and the table made of them, without a browser."""
 
 import json
 import shlex
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -10,22 +9,13 @@ import beds
 import pandas as pd
 import pytest
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
-from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.recipe_file import recipe_of
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.table import read_table
-from freelearn.workbench.asked import discover_settings, train_settings
-from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.given import Given
 from freelearn.workbench.made import Made
 from freelearn.workbench.mapped import MappedColumn, recipe_of_choices
 from freelearn.workbench.mapping import Mapping
-from freelearn.workbench.question import Question
 from freelearn.workbench.sessions import Sessions
-from freelearn.workbench.steps import Steps
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
@@ -43,10 +33,6 @@ DESIGN = {"gamma_deg": 40.0, "length_mm": 90.0, "inner_radius_mm": 4.77, "outer_
 def raw(separator=";", decimal=","):
     lines = [separator.join(str(value).replace(".", decimal) for value in row) for row in ROWS]
     return "\n".join([HEADER.replace(",", separator), *lines, ""]).encode()
-
-
-def table_text(name, **changes):
-    return beds.TABLES[name]({}).assign(**changes).to_csv(index=False).encode()
 
 
 def row_of(page, name):
@@ -67,139 +53,6 @@ def mapping(sessions, finish):
     page = Mapping(session)
     page.refresh()
     return session, page
-
-
-# --- every bed ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", list(beds.TABLES))
-def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
-    session = sessions.get("")[1]
-    bed = "kinematic" if name == "block" else name
-    session.choose(data="csv")
-    session.choose(bed=bed)
-    if name == "block":
-        session.give_members(beds.MEMBERS.to_csv(index=False).encode())
-    session.upload("mine.csv", table_text(name))
-    finish(session)
-    assert session.problem == ""
-    assert (session.table["bed"], session.table["members"]) == (bed, 3 if name == "block" else 0)
-    session.choose(train="all")
-    session.start("train")
-    finish(session)
-    assert session.job.status == "done", session.job.text
-    page = Comparison(session)
-    page.refresh()
-    measured = BEDS[bed].measured
-    assert [q.name for q in page.maps.quantities] == [q.name for q in measured]
-    shown = {panel.y.name for panel in page.curves.shown}
-    assert {q.name for q in measured} <= shown
-    first = BEDS[bed].state[0]
-    assert all(first.suffix in label for label in page.labels.values())
-    assert len(page.maps_view.objects) == len(measured)
-    for sample in page.sample.options:
-        page.sample.value = sample
-        assert page.curves.panels[0].title.text.startswith(f"{page.curves.shown[0].title}: sample {sample}")
-    page.sample.value = 1
-    # A click on the map moves to a state of that cell.
-    page.maps.source.selected.indices = [len(page.shown) - 1]
-    inside = (page.now.field == page.shown[-1]) & page.now.usable
-    assert page._curve() in page.now.curve[inside]
-    # The command that is shown does the same.
-    asked = settings(TrainSettings, session.question.overrides("train"))
-    assert asked.data == train_settings(session.question, Path("fits")).data
-
-
-@pytest.mark.slow
-def test_another_bed_reads_the_same_file_anew(sessions, finish):
-    session = sessions.get("")[1]
-    session.upload("mine.csv", table_text("dead_load"))
-    finish(session)
-    # Read as of a kinematic bed: what nobody measured is then an imposed quantity that is blank.
-    assert "elongation_mm" in session.problem
-    assert not session.ready
-    session.choose(bed="dead_load")
-    finish(session)
-    assert (session.problem, session.ready) == ("", True)
-
-
-def test_a_diameter_is_of_one_actuator(tmp_path):
-    (tmp_path / "a.csv").write_text("")
-    path = str(tmp_path / "a.csv")
-    with pytest.raises(UserError, match="one actuator"):
-        train_settings(Question("csv", path=path, bed="inflation", members=path), tmp_path)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"accuracy": None},
-        {"accuracy": (("outer_diameter_mm", 0.05), ("force_n", 0.1))},
-        {"ruled_out": ("force_gain", "end_clamps"), "per_sample": False},
-        {"data": "virtual", "path": "", "bed": "kinematic", "ruled_out": ("relaxation",)},
-        {"data": "hidden", "path": "", "bed": "kinematic", "seed": 4},
-    ],
-)
-def test_settings_are_those_of_the_command(tmp_path, changes):
-    (tmp_path / "it's mine.csv").write_text("")
-    question = replace(Question("csv", path=str(tmp_path / "it's mine.csv"), bed="inflation", train="all"), **changes)
-    search = settings(DiscoverSettings, question.overrides("discover"))
-    assert search == replace(discover_settings(question))
-    fit = settings(TrainSettings, question.overrides("train"))
-    assert fit == replace(train_settings(question, fit.fits))
-    assert Question.from_json(json.loads(json.dumps(question.to_json()))) == question
-
-
-def test_a_question_of_former_times_is_still_read():
-    old = {"data": "csv", "seed": 1, "path": "/a.csv", "name": "a", "model": "linear", "train": "all", "effects": ["x"]}
-    assert Question.from_json(old) == Question("csv", 1, "/a.csv", "a", "linear", "all", ("x",))
-
-
-def test_what_is_ruled_out_does_not_ask_for_another_fit(sessions):
-    one = Question(effects=("end_clamps",))
-    other = replace(one, ruled_out=("force_gain",))
-    assert one.about("train") == other.about("train")
-    assert one.about("discover") != other.about("discover")
-    assert one.same_but_effects(other)
-
-
-def test_accuracy_is_asked_in_the_quantities_of_the_bed(sessions):
-    session = sessions.get("")[1]
-    session.choose(data="csv")
-    session.choose(bed="inflation")
-    page = Given(session, 260)
-    page.refresh()
-    page.accuracy.how.value = "state it"
-    page.refresh()
-    shown = {name for name, widget in page.accuracy.numbers.items() if widget.visible}
-    assert shown == {"elongation_mm", "twist_deg", "pressure_kpa", "force_n", "outer_diameter_mm"}
-    assert page.accuracy.numbers["outer_diameter_mm"].name == "σ of outer diameter [mm]"
-    page.accuracy.numbers["outer_diameter_mm"].value = 0.5
-    assert dict(session.question.accuracy)["outer_diameter_mm"] == 0.5
-    page.accuracy.how.value = "estimate it from the data"
-    assert session.question.accuracy is None
-
-
-@pytest.mark.parametrize("bed", list(BEDS))
-@pytest.mark.parametrize("several", [1, 2])
-def test_a_template_is_a_table_of_the_bed(sessions, tmp_path, bed, several):
-    if bed == "inflation" and several > 1:
-        pytest.skip("of one actuator")
-    session = sessions.get("")[1]
-    session.choose(data="csv")
-    session.choose(bed=bed)
-    page = Given(session, 260)
-    page.refresh()
-    page.block.actuators.value = several
-    assert (page.template.visible, page.block.template.visible) == (True, several > 1)
-    (tmp_path / "table.csv").write_text(page.template.callback().read())
-    (tmp_path / "members.csv").write_text(page.block.template.callback().read())
-    members = read_members(tmp_path / "members.csv") if several > 1 else None
-    assert len(read_table(tmp_path / "table.csv", BEDS[bed], members).table) == 1
-
-
-# --- a laboratory's own file ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -278,6 +131,8 @@ def test_the_guess_is_shown_and_the_table_that_is_made_of_it_is_fitted(mapping, 
 @pytest.mark.slow
 def test_excel_and_a_recipe_are_taken(sessions, finish):
     session = sessions.get("")[1]
+    session.upload("mine.yaml", b"bed: kinematic\n")
+    assert "drop that file first" in session.problem
     book = BytesIO()
     pd.DataFrame([row[:6] for row in ROWS], columns=HEADER.split(",")[:6]).to_excel(book, index=False)
     session.upload("run 7.xlsx", book.getvalue())
@@ -364,6 +219,17 @@ def test_lengths_and_ratios_become_elongations(quantity, unit, made):
     assert column.sign == (-1 if quantity == "contraction" else 1)
 
 
+def test_steps_and_marks_of_a_table_are_kept():
+    columns = [MappedColumn("n: o", "step"), MappedColumn("bent", "buckled"), MappedColumn("away", "left out")]
+    columns.append(MappedColumn("F", "force", "N"))
+    constants = DESIGN | {"elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": 10.0}
+    recipe = recipe_of(recipe_of_choices("isometric", columns, constants), "recipe")
+    assert recipe.steps.source == "n: o"
+    assert set(recipe.marks) == {"buckled", "left_out"}
+    with pytest.raises(UserError, match="'bent' and 'F' are both the buckled"):
+        recipe_of_choices("isometric", [*columns[:3], MappedColumn("F", "buckled")], constants)
+
+
 def test_two_columns_cannot_be_one_thing():
     columns = [MappedColumn("a", "elongation", "mm"), MappedColumn("b", "stretch", "1")]
     with pytest.raises(UserError, match="'a' and 'b' are both"):
@@ -377,54 +243,3 @@ def test_any_name_of_a_column_is_a_text_of_the_recipe(name):
     recipe = recipe_of(recipe_of_choices("isometric", columns, constants), "recipe")
     assert recipe.columns["force_n"].source == name
     assert recipe.sample.numbers == {name: 1, "on": 2, "2": 3}
-
-
-# --- units that look wrong ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_units_that_look_wrong_are_said_first_and_the_fit_waits_for_an_answer(sessions, finish):
-    session = sessions.get("")[1]
-    table = beds.TABLES["inflation"]({})
-    text = table.assign(pressure_kpa=1000 * table["pressure_kpa"]).to_csv(index=False).encode()
-    session.choose(data="csv")
-    session.choose(bed="inflation")
-    session.upload("mine.csv", text)
-    finish(session)
-    assert [True for warning in session.doubted if "pascals" in warning]
-    page = Steps(session)
-    page.refresh()
-    assert page.fit.disabled
-    assert page.find.disabled
-    assert "pascals" in page.given.doubts.units.object
-    assert "waits" in page.effects.object
-    session.start("train")
-    session.start("discover")
-    assert not session.busy
-    page.given.doubts.right.view.value = [page.given.doubts.right.text]
-    page.refresh()
-    assert not page.fit.disabled
-    # Said for this file: remembered, and asked anew of another.
-    restarted = Sessions(sessions.folder).get(session.folder.name)[1]
-    assert restarted.ready
-    session.upload("other.csv", text.replace(b"\n", b"\n", 1) + b"\n")
-    finish(session)
-    assert not session.ready
-    session.upload("again.csv", text)
-    finish(session)
-    assert session.ready
-    page.refresh()
-    assert page.given.doubts.right.ticked
-    page.given.doubts.right.view.value = []
-    assert not session.ready
-
-
-@pytest.mark.slow
-def test_a_missing_reading_is_no_reason_to_wait(sessions, finish):
-    session = sessions.get("")[1]
-    session.choose(data="csv")
-    session.choose(bed="inflation")
-    session.upload("mine.csv", beds.TABLES["inflation"]({}).drop(columns="force_n").to_csv(index=False).encode())
-    finish(session)
-    assert session.table["warnings"] == ["The table has no force_n: only the other readings are fitted and scored."]
-    assert session.ready

@@ -1,0 +1,219 @@
+"""Tables of every bed on the page, without a browser."""
+
+import json
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+
+import beds
+import numpy as np
+import pandas as pd
+import pytest
+
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import DiscoverSettings, TrainSettings
+from freelearn.errors import UserError
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.members_table import read_members
+from freelearn.measurements.table import read_table
+from freelearn.workbench.asked import discover_settings, train_settings
+from freelearn.workbench.comparison import Comparison
+from freelearn.workbench.fitted import curves_of
+from freelearn.workbench.given import Given
+from freelearn.workbench.question import Question
+from freelearn.workbench.steps import Steps
+
+# What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
+pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
+
+
+def table_text(name, **changes):
+    return beds.TABLES[name]({}).assign(**changes).to_csv(index=False).encode()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(beds.TABLES))
+def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
+    session = sessions.get("")[1]
+    bed = "kinematic" if name == "block" else name
+    session.choose(data="csv")
+    session.choose(bed=bed)
+    if name == "block":
+        session.give_members(beds.MEMBERS.to_csv(index=False).encode())
+    session.upload("mine.csv", table_text(name))
+    finish(session)
+    assert session.problem == ""
+    assert (session.table["bed"], session.table["members"]) == (bed, 3 if name == "block" else 0)
+    left = Given(session, 260)
+    left.refresh()
+    assert left.block.count == (3 if name == "block" else 1)
+    session.choose(train="all")
+    session.start("train")
+    finish(session)
+    assert session.job.status == "done", session.job.text
+    page = Comparison(session)
+    page.refresh()
+    measured = BEDS[bed].measured
+    assert [q.name for q in page.maps.quantities] == [q.name for q in measured]
+    shown = {panel.y.name for panel in page.curves.shown}
+    assert {q.name for q in measured} <= shown
+    first = BEDS[bed].state[0]
+    assert all(first.suffix in label for label in page.labels.values())
+    assert len(page.maps_view.objects) == len(measured)
+    if name == "dead_load":
+        # Nobody measured the second one's length: no empty map of it.
+        page.sample.value = 2
+        assert [q.name for q in page.maps.quantities] == ["twist"]
+    for sample in page.sample.options:
+        page.sample.value = sample
+        assert page.curves.panels[0].title.text.startswith(f"{page.curves.shown[0].title}: sample {sample}")
+    page.sample.value = 1
+    # A click on the map moves to a state of that cell.
+    page.maps.source.selected.indices = [len(page.shown) - 1]
+    inside = (page.now.field == page.shown[-1]) & page.now.usable
+    assert page._curve() in page.now.curve[inside]
+    # The command that is shown does the same.
+    asked = settings(TrainSettings, session.question.overrides("train"))
+    assert asked.data == train_settings(session.question, Path("fits")).data
+
+
+@pytest.mark.slow
+def test_another_bed_reads_the_same_file_anew(sessions, finish):
+    session = sessions.get("")[1]
+    session.upload("mine.csv", table_text("dead_load"))
+    finish(session)
+    # Read as of a kinematic bed: what nobody measured is then an imposed quantity that is blank.
+    assert session.problem.startswith("As a table of the bed dead_load it has no faults: choose that bed.\n")
+    assert "elongation_mm: is blank" in session.problem
+    assert not session.ready
+    session.choose(bed="dead_load")
+    finish(session)
+    assert (session.problem, session.ready) == ("", True)
+
+
+@pytest.mark.slow
+def test_the_measured_muscle_is_there_with_what_is_known_of_it(sessions, finish):
+    session = sessions.get("")[1]
+    session.choose(data="dmsp20")
+    finish(session)
+    question = session.question
+    assert (session.ready, session.table["rows"], question.bed) == (True, 126, "isometric")
+    assert question.command("discover") == (
+        "python discover.py model=continuum train=all data=dmsp20 'effects=[fiber_misalignment]' "
+        "'ruled_out=[force_gain,pressure_gain]'"
+    )
+    page = Given(session, 260)
+    page.refresh()
+    assert "Martens & Boblan (2017), CC BY 4.0" in unescape(page.doubts.about.object)
+    assert not page.file.visible
+    # Nothing of it stays behind with other data.
+    session.choose(data="virtual")
+    assert session.question == Question()
+
+
+@pytest.mark.slow
+def test_a_sample_of_too_few_states_is_tested_on_rows(sessions, finish):
+    session = sessions.get("")[1]
+    table = beds.TABLES["dead_load"]({})
+    one = (table["sample"] == 1) | (table["moment_nmm"] == -30)
+    session.choose(data="csv")
+    session.choose(bed="dead_load")
+    session.upload("mine.csv", table[one].to_csv(index=False).encode())
+    finish(session)
+    page = Steps(session)
+    page.refresh()
+    assert "tested on single rows" in page.effects.object
+    session.start("train")
+    finish(session)
+    assert session.job.status == "done", session.job.text
+    errors = session.read(session.runs[-1], "results.json")["tests"]
+    assert set(errors) == {"sample1", "sample2", "even", "all"}
+    assert "split=rows" in session.question.overrides("train")
+
+
+def test_a_curve_of_an_end_block_has_one_actuator_moving():
+    pressures = [(p1, p2, 20.0 + 0.5 * (p1 > 0)) for p2 in (0.0, 30.0, 60.0) for p1 in (0.0, 30.0, 60.0, 90.0)]
+    table = pd.DataFrame(pressures, columns=[f"pressure_{i}_kpa" for i in (1, 2, 3)])
+    table = table.assign(force_n=1.0, moment_nmm=1.0)
+    assert list(curves_of(table, np.zeros(12, dtype=int))) == [0] * 4 + [1] * 4 + [2] * 4
+    # All at once are one curve, and so are those of a single actuator.
+    together = pd.DataFrame({f"pressure_{i}_kpa": [0.0, 30.0, 60.0] for i in (1, 2)})
+    assert list(curves_of(together, np.zeros(3, dtype=int))) == [0, 0, 0]
+    alone = pd.DataFrame({"pressure_kpa": [0.0, 30.0, 0.0, 30.0]})
+    assert list(curves_of(alone, np.array([0, 0, 1, 1]))) == [0, 0, 1, 1]
+
+
+def test_a_diameter_is_of_one_actuator(tmp_path):
+    (tmp_path / "a.csv").write_text("")
+    path = str(tmp_path / "a.csv")
+    with pytest.raises(UserError, match="one actuator"):
+        train_settings(Question("csv", path=path, bed="inflation", members=path), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"accuracy": None},
+        {"accuracy": (("outer_diameter_mm", 0.05), ("force_n", 0.1))},
+        {"ruled_out": ("force_gain", "end_clamps"), "per_sample": False},
+        {"data": "dmsp20", "path": "", "bed": "isometric", "split": "rows"},
+        {"data": "virtual", "path": "", "bed": "kinematic", "ruled_out": ("relaxation",)},
+        {"data": "hidden", "path": "", "bed": "kinematic", "seed": 4},
+    ],
+)
+def test_settings_are_those_of_the_command(tmp_path, changes):
+    (tmp_path / "it's mine.csv").write_text("")
+    question = replace(Question("csv", path=str(tmp_path / "it's mine.csv"), bed="inflation", train="all"), **changes)
+    search = settings(DiscoverSettings, question.overrides("discover"))
+    assert search == replace(discover_settings(question))
+    fit = settings(TrainSettings, question.overrides("train"))
+    assert fit == replace(train_settings(question, fit.fits))
+    assert Question.from_json(json.loads(json.dumps(question.to_json()))) == question
+
+
+def test_a_question_of_former_times_is_still_read():
+    old = {"data": "csv", "seed": 1, "path": "/a.csv", "name": "a", "model": "linear", "train": "all", "effects": ["x"]}
+    assert Question.from_json(old) == Question("csv", 1, "/a.csv", "a", "linear", "all", ("x",))
+
+
+def test_what_is_ruled_out_does_not_ask_for_another_fit(sessions):
+    one = Question(effects=("end_clamps",))
+    other = replace(one, ruled_out=("force_gain",))
+    assert one.about("train") == other.about("train")
+    assert one.about("discover") != other.about("discover")
+    assert one.same_but_effects(other)
+
+
+def test_accuracy_is_asked_in_the_quantities_of_the_bed(sessions):
+    session = sessions.get("")[1]
+    session.choose(data="csv")
+    session.choose(bed="inflation")
+    page = Given(session, 260)
+    page.refresh()
+    page.accuracy.how.value = "state it"
+    page.refresh()
+    shown = {name for name, widget in page.accuracy.numbers.items() if widget.visible}
+    assert shown == {"elongation_mm", "twist_deg", "pressure_kpa", "force_n", "outer_diameter_mm"}
+    assert page.accuracy.numbers["outer_diameter_mm"].name == "σ of outer diameter [mm]"
+    page.accuracy.numbers["outer_diameter_mm"].value = 0.5
+    assert dict(session.question.accuracy)["outer_diameter_mm"] == 0.5
+    page.accuracy.how.value = "estimate it from the data"
+    assert session.question.accuracy is None
+
+
+@pytest.mark.parametrize("bed", list(BEDS))
+@pytest.mark.parametrize("several", [1, 2])
+def test_a_template_is_a_table_of_the_bed(sessions, tmp_path, bed, several):
+    if bed == "inflation" and several > 1:
+        pytest.skip("of one actuator")
+    session = sessions.get("")[1]
+    session.choose(data="csv")
+    session.choose(bed=bed)
+    page = Given(session, 260)
+    page.refresh()
+    page.block.actuators.value = several
+    assert (page.template.visible, page.block.template.visible) == (True, several > 1)
+    (tmp_path / "table.csv").write_text(page.template.callback().read())
+    (tmp_path / "members.csv").write_text(page.block.template.callback().read())
+    members = read_members(tmp_path / "members.csv") if several > 1 else None
+    assert len(read_table(tmp_path / "table.csv", BEDS[bed], members).table) == 1
