@@ -33,6 +33,12 @@ def compared() -> Iterator[tuple[str, str, Values, list[Values]]]:
     carried = rub | {"sliding": 2e3, "carried": 1.0}
     yield "friction_hysteresis, not lost with the move to a state", "friction_hysteresis", carried, [rub]
     yield "twist_slack", "twist_slack", {"angle": 0.01, "stiffness": 1e3}, [{"angle": 0.01}]
+    yield "end_taper, sharp cones", "end_taper", {"ratio": 2.0}, [{"ratio": 2.0}]
+    for pressure in (500.0, 5e3):
+        values = {"pressure": pressure}
+        yield f"threshold_pressure, {pressure:g} Pa", "threshold_pressure", values, [values]
+    press = {"force": 1e-3, "moment": 1e-3}
+    yield "contact_friction", "contact_friction", press | {"sliding": 2e3}, [press]
     scatter = {"kappa": 0.01}
     yield "fiber_dispersion, mean of the squared stretch", "fiber_dispersion", scatter, [scatter]
     yield "fiber_dispersion, each fiber's energy", "fiber_dispersion", scatter | {"each_fiber": 1.0}, [scatter]

@@ -19,9 +19,9 @@ def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
 
 
 def program(name: str, script: Sequence[str] = ()) -> list[str]:
-    """How this process was started: by the installed command `freelearn name`, or else by `script`.
+    """How a command is started as this process was: by the installed `freelearn name`, or else by `script`.
 
     script: by default a checkout's `python name.py`.
     """
-    installed = Path(sys.argv[0]).name == f"freelearn {name}"
+    installed = Path(sys.argv[0]).name.startswith("freelearn ")
     return ["freelearn", name] if installed else list(script) or ["python", f"{name}.py"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -18,13 +17,11 @@ from rich.console import Console
 
 from freelearn.commands.command_line import program
 from freelearn.commands.configuration import CONF
+from freelearn.commands.intake_files import PROVENANCE, beside, check_out, write_intake
 from freelearn.commands.parse import parse_intake
 from freelearn.commands.settings import IntakeSettings
-from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.faults import Fault, TableError
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.convert import convert
 from freelearn.measurements.intake.draft import draft
@@ -33,11 +30,9 @@ from freelearn.measurements.intake.provenance import provenance
 from freelearn.measurements.intake.recipe import Recipe
 from freelearn.measurements.intake.recipe_file import recipe_of, recipe_text
 from freelearn.measurements.intake.sources import is_folder, read_sources, table_files
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.table import read_table
 from freelearn.render.terminal.intake import show_guess, show_intake
 
-PROVENANCE = "_provenance.json"
+__all__ = ["PROVENANCE", "intake_app", "take_in"]
 
 
 def intake_app() -> None:
@@ -56,10 +51,16 @@ def _intake(config: DictConfig) -> None:
     except KeyboardInterrupt:
         sys.exit("error: interrupted before the table was written.")
     finally:
-        # With out=FILE, or after a mistake, there is nothing in the run's folder.
-        for empty in (folder, folder.parent):
-            if empty.is_dir() and not any(empty.iterdir()):
-                empty.rmdir()
+        _remove_empty(folder)
+
+
+def _remove_empty(folder: Path) -> None:
+    """With out=FILE, or after a mistake, there is nothing in the run's folder, nor in those made for it."""
+    outputs = Path.cwd() / "outputs"
+    made = [path for path in folder.parents if path == outputs or outputs in path.parents]
+    for empty in (folder, *(made or [folder.parent])):
+        if empty.is_dir() and not any(empty.iterdir()):
+            empty.rmdir()
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
@@ -86,73 +87,15 @@ def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: C
     data = settings.data.path
     sources = read_sources(data, recipe)
     out = settings.out or folder / f"{_stem(data)}_table.csv"
-    _check_out(out, [recipe_path, data, *(data / name for name in sources)])
+    check_out(out, [recipe_path, data, *(data / name for name in sources)])
     intake = convert(recipe, sources)
     made = provenance(intake, recipe, data, sources, recipe_path, text)
-    warnings = _write(intake, recipe, out, made)
-    members = [_beside(out, "_members.csv")] if recipe.members else []
+    warnings = write_intake(intake, recipe, out, made)
+    members = [beside(out, "_members.csv")] if recipe.members else []
     console_intake = Intake(
         intake.table, intake.members, intake.lines, intake.files, tuple(dict.fromkeys([*intake.warnings, *warnings]))
     )
-    show_intake(console, console_intake, [out, *members, _beside(out, PROVENANCE)], _next(recipe, out, members))
-
-
-def _write(intake: Intake, recipe: Recipe, out: Path, made: dict[str, Any]) -> Sequence[str]:
-    """The table, its members and its provenance: all of them, or none. Gives the warnings of reading the table."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part = out.with_name(f".{out.stem}.{os.getpid()}.part.csv")
-        written = [part]
-        try:
-            part.write_text(csv_text(intake.table), encoding="utf-8")
-            if intake.members is not None:
-                written.append(out.with_name(f".{out.stem}.{os.getpid()}.members.csv"))
-                written[1].write_text(csv_text(intake.members), encoding="utf-8")
-            warnings = _checked(intake, recipe, part, written[1:])
-            if intake.members is not None:
-                os.replace(written[1], _beside(out, "_members.csv"))
-            write_text(_beside(out, PROVENANCE), json.dumps(made, indent=1, ensure_ascii=False) + "\n")
-            # Last, for it marks a whole result.
-            os.replace(part, out)
-        finally:
-            for path in written:
-                path.unlink(missing_ok=True)
-    except OSError as problem:
-        raise UserError(f"{out} cannot be written: {problem.strerror}. Choose another place with out=FILE.") from None
-    return warnings
-
-
-def _checked(intake: Intake, recipe: Recipe, part: Path, members: Sequence[Path]) -> Sequence[str]:
-    """Reads the table as train and discover will. Raises UserError that names the lines of the raw file."""
-    try:
-        return read_table(part, BEDS[recipe.bed], read_members(members[0]) if members else None).warnings
-    except TableError as error:
-        faults = [
-            f"{_raw_line(intake, fault)}{fault.column and f', {fault.column}'}: {fault.value!r} {fault.problem}"
-            for fault in error.faults[:10]
-        ]
-        raise UserError("\n  ".join(["The table that this recipe makes would have faults:", *faults])) from None
-
-
-def _raw_line(intake: Intake, fault: Fault) -> str:
-    if not 2 <= fault.line < 2 + len(intake.lines):
-        return "header"
-    file, line = intake.lines[fault.line - 2]
-    return f"{file} line {line}"
-
-
-def _check_out(out: Path, sources: Sequence[Path]) -> None:
-    """A file that intake did not write is not overwritten, least of all the raw one."""
-    if any(out.resolve() == source.resolve() for source in sources):
-        raise UserError(f"out={out} is the raw file or the recipe: choose another name.")
-    if out.is_dir():
-        raise UserError(f"out={out} is a folder: name a file in it.")
-    if out.exists() and not _beside(out, PROVENANCE).exists():
-        raise UserError(f"out={out} exists and is no table of intake's: choose another name, or delete it.")
-
-
-def _beside(out: Path, ending: str) -> Path:
-    return out.with_name(f"{out.stem}{ending}")
+    show_intake(console, console_intake, [out, *members, beside(out, PROVENANCE)], _next(recipe, out, members))
 
 
 def _stem(data: Path) -> str:

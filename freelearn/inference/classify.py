@@ -27,7 +27,8 @@ def classify(
         for effect in prepared.question.added(final.effects):
             rivals = stand_ins(prepared, final, effect)
             best = min(rivals, key=lambda name: rivals[name].heldout.loss.sum())
-            if best != effect and paired(rivals[best].heldout, final.heldout)[0] > WORTH_EXCHANGING:
+            gain = paired(rivals[best].heldout, final.heldout)[0]
+            if best != effect and gain > WORTH_EXCHANGING and not rivals[best].worse(final):
                 final = rewhitened(prepared, rivals[best]).tried(final.candidates)
                 watch(final, f"{best} in place of {effect}")
                 break
@@ -55,7 +56,7 @@ def one_for_two(prepared: Prepared, final: Step, classes: list[EquivalenceClass]
             fewer = without(prepared, one[name], second)
             if fewer is not None:
                 mean, error = paired(final.heldout, fewer.heldout)
-                if mean < BETTER * error:
+                if mean < BETTER * error and not fewer.worse(final):
                     return fewer
     return None
 

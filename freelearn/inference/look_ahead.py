@@ -28,7 +28,7 @@ def look_ahead(prepared: Prepared, step: Step) -> Step | None:
     better = []
     for other in found:
         gain, error = paired(other.heldout, step.heldout)
-        if set(other.effects) != set(step.effects) and gain > TOGETHER * error:
+        if set(other.effects) != set(step.effects) and gain > TOGETHER * error and not other.worse(step):
             better.append(other)
     if not better:
         return None

@@ -21,7 +21,7 @@ def prune(prepared: Prepared, step: Step) -> Step:
         if reduced is None:
             continue
         gain, error = paired(step.heldout, reduced.heldout)
-        if gain < BETTER * error:
+        if gain < BETTER * error and not reduced.worse(step):
             return prune(prepared, rewhitened(prepared, reduced))
     return step
 

@@ -59,10 +59,11 @@ def without(prepared: Prepared, step: Step, effect: str) -> Step | None:
 
 
 def rewhitened(prepared: Prepared, step: Step) -> Step:
-    """The same model with the noise that its own stiffness implies."""
+    """The same model with the noise that its own stiffness implies, unless it would then explain less."""
     whiten = prepared.whitener(step)
     fit = white_fit(step.fit.model, prepared.rows, whiten, step.fit.vector)
-    return prepared.step(step.effects, fit, whiten)
+    again = prepared.step(step.effects, fit, whiten)
+    return step if again.worse(step) else again
 
 
 def proper(fit: WhiteFit) -> bool:

@@ -33,6 +33,9 @@ CAUTIOUS, HUBER = 5, 2.0
 GROWING = 2
 # The stated position error is believed as much as so many states would make it.
 PRIOR_STATES = 3.0
+# Residuals are counted as typically so many deviations of a channel's noise at most. Of a model that is farther off,
+# more digits of one channel would decide against the other, and nothing about the model.
+HOPELESS = 30.0
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 
 
@@ -45,7 +48,8 @@ class Scatter:
     pressure. tails: of the errors about that. z (N, 2): errors about what is expected, in units of their scale; smooth
     (N, 2) N, N·m: what is expected of the residuals. good (N, 2): chance that a reading did not slip. reading (N, 2)
     and state (N,): precision (one over the variance) of a reading's and of its state's position error, in units of
-    the stated one; zero for a reading that slipped. variances: of the smooth shapes, to go on from.
+    the stated one; zero for a reading that slipped. variances: of the smooth shapes, to go on from. lifted (2,):
+    factors by which the errors count as larger in `reading`, because the model is far off, see HOPELESS.
     """
 
     like: Accuracy
@@ -59,11 +63,12 @@ class Scatter:
     reading: Tensor
     state: Tensor
     variances: tuple[Tensor, ...]
+    lifted: Tensor
 
     @property
     def slipped(self) -> Tensor:
         """Readings to point out, (N, 2) bool."""
-        return self.z.abs() > self.tails.limit
+        return self.z.abs() > self.tails.limit * self.lifted
 
     @property
     def deviations(self) -> Tensor:
@@ -102,6 +107,7 @@ def scatter(
     if before:
         for sample, variance in zip(samples, before.variances, strict=True):
             sample.variance = variance
+        now = replace(now, reading=before.reading * before.lifted**2)
     rounds = AGAIN if before else ROUNDS
     for turn in range(rounds):
         base = noise * now.scale * now.growth.factor(loads, states.pressure)
@@ -109,8 +115,9 @@ def scatter(
         parts = [s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows]) for s in samples]
         cautious = not before and turn < CAUTIOUS
         now = _updated(now, samples, parts, base, loads, states.pressure, told, cautious, rounds - turn <= GROWING)
+    lifted = (_typical(raw / (noise * now.deviations), told) / HOPELESS).clamp_min(1.0)
     # What is censored is believed like any other, once the model comes to it; what is not there never.
-    return replace(now, reading=torch.where(readings.present, now.reading, 0.0))
+    return replace(now, reading=torch.where(readings.present, now.reading / lifted**2, 0.0), lifted=lifted)
 
 
 def huber(
@@ -136,7 +143,8 @@ def _unknown(raw: Tensor, noise: Tensor, like: Accuracy, told: Tensor) -> Scatte
     z = raw / noise / scale
     one = torch.ones_like(raw)
     reading = _bounded(z) ** 2 / scale**2
-    return Scatter(like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, torch.ones(len(raw)).double(), ())
+    state = torch.ones(len(raw), dtype=torch.float64)
+    return Scatter(like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, state, (), torch.ones_like(scale))
 
 
 def _typical(z: Tensor, told: Tensor) -> Tensor:

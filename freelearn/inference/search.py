@@ -166,7 +166,7 @@ def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | N
     better = []
     for name, other in fitted.items():
         gain, error = paired(other.heldout, step.heldout)
-        if name in significant and gain > BETTER * error:
+        if name in significant and gain > BETTER * error and not other.worse(step):
             better.append(other)
     if not better:
         return step, None

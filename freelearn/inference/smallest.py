@@ -18,7 +18,7 @@ def smallest(prepared: Prepared, final: Step) -> Step:
     while added := prepared.question.added(step.effects):
         reduced = [r for r in (without(prepared, step, effect) for effect in added) if r is not None]
         least = min(reduced, key=_loss, default=None)
-        if least is None or _loss(least) - _loss(step) > LITTLE * _unexplained(step):
+        if least is None or _loss(least) - _loss(step) > LITTLE * _unexplained(step) or least.worse(step):
             break
         step = least
     return step if step is final else rewhitened(prepared, step)

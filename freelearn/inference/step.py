@@ -12,6 +12,7 @@ from freelearn.inference.crossval import HeldOut
 from freelearn.inference.noise import Whitener
 from freelearn.inference.score import EffectScore
 from freelearn.inference.structure import Structure, structure
+from freelearn.inference.thresholds import RISES
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.states import States
 
@@ -40,6 +41,10 @@ class Step:
     def left(self) -> Structure:
         """What is systematic in the residuals that are left."""
         return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
+
+    def worse(self, other: Step) -> bool:
+        """Whether its held-out error is clearly larger than another's."""
+        return self.E_heldout > (1 + RISES) * other.E_heldout
 
     def tried(self, candidates: Sequence[Candidate], scores: Sequence[EffectScore] = ()) -> Step:
         """The same step with what was tried on it."""

@@ -43,8 +43,8 @@ class States:
     fell, 0 for the first step of a kinematic state.
 
     What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
-    first row; dwell [s] since the first row of the kinematic state; moved_length [m] and moved_twist [rad], by which the
-    bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
+    first row; dwell [s] since the first row of the kinematic state; moved_length [m] and moved_twist [rad], by which
+    the bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
     past_severity, the largest among the sample's rows so far, itself included. All zero unless given.
     """
 
@@ -167,8 +167,7 @@ class States:
             second_share=second.isfinite().double() if some else None,
             bed=bed,
             members=tuple(_member(table, number) for number in members_in(table.columns)),
-            **{name: torch.as_tensor(value) for name, value in _memory(table).items()},
-        )
+        ).replace(**{name: torch.as_tensor(value) for name, value in _memory(table).items()})
 
 
 def _member(table: pd.DataFrame, number: int) -> States:

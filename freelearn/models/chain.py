@@ -114,7 +114,7 @@ class Chain(RawVector):
         return states
 
     def _rested(self, states: States, values: Values) -> Prediction:
-        """Loads on the mount, which is where the table says: those of the actuator, or of all that share the end block."""
+        """Loads on the mount where the table says: those of the actuator, or of all that share the end block."""
         if not states.members:
             return self._alone(states, values)
         count = len(states.members)

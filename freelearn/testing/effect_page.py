@@ -23,8 +23,8 @@ Standard forms and sources stand in each effect's docstring (`freelearn/models/e
 mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
 cells, gauges, the stiffness of shaft and stage), to the material or to fittings that all samples share has one value.
 
-**beds**: those on which an effect can be told ([what a bed imposes and measures](glossary.md)); on another one the search
-says that it cannot be tested.
+**beds**: those on which an effect can be told ([what a bed imposes and measures](glossary.md)); on another one the
+search says that it cannot be tested.
 
 Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator
 rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time

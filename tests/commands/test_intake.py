@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 
 import pandas as pd
+import pytest
 from conftest import ROOT
 
+from freelearn.commands.command_line import program
 from freelearn.measurements.table import read_table
 
 STATES = [(e, w, p) for e in (0.0, 0.002) for w in (0.0, 0.5) for p in (0.0, 0.3, 0.6)]
@@ -51,8 +53,8 @@ def test_from_a_raw_file_to_a_table_by_its_own_next_commands(tmp_path):
     assert made["step"].tolist() == [0, 1, 2] * 4
     *_, heading, train, discover = second.stdout.splitlines()
     assert heading == "next:"
-    for line, program in ((train, "train.py"), (discover, "discover.py")):
-        assert shlex.split(line) == ["python", program, "train=all", "data=csv", f'data.path="{table}"']
+    for line, script in ((train, "train.py"), (discover, "discover.py")):
+        assert shlex.split(line) == ["python", script, "train=all", "data=csv", f'data.path="{table}"']
     assert raw.read_text(encoding="cp1252") == RAW
 
 
@@ -90,6 +92,14 @@ def test_mistakes_end_with_one_message_and_no_folder(tmp_path):
         assert says in done.stderr
         assert "Traceback" not in done.stderr
         assert not run.exists()
+
+
+@pytest.mark.parametrize(
+    ("started", "begins"), [("freelearn intake", ["freelearn", "train"]), ("intake.py", ["python"])]
+)
+def test_the_next_commands_are_called_as_this_one_was(started, begins, monkeypatch):
+    monkeypatch.setattr(sys, "argv", [started])
+    assert program("train")[: len(begins)] == begins
 
 
 def test_help_and_the_installed_command(tmp_path):

@@ -235,9 +235,12 @@ def test_a_table_of_an_end_block_is_read(bed, tmp_path):
     assert (first.sample == 1).all()
     assert (second.sample == 2).all()
     if bed != "dead_load":
-        for member in states.of_members():
-            elongation = (member.length - member.reference_length).numpy() * 1e3
-            np.testing.assert_allclose(elongation, block(bed)["elongation_mm"], atol=1e-12)
+        each = states.side_by_side()
+        elongation = (each.length - each.reference_length).numpy().reshape(2, -1) * 1e3
+        np.testing.assert_allclose(elongation, [block(bed)["elongation_mm"]] * 2, atol=1e-12)
+        np.testing.assert_allclose(each.pressure, np.r_[first.pressure, second.pressure])
+        # The first member has no second family of fibers.
+        assert each.second_share.reshape(2, -1).sum(1).tolist() == [0, len(states)]
 
 
 @pytest.mark.parametrize("column", ["pressure_1_kpa", "pressure_2_kpa"])

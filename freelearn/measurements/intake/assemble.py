@@ -35,7 +35,7 @@ class Intake:
 def assembled(recipe: Recipe, rows: pd.DataFrame, files: Sequence[Mapping[str, Any]], warnings: list[str]) -> Intake:
     """The table of the rows. Raises UserError where an imposed quantity is blank."""
     pressures = [pressure_column(i) for i in range(1, len(recipe.members) + 1)]
-    _refuse_blanks(rows, [*needed(recipe), *pressures])
+    _refuse_blanks(recipe, rows, [*needed(recipe), *pressures])
     for name, tolerance in recipe.state_tolerance.items():
         if name not in rows:
             raise UserError(f"state_tolerance names {name}, which the recipe does not make: name one of its columns.")
@@ -74,18 +74,17 @@ def _members(recipe: Recipe) -> pd.DataFrame | None:
     return table.reindex(columns=["member", *DESIGN])
 
 
-def _refuse_blanks(rows: pd.DataFrame, columns: Sequence[str]) -> None:
+def _refuse_blanks(recipe: Recipe, rows: pd.DataFrame, columns: Sequence[str]) -> None:
     problems = []
     for name in columns:
         blank = rows[name].isna()
         if blank.any():
-            where = [
-                f"{file} line {line}" for file, line in rows.loc[blank, ["file", "line"]].head(MOST_SHOWN).to_numpy()
-            ]
+            where = [f"{file} line {line}" for file, line in rows.loc[blank, [FILE, LINE]].head(MOST_SHOWN).to_numpy()]
             more = f" and {blank.sum() - MOST_SHOWN} more" if blank.sum() > MOST_SHOWN else ""
+            drop = f" (drop: {{{recipe.columns[name].source}: blank}})" if name in recipe.columns else ""
             problems.append(
-                f"{name} is blank in {', '.join(where)}{more}: what the bed imposes must be known: drop these rows, or "
-                "fill: a number."
+                f"{name} is blank in {', '.join(where)}{more}: what the bed imposes must be known: drop these rows"
+                f"{drop}, or fill: a number."
             )
     if problems:
         raise UserError("\n  ".join(problems))

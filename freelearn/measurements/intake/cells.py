@@ -32,6 +32,12 @@ LONGEST = 40
 
 _POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?", re.ASCII)
 _COMMA = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d{1,3})?", re.ASCII)
+# What word processors make of a minus sign.
+_DASH = re.compile(r"^[\u2010-\u2013\u2212\ufe63\uff0d](?=[\d.,])|(?<=[eE])\u2212")
+# 25.02.2026, 2026-02-25 10:00, 2/25/26; 02. Mai, May-25: what spreadsheets make of 25.2 or 5-25.
+_DATE = re.compile(
+    r"\d{1,4}([-./])\d{1,2}\1\d{2,4}([ T].*)?|\d{1,2}[-. ]+[^\W\d]{3,9}\.?([-. ]+\d{2,4})?|[^\W\d]{3}-\d{2}"
+)
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([ ,.'’_\u00a0\u202f]\d{3})+([.,]\d+)?")
 
 
@@ -48,7 +54,7 @@ class Style:
         >>> Style(",").number("1,5")
         1.5
         """
-        text = cell.strip().replace("\u2212", "-")
+        text = _DASH.sub("-", cell.strip())
         if text.lower() in BLANKS:
             return np.nan
         if self.thousands:
@@ -106,6 +112,10 @@ def problem(cell: str, style: Style) -> str:
     bare = text.lstrip("+-")
     if bare.lower() in ("inf", "infinity", "∞", "1.#inf", "ol", "over", "overload"):
         return "is not a finite number: leave its row out with drop:, or blank the cell"
+    if _DATE.fullmatch(text):
+        return "is a date: a spreadsheet may have made it of a number; type the number in a cell formatted as one"
+    if set(text) == {"#"}:
+        return "stands where a spreadsheet's column was too narrow for its number: widen it and export again"
     if "_" in text and bare.replace("_", "").isdigit():
         return "is not a number: write its digits without _"
     if _THOUSANDS.fullmatch(text) and not _decimal_only(text, style):

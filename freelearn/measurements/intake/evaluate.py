@@ -10,8 +10,10 @@ import numpy as np
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.conditions import meets
+from freelearn.measurements.intake.put_right import corrected
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.recipe import Column, Condition, Term
+from freelearn.measurements.intake.told_term import described
 from freelearn.measurements.intake.units import conversion, unit_of
 
 # No bed imposes or reads more in the table's units; beyond it float64 still counts, but something slipped.
@@ -57,7 +59,7 @@ class Evaluation:
         """The quantity that a column of the recipe says, recorded under `name`."""
         raw = self.raw.numbers(column.source)
         record: dict[str, Any] = {"from": self.raw.known(column.source), "unit": column.unit}
-        raw = self._corrected(column, raw, record)
+        raw = corrected(self.raw.name, column, raw, record)
         change = conversion(column.unit, "" if column.times else unit_of(name))
         offset = self._offset(column, raw, record)
         values = change.factor * column.sign * column.scale * (raw - offset) + change.shift
@@ -75,23 +77,10 @@ class Evaluation:
         if column.unit.strip().lower() == "psia" and not column.minus:
             self.notes.append(f"{name}: psia is absolute, and the table wants gauge pressure: add minus: 101.325.")
         for word, count in self.raw.words(column.source).items():
-            self.notes.append(f"{self.raw.name}, column {column.source!r}: {count} cells hold {word!r}, read as blank.")
+            cells = "1 cell holds" if count == 1 else f"{count} cells hold"
+            self.notes.append(f"{self.raw.name}, column {column.source!r}: {cells} {word!r}, read as blank.")
         self.records[name] = record
         return values + 0.0  # Turns -0.0 into 0.0.
-
-    def _corrected(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray:
-        """The readings with those that the recipe knows to be wrong put right."""
-        if not column.correct:
-            return raw
-        right = raw.copy()
-        for wrong, value in column.correct:
-            if not (raw == wrong).any():
-                raise UserError(
-                    f"{self.raw.name}: column {column.source!r} nowhere reads {wrong:g}, which the recipe corrects."
-                )
-            right[raw == wrong] = value
-        record["corrected"] = {f"{wrong:g}": value for wrong, value in column.correct}
-        return right
 
     def _offset(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray | float:
         if column.offset != "rest":
@@ -152,12 +141,3 @@ class Evaluation:
                 f"{self.raw.name}, line {line}: {name} would be {values[huge[0]]:.3g} {unit_of(name)}, which nothing "
                 "measures: correct the cell, or drop the row."
             )
-
-
-def described(term: Term) -> Any:
-    """A term as plain values."""
-    if term.number is not None:
-        return term.number
-    if term.thrust_on is not None:
-        return {"pressure_on": described(term.thrust_on)}
-    return term.column if term.column is not None else {"from": term.source, "unit": term.unit}

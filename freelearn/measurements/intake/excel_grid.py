@@ -7,7 +7,7 @@ import zipfile
 from typing import TYPE_CHECKING, Any
 
 from freelearn.errors import UserError
-from freelearn.measurements.intake.grid import Grid, Row
+from freelearn.measurements.intake.grid import Grid, Row, few
 from freelearn.measurements.intake.reading import Reading
 
 if TYPE_CHECKING:
@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 
 # A workbook that unpacks to more than this is no laboratory's table [bytes].
 LARGEST = 500_000_000
+# What other archives hold, and what to do about them.
+OTHERS = {
+    "content.xml": "an OpenDocument file: save the sheet as .xlsx or CSV",
+    "xl/workbook.bin": "a binary workbook (.xlsb): save it as .xlsx",
+    "word/document.xml": "a Word document: copy its table to a spreadsheet and save that as .xlsx",
+    "ppt/presentation.xml": "a PowerPoint presentation: save its table as .xlsx or CSV",
+    "Index/Document.iwa": "a document of Apple Numbers: export it as .xlsx or CSV",
+}
 
 
 def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
@@ -28,7 +36,15 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     rows = [(i, cells[:width]) for i, cells in rows]
     _refuse_merged(sheet, rows, name)
     _refuse_formulas(content, sheet, name)
-    return Grid(name, rows)
+    return Grid(name, rows, notes=_hidden(sheet, [i for i, _ in rows], name))
+
+
+def _hidden(sheet: Worksheet, lines: list[int], name: str) -> list[str]:
+    """Rows that a filter hides are read all the same, and said."""
+    hidden = [line for line in lines if line in sheet.row_dimensions and sheet.row_dimensions[line].hidden]
+    if not hidden:
+        return []
+    return [f"{name}: rows that the workbook hides were read like the others: lines {few(hidden)}."]
 
 
 def _check_archive(content: bytes, name: str) -> None:
@@ -37,7 +53,11 @@ def _check_archive(content: bytes, name: str) -> None:
             entries = archive.infolist()
     except zipfile.BadZipFile:
         raise UserError(f"{name} is a damaged .xlsx: open it in a spreadsheet program and save it again.") from None
-    if "xl/workbook.xml" not in [entry.filename for entry in entries]:
+    inside = [entry.filename for entry in entries]
+    for part, what in OTHERS.items():
+        if part in inside:
+            raise UserError(f"{name} is {what}.")
+    if "xl/workbook.xml" not in inside:
         raise UserError(f"{name} is an archive and no workbook: unpack it and name the file in it.")
     if sum(entry.file_size for entry in entries) > LARGEST:
         raise UserError(f"{name} unpacks to more than {LARGEST // 1_000_000} MB: export the one sheet as CSV.")
@@ -77,7 +97,7 @@ def _text(value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, bool):
-        return str(int(value))
+        return str(value).upper()  # As a CSV of the sheet has it: no reading.
     if isinstance(value, float):
         return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     return str(value).strip()

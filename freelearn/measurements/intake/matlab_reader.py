@@ -2,7 +2,8 @@
 
 SciPy's reader trusts the sizes that a file states: a damaged one can end the process that reads it, and must not end
 ours. Variables become arrays of an .npz: numeric ones under `array:NAME`, fields under `field:NAME:FIELD`;
-of others only the name is told, as `other:NAME`. Ends with status 3 for a file of version 7.3, 4 for an unreadable one.
+of others what they are in words, as `other:NAME`. Ends with status 3 for a file of version 7.3, 4 for one that cannot
+be read.
 """
 
 import sys
@@ -49,8 +50,21 @@ def _plain(name: str, value: Any) -> dict[str, np.ndarray]:
         return {f"array:{name}": value}
     if isinstance(value, np.ndarray) and value.dtype.names is not None and value.size == 1:
         fields = {field: value.ravel()[0][field] for field in value.dtype.names}
-        return {f"other:{name}": np.zeros(0)} | {f"field:{name}:{f}": x for f, x in fields.items() if _numeric(x)}
-    return {f"other:{name}": np.zeros(0)}
+        return {f"other:{name}": _what(value)} | {f"field:{name}:{f}": x for f, x in fields.items() if _numeric(x)}
+    return {f"other:{name}": _what(value)}
+
+
+def _what(value: Any) -> np.ndarray:
+    """What a variable is that holds no numbers, in words."""
+    if not isinstance(value, np.ndarray):
+        return np.array("a sparse matrix: save full(…)" if hasattr(value, "toarray") else "no array")
+    if value.dtype.names is not None:
+        inside = ", ".join(value.dtype.names[:6])
+        several = "an array of structures" if value.size > 1 else "a structure"
+        return np.array(f"{several} of {inside}")
+    if value.dtype == object:
+        return np.array("a cell array")
+    return np.array("a text" if value.dtype.kind in "US" else "no array")
 
 
 def _numeric(value: Any) -> bool:

@@ -21,18 +21,18 @@ LONGEST = 120
 
 @dataclass(frozen=True)
 class _Variables:
-    """arrays: numeric variables. structures: name → numeric fields. others: names of what is neither."""
+    """arrays: numeric variables. structures: name → numeric fields. others: name → what it is instead."""
 
     arrays: dict[str, np.ndarray]
     structures: dict[str, dict[str, np.ndarray]]
-    others: list[str]
+    others: dict[str, str]
 
 
 def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors. Raises UserError."""
     found = _read(content, name)
     numeric, passed = _chosen(found, name, reading)
-    columns = _columns(numeric, name, list(found.structures))
+    columns = _columns(numeric, name, found)
     if reading.names:
         if len(reading.names) != len(columns):
             raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
@@ -66,7 +66,7 @@ def _read(content: bytes, name: str) -> _Variables:
         raise UserError(again.format("it takes too long")) from None
     except (ValueError, OSError, zipfile.BadZipFile) as problem:
         raise UserError(again.format(str(problem)[:100])) from None
-    found = _Variables({}, {}, [])
+    found = _Variables({}, {}, {})
     for key, value in arrays.items():
         kind, _, variable = key.partition(":")
         if kind == "array":
@@ -75,7 +75,7 @@ def _read(content: bytes, name: str) -> _Variables:
             structure, _, field = variable.partition(":")
             found.structures.setdefault(structure, {})[field] = value
         else:
-            found.others.append(variable)
+            found.others[variable] = str(value)
     return found
 
 
@@ -98,7 +98,7 @@ def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, n
     return numeric, passed
 
 
-def _columns(numeric: dict[str, np.ndarray], name: str, structures: list[str]) -> dict[str, np.ndarray]:
+def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> dict[str, np.ndarray]:
     columns: dict[str, np.ndarray] = {}
     for variable, value in numeric.items():
         if np.iscomplexobj(value):
@@ -110,10 +110,20 @@ def _columns(numeric: dict[str, np.ndarray], name: str, structures: list[str]) -
         else:
             columns |= {f"{variable} {i + 1}": value[:, i].astype(np.float64) for i in range(value.shape[1])}
     if not columns:
-        inside = f" (its structures are {', '.join(map(repr, structures))})" if structures else ""
-        raise UserError(f"{name} holds no numeric arrays{inside}: name what to read with read: {{variables: […]}}.")
+        raise UserError(f"{name} holds no numeric arrays{_instead(found)}.")
     lengths = {k: len(v) for k, v in columns.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{k} {n}" for k, n in list(lengths.items())[:6])
         raise UserError(f"{name}: arrays differ in length ({shown}): choose with read: {{variables: […]}}.")
     return columns
+
+
+def _instead(found: _Variables) -> str:
+    """What there is in their place, and what to do."""
+    if found.structures:
+        inside = ", ".join(map(repr, found.structures))
+        return f" (its structures are {inside}): name what to read with read: {{variables: […]}}"
+    if not found.others:
+        return ": save the columns as vectors of numbers"
+    told = ", ".join(f"{variable!r} is {what}" for variable, what in list(found.others.items())[:4])
+    return f" ({told}): save the columns themselves as vectors of numbers, or one structure of them"

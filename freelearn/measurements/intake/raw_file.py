@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.excel_grid import excel_grid
-from freelearn.measurements.intake.grid import table_of
+from freelearn.measurements.intake.grid_table import table_of
 from freelearn.measurements.intake.matlab_table import matlab_table, version_73
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
@@ -31,6 +32,8 @@ REFUSED = (
     (b"\x93NUMPY", f"is a NumPy array: {EXPORT}"),
     (b"TDSm", f"is a LabVIEW TDMS file: {EXPORT}"),
 )
+# Stands in workbooks with a password, in UTF-16.
+PASSWORD = "EncryptedPackage".encode("utf-16-le")
 PICKLES = tuple(b"\x80" + bytes([version]) for version in range(1, 6))
 MARKUP = (b"<html", b"<!doctype", b"<table", b"<?xml", b"<meta", b"<head")
 
@@ -65,6 +68,14 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     return table_of(text_grid(content, name, reading), reading)
 
 
+def _is_json(content: bytes) -> bool:
+    try:
+        json.loads(content)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
 def _refuse(content: bytes, name: str) -> None:
     start = content[:512].lstrip().lower()
     if content.startswith(b"\x89HDF") or content.startswith(b"MATLAB 7.3"):
@@ -74,6 +85,10 @@ def _refuse(content: bytes, name: str) -> None:
         raise UserError(f"{name} is a web page or XML under another name: open it in a spreadsheet and save as .xlsx.")
     if content.startswith(PICKLES) or name.lower().endswith((".pkl", ".pickle")):
         raise UserError(f"{name} is a pickle, which could run code and is never opened: export the table as CSV.")
+    if content.startswith(b"\xd0\xcf\x11\xe0") and PASSWORD in content:
+        raise UserError(f"{name} is a workbook with a password: save it as .xlsx without one.")
+    if start[:1] in (b"{", b"[") and _is_json(content):
+        raise UserError(f"{name} is JSON, not a table: export the table as CSV.")
     for mark, what in REFUSED:
         if content.startswith(mark):
             raise UserError(f"{name} {what}.")

@@ -36,7 +36,8 @@ class RawTable:
         same = [name for name in self.columns if _bare(name) == _bare(column)]
         if len(same) == 1:
             return same[0]
-        near = get_close_matches(column, self.columns, n=1, cutoff=0.5)
+        longer = [name for name in self.columns if _bare(name).startswith(_bare(column)) and column]
+        near = longer[:1] or get_close_matches(column, self.columns, n=1, cutoff=0.5)
         hint = f": did you mean {near[0]!r}?" if near else f": it has {', '.join(map(repr, self.columns))}."
         raise UserError(f"{self.name} has no column {column!r}{hint}")
 

@@ -12,6 +12,7 @@ from freelearn.measurements.intake.cells import is_blank
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.recipe import NEEDED_DESIGN
 from freelearn.measurements.intake.scale_jumps import scale_jumps
+from freelearn.measurements.intake.summary_rows import summary_rows
 from freelearn.measurements.members import members_in, pressure_column
 from freelearn.measurements.plausibility import unit_warnings
 
@@ -32,7 +33,8 @@ CLEAR = 0.3
 def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None) -> list[str]:
     """Sentences about a file's columns. readings: those of the bed's instruments; time: the column of time, if any."""
     read = [name for name in dict.fromkeys(readings) if name in raw.columns]
-    checks = (_twice(raw), _rows_twice(raw), _constant(raw, read), _saturated(raw, read), _backwards(raw, time))
+    whole = (_twice(raw), _rows_twice(raw), summary_rows(raw))
+    checks = (*whole, _constant(raw, read), _saturated(raw, read), _backwards(raw, time))
     return [f"{raw.name}: {sentence}" for check in checks for sentence in check]
 
 

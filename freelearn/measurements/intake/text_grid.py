@@ -1,9 +1,9 @@
-"""Text as a grid of cells: its encoding, separator and decimal mark, found where nobody says them."""
+"""Text as a grid of cells: its separator and decimal mark, found where nobody says them."""
 
 from __future__ import annotations
 
-import codecs
 import csv
+import io
 import re
 from collections.abc import Iterator
 
@@ -11,26 +11,20 @@ from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import Style, is_blank, is_number
 from freelearn.measurements.intake.grid import Grid, Row
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.text_encoding import decoded
 
 SEPARATORS = (",", ";", "\t", "|", " ")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 COMMENTS = ("#", "%", "//", ";;")
-MARKS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
 # Rows by which separator and decimal mark are judged.
 JUDGED = 300
-CONTROL = re.compile(r"[\x00-\x08\x0e-\x1b]")
 
 
 def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
     """The cells of a text file. Raises UserError where it is no text, or no table."""
     text, notes = decoded(content, name, reading.encoding)
-    lines = text.splitlines(keepends=True)
+    # Not str.splitlines, for which form feeds and their like end lines, too.
+    lines = list(io.StringIO(text, newline=None))
     separator = reading.separator or ""
     if lines and (told := re.fullmatch(r"sep=(.)\s*", lines[0])):
         separator, lines[0] = separator or told.group(1), "\n"
@@ -46,30 +40,6 @@ def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
     if style.decimal == ",":
         notes.append(f"{name}: numbers have decimal commas.")
     return Grid(name, rows, style, notes, cut_off=not text.endswith(("\n", "\r")))
-
-
-def decoded(content: bytes, name: str, encoding: str | None) -> tuple[str, list[str]]:
-    """The text, and a note where its encoding had to be guessed. Raises UserError where it is none."""
-    guessed = next((code for mark, code in MARKS if content.startswith(mark)), None)
-    if encoding is None and guessed is None and b"\0" in content[:4000]:
-        odd, even = content[1:4000:2].count(0), content[0:4000:2].count(0)
-        # Of western text in UTF-16 nearly every other byte is zero.
-        half = 0.25 * min(len(content), 4000)
-        guessed = "utf-16-le" if odd > half > even else "utf-16-be" if even > half > odd else None
-    for code in [encoding] if encoding else [guessed or "utf-8", "cp1252", "latin-1"]:
-        try:
-            text = content.decode(code)
-        except LookupError:
-            raise UserError(f"read.encoding = {encoding!r} is no encoding: write utf-8, utf-16 or cp1252.") from None
-        except UnicodeError:
-            continue
-        if CONTROL.search(text):
-            break
-        notes = [] if code in ("utf-8", "utf-8-sig") or encoding else [f"{name}: read as {code} text."]
-        return text, notes
-    if encoding:
-        raise UserError(f"{name} is not {encoding} text: correct read.encoding.")
-    raise UserError(f"{name} is a binary file, not text: export the table as CSV, or save it as .xlsx.")
 
 
 def _rows(lines: list[str], separator: str, name: str) -> Iterator[Row]:

@@ -19,8 +19,8 @@ class Place(Parameters):
 class OffAxis(BoundaryEffect[Place]):
     """l imposed = √(l² + 2 d² (1 − cos φ)): the actuator leans as the block turns.
 
-    By virtual work its force f loads the block with F = f l/l imposed and M = m + f d² sin φ/l imposed. It bends and tilts
-    besides, which is neglected here, and twists by φ about its own axis.
+    By virtual work its force f loads the block with F = f l/l imposed and M = m + f d² sin φ/l imposed. It bends and
+    tilts besides, which is neglected here, and twists by φ about its own axis.
     """
 
     name = "off_axis"

@@ -144,7 +144,7 @@ def test_rows_that_end_early_are_filled_with_blanks(tmp_path):
     text = raw_text().replace(",-2.25,-8.15", ",-2.25")
     table, warnings = taken(tmp_path, text)
     assert np.isnan(table["moment_nmm"][1])
-    assert any("end early" in warning and "lines 3" in warning for warning in warnings)
+    assert any("1 row ends early" in warning and "line 3" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize("word", ["", "--", "NaN", "#DIV/0!", "n/a", "#N/A"])
@@ -152,7 +152,7 @@ def test_words_for_nothing_are_blanks_and_counted(word, tmp_path):
     table, warnings = taken(tmp_path, raw_text().replace(",-2.25,", f",{word},"))
     assert np.isnan(table["force_n"][1])
     assert table["force_n"].notna().sum() == len(ROWS) - 1
-    assert any(f"1 cells hold {word!r}" in warning for warning in warnings) == bool(word)
+    assert any(f"1 cell holds {word!r}" in warning for warning in warnings) == bool(word)
 
 
 def test_thousands_are_read_when_the_recipe_says_so(tmp_path):

@@ -1,0 +1,93 @@
+"""Where the header of a table lies in a sheet of cells, and where its first row."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from freelearn.errors import UserError
+from freelearn.measurements.intake.cells import is_blank, is_number
+from freelearn.measurements.intake.grid import Grid, Row, few
+from freelearn.measurements.intake.headings import heading
+from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.units import dimension
+
+# So many rows are looked at to find the header.
+LOOKED_AT = 400
+
+
+def first_row(grid: Grid, rows: list[Row], reading: Reading) -> int:
+    """The place of the first row of numbers. Raises UserError where there is none."""
+    if reading.header is not None:
+        places = [i for i, (line, _) in enumerate(rows) if line > reading.header]
+        if reading.header not in [line for line, _ in rows]:
+            raise UserError(f"{grid.name} has nothing on line {reading.header}: correct read.header.")
+        if not places:
+            raise UserError(f"{grid.name} holds no rows below line {reading.header}: correct read.header.")
+        units = reading.units_row
+        looks = units is None and _is_units(rows[places[0]][1])
+        return places[1] if (units or looks) and len(places) > 1 else places[0]
+    width = _usual_width(rows)
+    for place, (_, cells) in enumerate(rows[:LOOKED_AT]):
+        filled = [cell for cell in cells if cell.strip()]
+        numeric = sum(is_number(cell) for cell in filled)
+        if len(cells) >= min(width, 2) and numeric and 2 * numeric >= len(filled) and len(filled) * 3 >= width:
+            return place
+    if all(not is_number(cell) for _, cells in rows for cell in cells) and len(rows) == 1:
+        raise UserError(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
+    raise UserError(f"{grid.name} holds no rows of numbers: look whether it is the right file, or set read.header.")
+
+
+def header_of(grid: Grid, rows: list[Row], first: int, reading: Reading) -> tuple[list[str], list[str], list[str]]:
+    """Header, row of units (blank where there is none), and notes. Raises UserError."""
+    width = len(rows[first][1])
+    if reading.names:
+        return list(reading.names), [], []
+    above = list(range(first))
+    if reading.header is not None:
+        above = [i for i in above if rows[i][0] >= reading.header]
+    if not above:
+        _refuse_transposed(grid, rows, reading)
+        return [""] * width, [], [f"{grid.name} has no header: its columns are called column 1, column 2, …"]
+    units: list[str] = []
+    place = above[-1]
+    units_wanted = reading.units_row if reading.units_row is not None else len(above) > 1 and _is_units(rows[place][1])
+    if units_wanted and len(above) > 1:
+        units, place = rows[place][1], above[-2]
+    if reading.header is not None:
+        place = above[0]
+    line, header = rows[place]
+    filled = len([cell for cell in header if cell.strip()])
+    if 2 * filled < width:
+        raise UserError(
+            f"{grid.name}: line {line}, above the first row of numbers, names only {filled} of {width} columns: "
+            "give the header's line as read: {header: …}, or the names as read: {names: […]}."
+        )
+    notes = []
+    skipped = [rows[i][0] for i in range(place)]
+    if skipped:
+        notes.append(f"{grid.name}: lines before the header (line {line}) were passed over: {few(skipped)}.")
+    return [*header, *[""] * (width - len(header))], units, notes
+
+
+def _refuse_transposed(grid: Grid, rows: list[Row], reading: Reading) -> None:
+    """A file without a header whose rows begin with names of quantities has its quantities in rows."""
+    names = [cells[0].strip() for _, cells in rows]
+    told = [name for name in names if not is_number(name) and heading(name).quantity]
+    distinct = len(set(names)) == len(names) > 2
+    if reading.header is not None or not distinct or 2 * len(told) <= len(names):
+        return
+    if all(is_number(cell) or is_blank(cell) for _, cells in rows for cell in cells[1:]):
+        shown = ", ".join(told[:4])
+        raise UserError(f"{grid.name} has a quantity in each row ({shown}): transpose it, so that each has a column.")
+
+
+def _is_units(cells: Sequence[str]) -> bool:
+    """Whether a row says the units of columns."""
+    filled = [cell.strip() for cell in cells if cell.strip() and cell.strip() != "-"]
+    bare = [cell.strip("[]()") for cell in filled]
+    return bool(filled) and sum(dimension(cell) is not None for cell in bare) * 3 >= 2 * len(bare)
+
+
+def _usual_width(rows: list[Row]) -> int:
+    return Counter(len(cells) for _, cells in rows[:LOOKED_AT]).most_common(1)[0][0]
