@@ -1,13 +1,15 @@
 """python experiments/real_data FOLDER [NAME …]: every measured data set from its raw file to a report, by two commands.
 
-FOLDER holds the data that others measured (docs/real_data.md says which). Prints what each search ended with, and for
-the muscle of the README how large its errors are, also at lengths left out, beside a polynomial.
+FOLDER holds the data that others measured (docs/real_data.md says which). Prints what each search ended with, then how
+large the errors of several models are, also on parts that were left out whole, beside a polynomial and what was published.
+--pictures FOLDER copies the pictures of docs/real_data.md there.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,10 +19,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(Path(__file__).parent), str(ROOT)]
 
-from muscle import muscle_table  # noqa: E402
+from arteries import arteries_table  # noqa: E402
+from left_out import left_out_table  # noqa: E402
+from questions import QUESTIONS  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 from sets import SETS, RealSet  # noqa: E402
+
+PICTURES = ("staircase.png", "curves_1.png")
 
 
 def main() -> None:
@@ -29,31 +35,50 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where the measured data lie")
     parser.add_argument("names", nargs="*", help=f"of {', '.join(s.recipe for s in SETS)}; all by default")
     parser.add_argument("--out", type=Path, help="where tables and reports go; a temporary folder by default")
+    parser.add_argument("--pictures", type=Path, help="where the pictures of the documentation go")
+    parser.add_argument("--no-search", action="store_true", help="only intake and the tables of errors")
     asked = parser.parse_args()
     out = (asked.out or Path(tempfile.mkdtemp())).resolve()
-    console = Console(width=140)
+    console = Console(width=200)
+    chosen = [each for each in SETS if not asked.names or each.recipe in asked.names]
     table = Table("data set", "verdict", "effects", "E %", "held-out σ", "seconds", title="Two commands each")
-    for chosen in SETS:
-        if not asked.names or chosen.recipe in asked.names:
-            table.add_row(*_row(chosen, asked.folder.resolve(), out))
+    for each in chosen:
+        row = _row(each, asked.folder.resolve(), out, not asked.no_search)
+        table.add_row(*row)
+        console.print(*row, sep=" · ")
+        if asked.pictures and not asked.no_search:
+            _copy(out / each.recipe, asked.pictures, each.recipe)
     console.print(table)
-    if not asked.names or "dmsp_20_300" in asked.names:
-        console.print(muscle_table(out / "dmsp_20_300.csv"))
+    for each in chosen:
+        for question in QUESTIONS:
+            if question.recipe == each.recipe:
+                console.print(left_out_table(question, each, out))
+        if each.recipe == "vessels":
+            console.print(arteries_table(each, out))
     console.print(f"reports: {out}")
 
 
-def _row(chosen: RealSet, data: Path, out: Path) -> list[str]:
+def _row(chosen: RealSet, data: Path, out: Path, searched: bool) -> list[str]:
     began = time.perf_counter()
-    for command in chosen.commands(data, out):
+    for command in chosen.commands(data, out)[: 2 if searched else 1]:
         done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
             return [chosen.recipe, "failed", (done.stderr or done.stdout).strip()[-200:], "", "", ""]
+    if not searched:
+        return [chosen.recipe, "not searched", "", "", "", ""]
     found = json.loads((out / chosen.recipe / "discovery.json").read_text(encoding="utf-8"))
     before, after = (f"{100 * found['error'][name]:.3g}" for name in ("before", "after"))
     first, last = (found["trail"][i].get("sigmas_heldout") for i in (0, -1))
     sigmas = f"{first:.2g} → {last:.2g}" if first and last else ""
     names = " + ".join(" | ".join(members) for members in found["classes"]) or "–"
     return [chosen.recipe, found["verdict"], names, f"{before} → {after}", sigmas, f"{time.perf_counter() - began:.0f}"]
+
+
+def _copy(run: Path, pictures: Path, name: str) -> None:
+    pictures.mkdir(parents=True, exist_ok=True)
+    for picture in PICTURES:
+        if (run / picture).exists():
+            shutil.copyfile(run / picture, pictures / f"{name}_{picture}")
 
 
 if __name__ == "__main__":
