@@ -4,10 +4,12 @@
 measured as laboratories measure, with heavy tails, slipped readings, noise that grows with the load, misstated accuracy
 and short protocols; its effects have the literature's forms, not the package's formulas. --plan braids: what braided
 muscles taught, hidden in helices and in braids, on the kinematic and the isometric bed, in the literature's forms.
+--plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
+what they may be taken for.
 
-Prints, writes to outputs/hidden_effects, hidden_laboratory or hidden_braids, and plots recovery against size, the
-confusion matrix, what slipped, false alarms, coverage of the 95 % intervals and time. Data sets already done are not
-done again.
+Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids or hidden_moves, and plots recovery against
+size, the confusion matrix, what slipped, false alarms, coverage of the 95 % intervals and time. Data sets already done
+are not done again.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ OUT = {
     "clean": Path("outputs/hidden_effects"),
     "laboratory": Path("outputs/hidden_laboratory"),
     "braids": Path("outputs/hidden_braids"),
+    "moves": Path("outputs/hidden_moves"),
 }
 
 
@@ -49,7 +52,7 @@ def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
     parser.add_argument("--plan", choices=PLANS, default="clean")
-    parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211 or 90 data sets each")
+    parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90 or 36 data sets each")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
     parser.add_argument("--out", type=Path, help="default: the plan's, in outputs")

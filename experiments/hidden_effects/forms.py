@@ -33,6 +33,9 @@ def compared() -> Iterator[tuple[str, str, Values, list[Values]]]:
     carried = rub | {"sliding": 2e3, "carried": 1.0}
     yield "friction_hysteresis, not lost with the move to a state", "friction_hysteresis", carried, [rub]
     yield "twist_slack", "twist_slack", {"angle": 0.01, "stiffness": 1e3}, [{"angle": 0.01}]
+    for time in (30.0, 60.0, 150.0):
+        nearby = [{"share": 0.05, "time": time * factor} for factor in (0.5, 0.7, 1.0, 1.4, 2.0, 4.0)]
+        yield f"viscoelasticity, τ = {time:g} s", "viscoelasticity", {"share": 0.05, "time": time}, nearby
     yield "end_taper, sharp cones", "end_taper", {"ratio": 2.0}, [{"ratio": 2.0}]
     for pressure in (500.0, 5e3):
         values = {"pressure": pressure}

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from freelearn.testing.reference.slips import KINDS
-from freelearn.testing.reference.truths import BRAIDED, OUTSIDE, UNIT
+from freelearn.testing.reference.truths import BRAIDED, MOVED, OUTSIDE, UNIT
 
 SAMPLES = (2, 3, 4, 5, 6, 7, 8)
 SIZES = (4, 8, 15, 30)
@@ -17,6 +17,11 @@ TOGETHER = 15
 LABORATORY_SIZES = (8, 15, 30)
 # What may be hidden beside something of a braid, on every bed.
 WITH_BRAIDS = ("end_clamps", "length_offset", "length_compliance", "pressure_offset", "force_offset", "force_gain")
+# What may be taken for an effect of how the bed moves, or that for it.
+LIKE_MOVED = {
+    "off_axis": ("twist_offset", "moment_gain", "sensor_crosstalk", "fiber_misalignment"),
+    "viscoelasticity": ("length_offset", "relaxation", "sensor_drift", "stress_softening"),
+}
 NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
 
@@ -98,6 +103,25 @@ def braids(seeds: int) -> list[dict]:
     return numbered(sets)
 
 
+def moves(seeds: int) -> list[dict]:
+    """Actuators that lean and walls that lag behind, as `laboratory` measures: alone, beside what they may be taken
+    for, and this without them."""
+    sets: list[dict] = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2027])
+        hidden: list[tuple[str, str, list[str], int]] = [("standard", "none", [], 0)] * 8
+        hidden += [("standard", "one", [name], size) for name in MOVED for size in LABORATORY_SIZES]
+        hidden += [("sorted", "none", [], 0)] * 4 + [("sorted", "one", [name], TOGETHER) for name in MOVED]
+        for name, others in LIKE_MOVED.items():
+            hidden += [("standard", "one", [other], TOGETHER) for other in others]
+            hidden += [("standard", "pair", [name, other], TOGETHER) for other in others]
+        for protocol, kind, names, size in hidden:
+            s = {"kind": kind, "hidden": names, "size": size, "protocol": protocol}
+            s["seed"] = int(generator.integers(1 << 30))
+            sets.append(s | {"noise": 1.0, "laboratory": _settings(protocol, generator)})
+    return numbered(sets)
+
+
 def _settings(protocol: str, generator: np.random.Generator) -> dict:
     """Arguments of Laboratory that are not its own; all JSON."""
     settings: dict = {"order": "sorted"} if protocol == "sorted" else {}
@@ -129,4 +153,4 @@ def some(jobs: list[dict], most: int | None) -> list[dict]:
     return [jobs[k] for k in sorted(np.random.default_rng(0).permutation(len(jobs))[:most])]
 
 
-PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids}
+PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids, "moves": moves}

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 from hidden_effects.verdicts import AFFIRMED, contradicted
 
+from freelearn.testing.reference.truths import MOVED
+
 Row = tuple[str, int, str, str]
 # Slips from this size on, in the load cell's standard deviations, have to be found.
 LARGE = 8.0
@@ -71,6 +73,16 @@ def of_braids(frame: pd.DataFrame) -> list[Row]:
             rows += rate(f"{where}: right effect or class of ≤ 3, {size} σ", same, same["right"], target)
         rows += rate(f"{where}: both of a pair, 15 σ each", pair, pair["right"], "≥ 85")
     return rows + _common(frame)
+
+
+def of_moves(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `moves`, and how often each of its effects is named where it is not hidden."""
+    rows: list[Row] = []
+    for name in MOVED:
+        part = frame[~frame["hidden"].map(lambda hidden, name=name: name in hidden)]
+        named = part["classes"].map(lambda classes, name=name: any(name in group for group in classes))
+        rows += rate(f"{name} named, or in a class, where it is not hidden", part, named, "≤ 3")
+    return rows + of_laboratory(frame)
 
 
 def of_slips(frame: pd.DataFrame) -> list[Row]:

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pandas as pd
 from hidden_effects import pictures
-from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, slips_of
+from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, of_moves, slips_of
 from hidden_effects.verdicts import right
 from rich.console import Console
 from rich.table import Table
+
+from freelearn.testing.reference.truths import MOVED
 
 
 def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> None:
@@ -20,7 +22,7 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     frame = pd.DataFrame(results)
     frame["right"] = [right(r) for r in results]
     frame["possible"] = [possible(r) for r in results]
-    rows = {"clean": of_clean, "laboratory": of_laboratory, "braids": of_braids}[plan](frame)
+    rows = {"clean": of_clean, "laboratory": of_laboratory, "braids": of_braids, "moves": of_moves}[plan](frame)
     cells = [[what, str(count), value, target] for what, count, value, target in rows]
     console.print(_table(f"{len(results)} data sets, plan {plan}", ["what", "of", "rate %", "target"], cells))
     if plan == "laboratory":
@@ -42,6 +44,8 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     elif plan == "braids":
         groups = one.groupby(["tubes", "bed"], sort=False)
         pictures.recovery({f"{tubes}, {bed} bed": part for (tubes, bed), part in groups}, out)
+    elif plan == "moves":
+        pictures.recovery({f"{name} hidden": one[one["hidden"].map(lambda h, n=name: h == [n])] for name in MOVED}, out)
     else:
         pictures.recovery({"the paper's protocol, clean noise": one}, out)
     pictures.confusion(one[one["size"] >= 8], out)

@@ -11,13 +11,14 @@ WITHOUT_POTENTIAL = {
         "contact_friction",
         "relaxation",
         "stress_softening",
+        "viscoelasticity",
         "force_gain",
         "moment_gain",
         "sensor_crosstalk",
     ),
     *("sensor_drift", "bent_force_cell", "temperature_swing", "bulging_caps", "zero_jump"),
 }
-OF_HISTORY = {"friction_hysteresis", "contact_friction", "relaxation", "stress_softening"}
+OF_HISTORY = {"friction_hysteresis", "contact_friction", "relaxation", "stress_softening", "viscoelasticity"}
 AFFIRMED = {"reciprocity": WITHOUT_POTENTIAL, "rising against falling pressure": OF_HISTORY}
 
 

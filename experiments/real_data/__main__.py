@@ -1,7 +1,8 @@
 """python experiments/real_data FOLDER [NAME …]: every measured data set from its raw file to a report, by two commands.
 
 FOLDER holds the data that others measured (docs/real_data.md says which). Prints what each search ended with, then how
-large the errors of several models are, also on parts that were left out whole, beside a polynomial and what was published.
+large the errors of several models are, also on parts that were left out whole, beside a polynomial and what was
+published.
 --pictures FOLDER copies the pictures of docs/real_data.md there.
 """
 

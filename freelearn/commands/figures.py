@@ -29,6 +29,7 @@ from freelearn.render.terminal.table import rich_table
 from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
+from freelearn.results.curve_rows import curves_of
 from freelearn.results.load_vectors import load_vector_table
 from freelearn.results.quantities import plane, pressures, told
 from freelearn.results.record import RunRecord, read_records
@@ -118,7 +119,10 @@ def _rows(table: pd.DataFrame, state: Sequence[float] | None, train: str) -> np.
         ((of_sample[name] - wanted) / (np.ptp(of_sample[name]) or 1.0)) ** 2
         for name, wanted in zip(columns, state[1:], strict=True)
     )
-    return np.flatnonzero(kinematic_state(table) == distance.idxmin())
+    visits = kinematic_state(table)
+    # Of an end block's curves there the one with the most rows.
+    curve = np.where(visits == distance.idxmin(), curves_of(table, visits), -1)
+    return np.flatnonzero(curve == np.bincount(curve[curve >= 0]).argmax())
 
 
 def _write(table: pd.DataFrame, path: Path) -> None:

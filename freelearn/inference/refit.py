@@ -15,7 +15,7 @@ from freelearn.inference.thresholds import REFITTED
 from freelearn.inference.white_fit import GIVEN_UP, WhiteFit, WhiteProblem, white_fit
 
 # Times that the way to a start is halved.
-HALVINGS = 8
+HALVINGS = 16
 
 
 def refit(
@@ -81,4 +81,4 @@ def _sound(problem: WhiteProblem, still: Tensor, start: Tensor, chi2: float) -> 
         nearer = still + 0.5**halvings * (start - still)
         if float(problem.residuals(nearer[None]).square().sum()) <= chi2:
             return nearer
-    return nearer
+    return still

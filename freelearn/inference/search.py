@@ -23,7 +23,7 @@ from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.smallest import smallest
 from freelearn.inference.step import Step
 from freelearn.inference.suspects import Suspect, suspects
-from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, IDLE, LEFT, MOST_EFFECTS, REGROWN, UNASKED
+from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, IDLE, LEFT, MOST_EFFECTS, NOTHING, REGROWN, UNASKED
 from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.rows import Rows
 
@@ -190,8 +190,9 @@ def resumed(prepared: Prepared, first: Step, known: Sequence[StepRecord]) -> lis
 def verdict(final: Step, classes: Sequence[EquivalenceClass], sorted_by: Sequence[str] = ()) -> str:
     """adequate, named, class or unexplained: what the last model and its classes amount to.
 
-    sorted_by: inputs of which an unknown function would do as well as a drift."""
-    if final.left.p_value < LEFT:
+    sorted_by: inputs of which an unknown function would do as well as a drift. Few rows leave no structure to see in
+    what a failed fit misses; it explains nothing all the same."""
+    if final.left.p_value < LEFT or not final.fit.converged or final.E_heldout > NOTHING:
         return "unexplained"
     if not classes:
         return "adequate"

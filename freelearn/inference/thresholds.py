@@ -12,6 +12,8 @@ LEFT = 0.002
 # An added effect has to lower the held-out loss by this many standard errors of the paired difference, and an effect
 # that raises it by less when it is taken out again is idle.
 BETTER = 2.0
+# Held-out error of a model that might as well predict no loads at all.
+NOTHING = 1.0
 # A model whose held-out error (the paper's, of all readings alike) is larger by more than this share is no better,
 # whatever whitened residuals say: the noise that a stiffer model implies hides more.
 RISES = 0.05

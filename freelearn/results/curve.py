@@ -14,6 +14,7 @@ from freelearn.measurements.states import States
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
+from freelearn.results.sweep import moving_actuators
 from freelearn.units import KPA
 
 POINTS = 60
@@ -41,7 +42,7 @@ def state_curves(
 
 def model_curve(model: Model[Any], states: States, usable: np.ndarray) -> pd.DataFrame:
     """What is predicted along the path that the pressures took: from zero to the first step, then from step to step. Of
-    several actuators those begin at zero whose pressure changes.
+    several actuators those begin at zero that move.
 
     states: one kinematic state's rows in time order; usable: (N,) bool of them. Points between two steps remember what
     the later one does (its direction, its times), so that rising and falling pressure draw two branches.
@@ -53,7 +54,7 @@ def model_curve(model: Model[Any], states: States, usable: np.ndarray) -> pd.Dat
     share = np.tile(np.arange(1, per_step + 1) / per_step, len(states))
     first, second, *imposed = (value.numpy() for value in states.inputs())
     pressure = np.stack(imposed)
-    held = (np.ptp(pressure, axis=1) == 0) & bool(states.members)
+    held = ~moving_actuators(pressure.T) & bool(states.members)
     before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]][:, step]
     along = np.c_[before[:, 0], before + share * (pressure[:, step] - before)]
     rows = np.r_[0, step]

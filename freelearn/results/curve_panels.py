@@ -13,7 +13,8 @@ from freelearn.measurements.beds import FORCE, MOMENT, PRESSURE, Quantity, bed_o
 from freelearn.measurements.states import pressure_direction
 from freelearn.measurements.usable import SLACK, usable_rows
 from freelearn.results.formats import number
-from freelearn.results.quantities import pressures, swept, told
+from freelearn.results.quantities import pressures, told
+from freelearn.results.sweep import sweep
 
 # What a reading that slipped, perhaps, and a row in which the tube hangs loose are called in legends and tables.
 SUSPECTED, LOOSE = "suspected reading", "slack"
@@ -47,7 +48,7 @@ PANELS = panels_over(PRESSURE, (FORCE, MOMENT))
 
 def panels_of(measured: pd.DataFrame) -> tuple[CurvePanel, ...]:
     """The panels of a state's rows: of what was measured there, or where nothing was, of what its bed measures."""
-    return panels_over(swept(measured), told(measured) or bed_of(measured).measured)
+    return panels_over(sweep(measured).over, told(measured) or bed_of(measured).measured)
 
 
 def measured_points(measured: pd.DataFrame) -> pd.DataFrame:

@@ -27,6 +27,7 @@ from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table
 from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.curve_rows import curves_of
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
 from freelearn.results.states import pick_states
@@ -74,8 +75,8 @@ class Discovery:
         if self.findings.suspects:
             worst = max(self.findings.suspects, key=lambda suspect: abs(suspect.sigmas))
             if not any(worst.row in rows for rows in picked):
-                state = kinematic_state(table)
-                picked.append(np.flatnonzero(state == state[worst.row]))
+                curve = curves_of(table, kinematic_state(table))
+                picked.append(np.flatnonzero(curve == curve[worst.row]))
         # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
         return state_curves(models, table, picked, self.states)
 

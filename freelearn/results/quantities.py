@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
 import torch
 
 from freelearn.measurements.beds import ELONGATION, FORCE, MOMENT, PRESSURE, Pair, Quantity, bed_of
 from freelearn.measurements.members import members_in, pressure_column
 from freelearn.measurements.rows import Readings
-
-# A change below this share of the largest one is none.
-SAME = 0.02
 
 
 def told(table: pd.DataFrame) -> tuple[Quantity, ...]:
@@ -55,35 +51,6 @@ def plane(table: pd.DataFrame) -> Pair:
     ranked = sorted(imposed, key=lambda quantity: table[quantity.column].nunique() <= 1)
     first, second = sorted(ranked[:2], key=imposed.index)
     return first, second
-
-
-def swept(table: pd.DataFrame) -> Quantity:
-    """The pressure over which a kinematic state's curves are drawn: the actuator's; of several on one end block that of
-    all of them where they change together, else that of the one which changes most."""
-    if len(pressures(table)) == 1:
-        return PRESSURE
-    values = table[[q.column for q in pressures(table)]].to_numpy(dtype=np.float64)
-    change = np.ptp(values, axis=0)
-    if np.ptp(values, axis=1).max() <= SAME * change.max():
-        return replace(PRESSURE, name="pressure of all")
-    return pressures(table)[int(change.argmax())]
-
-
-def moving(table: pd.DataFrame) -> str:
-    """Which actuators of an end block were inflated in a kinematic state's rows, and what the others held: "P1, P3 at
-    20 kPa"; "" for a single actuator."""
-    several = pressures(table)
-    if len(several) == 1:
-        return ""
-    values = table[[q.column for q in several]].to_numpy(dtype=np.float64)
-    change = np.ptp(values, axis=0)
-    moved = [q.symbol for q, size in zip(several, change, strict=True) if size > SAME * change.max()]
-    held = [
-        f"{q.symbol} at {value:.3g} kPa"
-        for q, value in zip(several, values.mean(axis=0), strict=True)
-        if q.symbol not in moved and value > SAME * values.max()
-    ]
-    return ", ".join([" + ".join(moved), *held])
 
 
 def misses(rows: pd.DataFrame) -> pd.DataFrame:

@@ -11,13 +11,13 @@ from freelearn.measurements.rows import Readings
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import kinematic_state
 from freelearn.models.predicted import usable
-from freelearn.results.quantities import digits, moving, pressures
+from freelearn.results.curve_rows import curves_of, levels
+from freelearn.results.quantities import digits, pressures
 from freelearn.results.run import CONSTITUENT_SET
+from freelearn.results.sweep import sweep_text
 
 # A curve through fewer rows shows nothing.
 ROWS_FOR_A_CURVE = 4
-# Pressures are told apart in so many steps over their range.
-STEPS = 20
 
 
 def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
@@ -49,17 +49,12 @@ def fields(table: pd.DataFrame, over: Pair | None = None) -> tuple[np.ndarray, p
     where, state = places(table), kinematic_state(table)
     if over is None or (over == bed_of(table).state and len(pressures(table)) == 1):
         return state, where
-    at = {q.column: where[q.column].to_numpy()[state] if q.column in where else _steps(table[q.column]) for q in over}
+    every = {q.column: table[q.column].to_numpy(np.float64) for q in over}
+    at = {name: where[name].to_numpy()[state] if name in where else levels(values) for name, values in every.items()}
     keys = pd.DataFrame({"sample": table["sample"].to_numpy(), **at})
     number = keys.groupby(list(keys), sort=True).ngroup().to_numpy()
     means = table[["sample", *at]].reset_index(drop=True).groupby(number).mean()
     return number, means.astype({"sample": np.int64}).rename_axis("state")
-
-
-def _steps(pressure: pd.Series) -> np.ndarray:
-    values = pressure.to_numpy(dtype=np.float64)
-    steps: np.ndarray = np.round((values - values.min()) / (np.ptp(values) or 1.0) * STEPS)
-    return steps
 
 
 def place_text(place: pd.Series, state: Pair) -> str:
@@ -73,9 +68,9 @@ def place_text(place: pd.Series, state: Pair) -> str:
 
 
 def state_title(measured: pd.DataFrame) -> str:
-    """What one state's rows are called."""
+    """What the rows of a state, or of an end block's curve in it, are called."""
     place = places(measured).iloc[0]
-    parts = [f"sample {place['sample']:.0f}", place_text(place, bed_of(measured).state), moving(measured)]
+    parts = [f"sample {place['sample']:.0f}", place_text(place, bed_of(measured).state), sweep_text(measured)]
     return ", ".join(part for part in parts if part)
 
 
@@ -92,13 +87,14 @@ def squared_error(predictions: pd.DataFrame) -> pd.Series:
 
 
 def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
-    """Positions of all rows, in time order, of kinematic states worth showing: from the best to the worst predicted.
+    """Positions of all rows, in time order, of kinematic states worth showing, or of an end block's curves in them:
+    from the best to the worst predicted.
 
     Of the states with at least four usable rows (or, if there is none, with the most rows), evenly spaced ranks of
     the mean squared error, so the first is the best and the last the worst.
     """
     predictions = predictions.reset_index(drop=True)
-    state = pd.Series(kinematic_state(predictions))
+    state = pd.Series(curves_of(predictions, kinematic_state(predictions)))
     each = squared_error(predictions)
     if not len(each):
         return []

@@ -53,7 +53,7 @@ def _power(text: str) -> int:
 def rescaled(states: States) -> States:
     """The same states in the new units."""
     length, pressure, time = factor("m"), factor("Pa"), factor("s")
-    lengths = ("reference_length", "inner_radius", "outer_radius", "length")
+    lengths = ("reference_length", "inner_radius", "outer_radius", "length", "moved_length")
     changed = {name: length * getattr(states, name) for name in lengths}
     changed |= {"pressure": pressure * states.pressure, "clock": time * states.clock, "dwell": time * states.dwell}
     return states.replace(**changed)

@@ -9,29 +9,26 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.measurements.beds import PRESSURE, Quantity, bed_of
+from freelearn.measurements.beds import Quantity, bed_of
 from freelearn.measurements.states import States, kinematic_state
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.models.predicted import usable
 from freelearn.results.curve import model_curve
-from freelearn.results.quantities import misses, moving, plane, pressures, swept, told
+from freelearn.results.curve_rows import curves_of
+from freelearn.results.quantities import misses, plane, told
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, fields, place_text, places
-
-# Pressures of an actuator that is held lie nearer to each other than this share of all that actuators go through.
-APART = 0.03
-# An actuator whose pressure wanders by less than this share of the moving one's way is held.
-HELD = 0.1
+from freelearn.results.sweep import sweep_text
 
 
 class Fitted:
     """A finished run's rows, states and model.
 
-    curve: number of each row's curve, (N,): its kinematic state, or, where the actuators of an end block move one by
-    one, what of it has the others held. place: of each curve, its sample and what the bed imposes, by its number.
-    over: the two quantities of the map; map: its fields; field: number of each row's field, (N,)."""
+    curve: number of each row's curve, (N,), see results.curve_rows. place: of each curve, its sample and what the bed
+    imposes, by its number. over: the two quantities of the map; map: its fields; field: number of each row's field,
+    (N,)."""
 
     def __init__(self, folder: Path) -> None:
         self.model: Model = load_model(folder / "checkpoint.ckpt")
@@ -65,7 +62,7 @@ class Fitted:
         return {int(n): self._label(int(n), place) for n, place in shown.iterrows()}
 
     def _label(self, curve: int, place: pd.Series) -> str:
-        parts = [place_text(place, self.bed.state), _moved(self.table.iloc[self.rows(curve)])]
+        parts = [place_text(place, self.bed.state), sweep_text(self.table.iloc[self.rows(curve)])]
         return ", ".join(part for part in parts if part).replace("-", "−")
 
     def worst(self, curves: list[int]) -> int:
@@ -79,51 +76,10 @@ class Fitted:
 
     def predicted(self, rows: np.ndarray) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see results.curve.model_curve)."""
-        curve = model_curve(self.model, self.states[torch.as_tensor(rows)], self.usable[rows])
-        # An end block's actuators begin at no common rest, from which a curve could be drawn.
-        return curve[~curve["extrapolated"]] if self.states.members else curve
+        return model_curve(self.model, self.states[torch.as_tensor(rows)], self.usable[rows])
 
 
 @lru_cache(8)
 def fitted(folder: Path, written: float) -> Fitted:
     """written: when the run was, so that a newer one in the same folder is read anew."""
     return Fitted(folder)
-
-
-def curves_of(table: pd.DataFrame, state: np.ndarray) -> np.ndarray:
-    """Number of each row's curve, (N,), 0, 1, … in order of the states. state: of each row, (N,).
-
-    A line through rows in which several actuators of an end block change in turn would zigzag: there a curve has
-    those rows of its state in which all but the one that changes most are held."""
-    several = pressures(table)
-    if len(several) == 1:
-        return state
-    pressure = table[[q.column for q in several]].to_numpy(dtype=np.float64)
-    apart = APART * np.ptp(pressure)
-    keys = np.c_[state, np.apply_along_axis(_levels, 0, pressure, apart)]
-    for n in np.unique(state):
-        rows = state == n
-        moved = swept(table[rows]).column
-        # All of them, where they change together.
-        free = [i for i, q in enumerate(several, 1) if moved in (q.column, PRESSURE.column)]
-        keys[np.ix_(rows, free)] = 0
-    number: np.ndarray = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-    return number
-
-
-def _moved(rows: pd.DataFrame) -> str:
-    """Which actuator of an end block moves along a curve, and what the others hold; "" for a single actuator."""
-    over = swept(rows)
-    held = [q for q in pressures(rows) if q.column != over.column]
-    if not held or any(np.ptp(rows[q.column]) > HELD * np.ptp(rows[over.column]) for q in held):
-        return moving(rows)
-    return ", ".join([over.symbol, *(f"{q.symbol} at {rows[q.column].mean():.3g} kPa" for q in held)])
-
-
-def _levels(pressure: np.ndarray, apart: float) -> np.ndarray:
-    """Number of the level that each pressure is at, (N,), of levels more than `apart` from each other."""
-    order = np.argsort(pressure)
-    steps = np.diff(pressure[order]) > apart
-    level = np.zeros(len(pressure), dtype=np.int64)
-    level[order[1:]] = np.cumsum(steps)
-    return level

@@ -66,7 +66,11 @@ def test_the_classes_belong_to_the_last_model_when_the_exchanges_run_out(monkeyp
     def step(name):
         loss = np.full(10, 100.0 - 10 * names.index(name))
         return SimpleNamespace(
-            effects=[name], heldout=HeldOut(None, None, loss), candidates=(), tried=lambda c: step(name)
+            effects=[name],
+            heldout=HeldOut(None, None, loss),
+            candidates=(),
+            tried=lambda c: step(name),
+            worse=lambda other: False,
         )
 
     def stand_ins(prepared, final, effect):

@@ -9,7 +9,8 @@ from freelearn.models.ports import BoundaryEffect
 
 
 class Place(Parameters):
-    """squared_distance: of the actuator from the end block's axis, squared."""
+    """squared_distance: of the actuator from the end block's axis. 1e-4 m² is d = √(d²) = 10 mm. Squared, because that
+    is what the loads follow from nothing on."""
 
     squared_distance: Tensor = parameter(
         "d²", "m²", start=0.0, lower=0.0, upper=1e-2, none=0.0, scale=1e-4, per_member=True
@@ -36,9 +37,11 @@ class OffAxis(BoundaryEffect[Place]):
     def hand_on(self, loads: Tensor, states: States, p: Place) -> Tensor:
         """As BoundaryEffect.hand_on."""
         force, moment = loads.unbind(-1)
-        along = force / self._length(states, p)
-        return torch.stack([along * states.length, moment + along * p.squared_distance * states.twist.sin()], dim=-1)
+        own = self._length(states, p)
+        lever = p.squared_distance * states.twist.sin() / own
+        return torch.stack([force * (states.length / own), moment + force * lever], dim=-1)
 
     def _length(self, states: States, p: Place) -> Tensor:
         leaning = 2 * p.squared_distance * (1 - states.twist.cos())
-        return (states.length.square() + leaning).sqrt()
+        # √(l² + leaning), written so that it is l to the last bit where nothing leans.
+        return states.length + leaning / ((states.length.square() + leaning).sqrt() + states.length)

@@ -15,6 +15,8 @@ import numpy as np
 import pandas as pd
 
 from freelearn.testing.reference.braided import BLUNT, beyond_threshold, contact, liner_energy, tapered
+from freelearn.testing.reference.lagging import moved_on, moves
+from freelearn.testing.reference.leaning import leaned, on_the_block
 
 DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -227,7 +229,7 @@ def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:
 
 def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
     """Loads (N, 2) of actuators that have taken up the play of their mount, and equilibrium, (N,)."""
-    s = beyond_threshold(s, fx)
+    s = beyond_threshold(moved_on(s, fx), fx)
     taken = s | {"twist": at_rest(s, c1, c2, fx)} if "twist_slack" in fx else s
     return handed_on(taken, c1, c2, fx)
 
@@ -248,14 +250,18 @@ def bed_loads(
     t["twist"] = s["twist"] + get("twist_offset", "angle")
     t["pressure"] = s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure")
 
+    def carried() -> tuple[Array, Array]:
+        loads, balanced = rig(leaned(t, fx), c1, c2, fx)
+        return on_the_block(loads, t, fx), balanced
+
     soft_l, soft_t = get("length_compliance", "compliance"), get("twist_compliance", "compliance")
-    loads, balanced = rig(t, c1, c2, fx)
+    loads, balanced = carried()
     if soft_l or soft_t:
         length, twist = t["length"], t["twist"]
         for _ in range(60):
             t["length"], t["twist"] = length + soft_l * loads[:, 0], twist + soft_t * loads[:, 1]
             before = loads
-            loads, balanced = rig(t, c1, c2, fx)
+            loads, balanced = carried()
             if np.abs(loads - before).max() < 1e-9:
                 break
     if extra:
@@ -323,6 +329,7 @@ def state_of(table: pd.DataFrame) -> dict[str, Array]:
         "dwell": time - time[np.maximum.accumulate(np.where(step == 0, np.arange(len(step)), 0))],
     }
     s["severity"], s["past_severity"] = severity(s)
+    s["moved_length"], s["moved_twist"] = moves(s)
     return s
 
 

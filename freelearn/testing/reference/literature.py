@@ -33,6 +33,7 @@ from freelearn.testing.reference.backlash import settled
 from freelearn.testing.reference.bed import Effects
 from freelearn.testing.reference.braided import beyond_threshold, contact, tapered
 from freelearn.testing.reference.history import Law, Memory, loads, remembered
+from freelearn.testing.reference.lagging import overstress
 from freelearn.testing.reference.points import Points
 from freelearn.testing.reference.rubbing import rubbed
 from freelearn.testing.reference.truths import grown as grown_package
@@ -70,12 +71,22 @@ def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[
     def at(twist: Array) -> Points:
         return Points.of(s | {"twist": twist}, fx)
 
-    twist = s["twist"]
+    twist, lagging = s["twist"], _lagging(s, law)
     memory = remembered(at(twist), law, s)
     if "twist_slack" in fx:
-        twist, memory = _taken_up(s, law, memory, at)
+        twist, memory = _taken_up(s, law, memory, at, lagging)
     bare, balanced = loads(at(twist), law, memory)
-    return bare + _beside(s | {"twist": twist}, fx), balanced
+    return bare + _beside(s | {"twist": twist}, fx) + lagging, balanced
+
+
+def _lagging(s: dict[str, Array], law: Law) -> Array | float:
+    """Loads (N, 2) of walls that lag behind the moves of the bed."""
+    p = law.fx.get("viscoelasticity")
+    if p is None:
+        return 0.0
+    resting = Points.of(s | {"pressure": 0 * s["pressure"]}, law.fx)
+    virgin = Memory(np.zeros(resting.radius.shape), np.zeros((4, *resting.radius.shape)))
+    return overstress(loads(resting, law, virgin)[0], s["sample"], s["clock"], p["share"], p["time"])
 
 
 def _beside(s: dict[str, Array], fx: Effects) -> Array:
@@ -91,7 +102,9 @@ def _rubbed(s: dict[str, Array], fx: Effects, effect: str) -> Array:
     return rubbed(s["pressure"], s["dwell"] == 0, p["sliding"], bool(p.get("carried", 0.0)))
 
 
-def _taken_up(s: dict[str, Array], law: Law, memory: Memory, at: Callable[[Array], Points]) -> tuple[Array, Memory]:
+def _taken_up(
+    s: dict[str, Array], law: Law, memory: Memory, at: Callable[[Array], Points], lagging: Array | float
+) -> tuple[Array, Memory]:
     """Twist (N,) at which actuators rest in their play, and what their walls remember of having been there."""
     p = FIXED["twist_slack"] | dict(law.fx["twist_slack"])
     twist = s["twist"]
@@ -99,7 +112,7 @@ def _taken_up(s: dict[str, Array], law: Law, memory: Memory, at: Callable[[Array
         before, past = twist, memory
 
         def moment(place: Array, past: Memory = past) -> Array:
-            beside = _beside(s | {"twist": place}, law.fx)
+            beside = _beside(s | {"twist": place}, law.fx) + lagging
             return np.asarray((loads(at(place), law, past)[0] + beside)[:, 1])
 
         twist = settled(s["twist"], s["sample"], p["angle"], p["stiffness"], moment)

@@ -14,6 +14,8 @@ import pandas as pd
 
 from freelearn.testing.reference.bed import MM, Array, Effects, Rig, bed_loads, on_the_rig, outer_diameter, state_of
 from freelearn.testing.reference.braided import beyond_threshold
+from freelearn.testing.reference.lagging import moved_on
+from freelearn.testing.reference.leaning import leaned
 
 # Γ, Γ₂ [deg], L, R_i, R_o [mm].
 Design = tuple[float, float, float, float, float]
@@ -131,7 +133,7 @@ def _imposed(
 
 
 def really(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
-    """States that the bed really imposed: its offsets and the gauge's errors."""
+    """States that actuators really take: the bed's offsets, the gauge's errors, their lean and what they lag behind."""
 
     def get(name: str, p: str) -> float:
         return fx.get(name, {}).get(p, 0.0)
@@ -141,7 +143,7 @@ def really(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
         "twist": s["twist"] + get("twist_offset", "angle"),
         "pressure": s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure"),
     }
-    return beyond_threshold(imposed, fx)
+    return beyond_threshold(moved_on(leaned(imposed, fx), fx), fx)
 
 
 def at_rest(s: dict[str, Array], hung: Array, c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:

@@ -46,18 +46,24 @@ BRAIDED: dict[str, dict[str, float]] = {
     "threshold_pressure": {"pressure": 2e3},
     "contact_friction": {"force": 1e-3, "moment": 1e-3},
 }
+# As UNIT: of how the bed moves, in data sets of their own. Actuators beside the axis; walls that lag behind.
+MOVED: dict[str, dict[str, float]] = {
+    "off_axis": {"squared_distance": 1e-5},
+    "viscoelasticity": {"share": 0.05},
+}
 FIXED = {
     "relaxation": {"time": 45.0},
+    "viscoelasticity": {"time": 60.0},
     "stress_softening": {"severity": 0.02},
     "small_strain_stiffness": {"decay": 5.0},
 }
 # Where a physical bound ends the growth.
-MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3}
+MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3, "squared_distance": 1e-2}
 
 
 def grown(effect: str, amount: float) -> dict[str, float]:
     """The effect's parameters at `amount` times their unit, at most at their physical bound."""
-    values = {p: amount * v for p, v in (UNIT | BRAIDED)[effect].items()}
+    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED)[effect].items()}
     return {p: min(v, MOST.get(p, v)) for p, v in values.items()} | FIXED.get(effect, {})
 
 
