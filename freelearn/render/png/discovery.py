@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from torch.utils.tensorboard import SummaryWriter
 
 from freelearn.inference.thresholds import ALPHA
@@ -79,17 +79,17 @@ def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     place = np.arange(len(labels))
     axes.plot(place, stairs.E, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
     for x, value, text in zip(place, stairs.E, stairs.labels, strict=True):
-        axes.annotate(text, (x, value), xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9)
+        axes.annotate(text, (x, value), xytext=(4, 8), textcoords="offset points", fontsize=9)
     axes.hlines(stairs.floor, place - 0.45, place + 0.45, color="black", linestyle="--", label="noise floor")
     axes.set_xticks(place, labels, fontsize=9)
     finish(axes, "", "E [%], logarithmic")
     axes.set_xlim(-0.6, len(labels) - 0.4)
     axes.set_yscale("log")
     axes.set_ylim(stairs.low, stairs.high)
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    axes.yaxis.set_major_formatter(plain)
-    # Within a decade one label may be all that the powers of ten leave.
-    axes.yaxis.set_minor_formatter(plain if stairs.high < 10 * stairs.low else NullFormatter())
+    # Powers of ten alone may leave a single label.
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.legend(frameon=False, fontsize=9)
     return figure
 
