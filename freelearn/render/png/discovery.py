@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import pandas as pd
@@ -26,6 +27,8 @@ from freelearn.results.states import state_title
 
 # A size of nothing still has a place on a logarithmic axis.
 SMALLEST = 0.05
+# Characters of a step's label on one line.
+WIDE = 18
 
 
 def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[Path]:
@@ -72,7 +75,9 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
 def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     """Held-out error from step to step, down towards the noise floor. trail: of results.discovery.trail_numbers."""
     stairs = stairs_of(trail)
-    labels = [step.replace(" + ", "\n+ ") for step in stairs.steps]
+    # A plus stays with its effect.
+    parts = [step.replace(" + ", "\n+ ").replace("+ ", "+\u00a0").split("\n") for step in stairs.steps]
+    labels = ["\n".join(fill(part, WIDE, break_long_words=False) for part in each) for each in parts]
     figure = new_figure(max(5.5, 2.2 + 1.5 * len(labels)), 4.2)
     figure.suptitle(heading("Error on held-out kinematic states", simulated), fontsize=11)
     axes = figure.add_axes((0.13, 0.2, 0.84, 0.68))
