@@ -52,7 +52,9 @@ def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
     parser.add_argument("--plan", choices=PLANS, default="clean")
-    parser.add_argument("--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90 or 36 data sets each")
+    parser.add_argument(
+        "--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90 or 36 data sets each"
+    )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
     parser.add_argument("--out", type=Path, help="default: the plan's, in outputs")

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
+from hidden_effects.settings import settings
 
-from freelearn.testing.reference.slips import KINDS
 from freelearn.testing.reference.truths import BRAIDED, MOVED, OUTSIDE, UNIT
 
 SAMPLES = (2, 3, 4, 5, 6, 7, 8)
@@ -22,7 +22,6 @@ LIKE_MOVED = {
     "off_axis": ("twist_offset", "moment_gain", "sensor_crosstalk", "fiber_misalignment"),
     "viscoelasticity": ("length_offset", "relaxation", "sensor_drift", "stress_softening"),
 }
-NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
 
 def clean(seeds: int) -> list[dict]:
@@ -61,7 +60,7 @@ def laboratory(seeds: int) -> list[dict]:
         for protocol, kind, hidden, size in _hidden(generator):
             s = {"kind": kind, "hidden": hidden, "size": size, "protocol": protocol}
             s["seed"] = int(generator.integers(1 << 30))
-            sets.append(s | {"noise": 1.0, "laboratory": _settings(protocol, generator)})
+            sets.append(s | {"noise": 1.0, "laboratory": settings(protocol, generator)})
     return numbered(sets)
 
 
@@ -118,27 +117,8 @@ def moves(seeds: int) -> list[dict]:
         for protocol, kind, names, size in hidden:
             s = {"kind": kind, "hidden": names, "size": size, "protocol": protocol}
             s["seed"] = int(generator.integers(1 << 30))
-            sets.append(s | {"noise": 1.0, "laboratory": _settings(protocol, generator)})
+            sets.append(s | {"noise": 1.0, "laboratory": settings(protocol, generator)})
     return numbered(sets)
-
-
-def _settings(protocol: str, generator: np.random.Generator) -> dict:
-    """Arguments of Laboratory that are not its own; all JSON."""
-    settings: dict = {"order": "sorted"} if protocol == "sorted" else {}
-    if protocol == "short":
-        settings |= {"states": int(generator.integers(6, 41)), "pressures": int(generator.integers(3, 9)), "falling": 0}
-    tails, slipped, growth, misstated = (generator.random() for _ in range(4))
-    if tails > NORMAL_SHARE:
-        settings["tails"] = 4.0
-    if slipped < SLIPPED_SHARE:
-        settings["slipped"] = float(generator.choice([0.002, 0.01, 0.01, 0.03]))
-        if generator.random() < ODD_SHARE:
-            settings["kinds"] = list(KINDS)
-    if growth < ODD_SHARE:
-        settings["growth"] = float(generator.uniform(1, 2))
-    if misstated < ODD_SHARE:
-        settings["misstated"] = float(generator.choice([1 / 3, 3.0]))
-    return settings
 
 
 def numbered(sets: list[dict]) -> list[dict]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas as pd
+
 from freelearn.commands.run import scored_rows
 from freelearn.measurements.error import common, set_error
 from freelearn.measurements.rows import Rows
+from freelearn.measurements.sets import split_rows
 from freelearn.models.prediction import Status
 from freelearn.render.tensorboard.run import log_run
 from freelearn.results.comparison import Compared
@@ -28,6 +31,12 @@ def compare(one: Callable[[bool, Path], Run], folder: Path) -> dict[str, Compare
         runs[name] = one(effects, folder / name)
         log_run(runs[name], folder / name)
     return compared(runs[WITHOUT], runs[WITH])
+
+
+def can_hold_out(table: pd.DataFrame, name: str, seed: int, shares: tuple[float, float]) -> bool:
+    """Whether whole kinematic states of a named set are held out by a split of these shares."""
+    labels = split_rows(table, seed, True, shares)
+    return len(scored_rows(table["sample"].to_numpy(), labels, name)) > 0
 
 
 def compared(without: Run, with_effects: Run) -> dict[str, Compared]:

@@ -82,7 +82,7 @@ def run(
         table=table,
         labels=labels,
         prediction=prediction,
-        errors=_errors(rows, labels, prediction, _test_sets(table, train, tests)),
+        errors=_errors(rows, labels, prediction, _test_sets(table, labels, train, tests), by_states),
         uncertainty=fitted.uncertainty if fitted else None,
         start=fitted.outcome.initial if fitted else start,
         history=tuple(fitted.outcome.history) if fitted else (),
@@ -126,15 +126,20 @@ def _fitted(
     return store.fitted(model, fit_key(model, *parts, options, seed), lambda: timed(compute))
 
 
-def _test_sets(table: pd.DataFrame, train: str, tests: Sequence[str] | str) -> list[str]:
+def _test_sets(table: pd.DataFrame, labels: np.ndarray, train: str, tests: Sequence[str] | str) -> list[str]:
+    """The sets that are scored: of every set those with test rows, and a training set that is one of them or the
+    user's own."""
     if tests != "every":
         return [str(tests)]
-    names = set_names(table["sample"].to_numpy())
-    # A set of the user's own: a run always tells its error on the training set's test rows.
-    return [*names, train] if "+" in train else names
+    sample = table["sample"].to_numpy()
+    every = set_names(sample)
+    tested = [name for name in every if len(scored_rows(sample, labels, name))]
+    return [*tested, train] if "+" in train or train in set(every) - set(tested) else tested
 
 
-def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Sequence[str]) -> dict[str, Error]:
+def _errors(
+    rows: Rows, labels: np.ndarray, prediction: Prediction, names: Sequence[str], by_states: bool
+) -> dict[str, Error]:
     """The error on each test set's test rows. Raises UserError for a set without any."""
     sample = rows.states.sample.numpy()
     usable = prediction.status == Status.OK
@@ -142,9 +147,19 @@ def _errors(rows: Rows, labels: np.ndarray, prediction: Prediction, names: Seque
     for name in names:
         pick = scored_rows(sample, labels, name)
         if not len(pick):
-            raise UserError(f"Test set {name!r} has no rows to score: all are buckled or left out.")
+            raise UserError(
+                f"Test set {name!r} has no rows to score: {_why_untested(sample, labels, name, by_states)}."
+            )
         errors[name] = set_error(rows[pick], prediction.loads[pick], usable[pick])
     return errors
+
+
+def _why_untested(sample: np.ndarray, labels: np.ndarray, name: str, by_states: bool) -> str:
+    if not (labels[np.isin(sample, samples_of(name, sample))] != "").any():
+        return "all are buckled or left out"
+    if by_states:
+        return "all its kinematic states are trained on: use split=rows"
+    return "all its rows are trained on"
 
 
 def scored_rows(sample: np.ndarray, labels: np.ndarray, name: str) -> Tensor:

@@ -11,7 +11,7 @@ import pandas as pd
 from rich.console import Console
 
 from freelearn.commands.accuracy import measuring
-from freelearn.commands.comparison import compare
+from freelearn.commands.comparison import can_hold_out, compare
 from freelearn.commands.device import resolve_device
 from freelearn.commands.mistakes import Mistakes
 from freelearn.commands.run import Progress, run
@@ -152,14 +152,19 @@ def _judged(
     own: predictions of the samples that were fitted.
     """
     settings = task.settings
+    notes = assumptions(settings.effects, task.loaded.table.columns)
     if settings.effects and settings.fit and settings.train != CONSTITUENT_SET:
 
         def one(with_effects: bool, inside: Path) -> Run:
             return _run(task, inside, None, store, with_effects, by_states=True)
 
-        outcome = replace(outcome, comparison=compare(one, folder))
+        tested = settings.train if settings.test == "every" else settings.test
+        shares = (settings.split.train, settings.split.validation)
+        if can_hold_out(task.loaded.table, tested, settings.seed, shares):
+            outcome = replace(outcome, comparison=compare(one, folder))
+        else:
+            notes.append("errors without and with the effects are not compared: no kinematic state can be held out")
     measured = measuring(outcome.model, own, settings.data.accuracy)
-    notes = assumptions(settings.effects, task.loaded.table.columns)
     if measured is None:
         return outcome, notes
     return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), [*measured.notes, *notes]

@@ -71,7 +71,9 @@ def reach(table: pd.DataFrame) -> pd.DataFrame:
 def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accuracy) -> list[NextState]:
     """The best state for each pair of effects in a class (effect → the model fitted with it), most telling first."""
     grid = reach(table)
-    states = States.from_table(grid)
+    # A state as it is once the bed has stood still.
+    still = torch.zeros(len(grid), dtype=torch.float64)
+    states = States.from_table(grid).replace(moved_length=still, moved_twist=still)
     first = next(iter(alike.values())).fit.model
     # Each row is a visit of its own: its position error is not shared.
     whiten = Whitener(sensitivities(first, states), torch.arange(len(grid)), accuracy, bed=states.bed)

@@ -54,6 +54,8 @@ def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:
 
 
 def _friction(rows: Rows) -> str:
+    if rows.states.members:
+        return "cannot be told of several actuators on one end block: no two rows differ by their direction alone"
     count = len(comparisons(rows.states, rows.state))
     if count >= FEWEST:
         return ""

@@ -274,11 +274,12 @@ def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
     for number in np.unique(sample):
         rows = sample == number
         past[rows] = np.maximum.accumulate(now[rows])
-    first = _first(state)
-    came = np.maximum(first - 1, 0)
-    stayed = sample[came] == sample[first]
+    before, first = order.copy(), _first(state)
+    for number in np.unique(sample):
+        rows = np.flatnonzero(sample == number)
+        before[rows[1:]] = rows[:-1]
     moved = [
-        np.where(stayed, place[first] - place[came], 0.0)
+        place[first] - place[before[first]]
         for place in (_shown(table, "elongation_mm") * MM, _shown(table, "twist_deg") * DEG)
     ]
     values = (clock, dwell, *moved, now, past)

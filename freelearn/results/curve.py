@@ -49,14 +49,16 @@ def model_curve(model: Model[Any], states: States, usable: np.ndarray) -> pd.Dat
     Columns, in the order of the path: the pressures, what the bed measures (force_pred_n, moment_pred_nmm; blank
     without an equilibrium), extrapolated (outside the pressures of usable rows).
     """
-    per_step = max(1, round(POINTS / len(states)))
-    step = np.repeat(np.arange(len(states)), per_step)
-    share = np.tile(np.arange(1, per_step + 1) / per_step, len(states))
     first, second, *imposed = (value.numpy() for value in states.inputs())
     pressure = np.stack(imposed)
     held = ~moving_actuators(pressure.T) & bool(states.members)
-    before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]][:, step]
-    along = np.c_[before[:, 0], before + share * (pressure[:, step] - before)]
+    before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]]
+    # As dense on a long way as on a short one: else the way up and the way down would seem to differ.
+    way = np.abs(pressure - before).max(axis=0)
+    count = np.maximum(1, np.round(POINTS * way / max(way.sum(), 1.0))).astype(np.int64)
+    step = np.repeat(np.arange(len(states)), count)
+    share = np.concatenate([np.arange(1, n + 1) / n for n in count])
+    along = np.c_[before[:, 0], before[:, step] + share * (pressure - before)[:, step]]
     rows = np.r_[0, step]
     path = states[torch.as_tensor(rows)].with_inputs(
         [torch.as_tensor(value) for value in (first[rows], second[rows], *along)]

@@ -13,6 +13,8 @@ TOGETHER, ENOUGH = 0.98, 4
 # Gaps between neighboring pressures, as shares of what an actuator goes through, are jitter below the first; levels are
 # told apart by the first gap that is so many times the next smaller one, or else by the one that is most times it.
 JITTER, CLEAR = 0.01, 4.0
+# Groups of rows above this share of the longest are about as long.
+LONG = 0.8
 # A level wider than this share of what the actuator goes through is none; its pressures are told apart in steps.
 WIDE, STEPS = 0.2, 20
 
@@ -68,24 +70,29 @@ def _curves(values: np.ndarray, level: np.ndarray) -> np.ndarray:
 
 def _lines(values: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of groups of rows in which one actuator moves over levels of the others, the same actuator in all of
-    them, (n,), and which rows are in such a group, (n,) bool; every row on its own level where there is none."""
+    them, (n,), and which rows are in such a group, (n,) bool; every row on its own level where there is none. The
+    actuator: the first of the leads with a group that is about as long as any."""
+    found = []
     for lead in leads(values):
         fixed = np.where(_along(values, lead), 0, level)
         group = np.unique(fixed, axis=0, return_inverse=True)[1].ravel()
         met = pd.Series(level[:, lead]).groupby(group).nunique().to_numpy()
-        if (met > 1).any():
-            return group, met[group] > 1
-    return np.unique(level, axis=0, return_inverse=True)[1].ravel(), np.ones(len(values), dtype=bool)
+        taken = met[group] > 1
+        found.append((group, taken, np.bincount(group[taken]).max(initial=0)))
+    longest = max(length for *_, length in found)
+    if not longest:
+        alone: np.ndarray = np.unique(level, axis=0, return_inverse=True)[1].ravel()
+        return alone, np.ones(len(values), dtype=bool)
+    return next((group, taken) for group, taken, length in found if length >= LONG * longest)
 
 
 def _along(values: np.ndarray, lead: int) -> np.ndarray:
     """Which actuators move with this one, itself included, (k,) bool."""
-    along = np.arange(values.shape[1]) == lead
+    along: np.ndarray = np.arange(values.shape[1]) == lead
     if as_one(values):
-        return np.ones_like(along)
+        return along | True
     if len(values) < ENOUGH:
         return along
-    moves = moving_actuators(values)
-    for i in np.flatnonzero(moves & ~along):
+    for i in np.flatnonzero(moving_actuators(values) & ~along):
         along[i] = abs(np.corrcoef(values[:, i], values[:, lead])[0, 1]) >= TOGETHER
     return along

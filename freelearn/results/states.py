@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from freelearn.measurements.beds import ELONGATION, Pair, bed_of
+from freelearn.measurements.beds import ELONGATION, PRESSURE, Pair, bed_of
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Readings
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.usable import SLACK
 from freelearn.models.predicted import usable
 from freelearn.results.curve_rows import curves_of, levels
 from freelearn.results.quantities import digits, pressures
@@ -49,12 +50,20 @@ def fields(table: pd.DataFrame, over: Pair | None = None) -> tuple[np.ndarray, p
     where, state = places(table), kinematic_state(table)
     if over is None or (over == bed_of(table).state and len(pressures(table)) == 1):
         return state, where
-    every = {q.column: table[q.column].to_numpy(np.float64) for q in over}
-    at = {name: where[name].to_numpy()[state] if name in where else levels(values) for name, values in every.items()}
-    keys = pd.DataFrame({"sample": table["sample"].to_numpy(), **at})
+    sample = table["sample"].to_numpy()
+    pressed = any(q.unit == PRESSURE.unit for q in over)
+    keys = pd.DataFrame({"sample": sample})
+    for name in (quantity.column for quantity in over):
+        exact = pd.Series(where[name].to_numpy()[state] if name in where else table[name].to_numpy(np.float64))
+        # Over a pressure, elongations too are read anew in each row.
+        keys[name] = exact.groupby(sample).transform(_at_levels) if pressed else exact
     number = keys.groupby(list(keys), sort=True).ngroup().to_numpy()
-    means = table[["sample", *at]].reset_index(drop=True).groupby(number).mean()
-    return number, means.astype({"sample": np.int64}).rename_axis("state")
+    return number, keys.groupby(number).first().rename_axis("state")
+
+
+def _at_levels(values: pd.Series) -> pd.Series:
+    """The mean of its level in place of each value, so that marks stand in rows and columns."""
+    return values.groupby(levels(values.to_numpy())).transform("mean")
 
 
 def place_text(place: pd.Series, state: Pair) -> str:
@@ -90,16 +99,18 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
     """Positions of all rows, in time order, of kinematic states worth showing, or of an end block's curves in them:
     from the best to the worst predicted.
 
-    Of the states with at least four usable rows (or, if there is none, with the most rows), evenly spaced ranks of
-    the mean squared error, so the first is the best and the last the worst.
+    Of the states with at least four usable rows in which no tube hangs loose (or, if there is none, with the most of
+    them), evenly spaced ranks of the mean squared error, so the first is the best and the last the worst.
     """
     predictions = predictions.reset_index(drop=True)
     state = pd.Series(curves_of(predictions, kinematic_state(predictions)))
     each = squared_error(predictions)
     if not len(each):
         return []
-    error = each.groupby(state[each.index]).agg(["mean", "size"])
-    enough = error[error["size"] >= min(ROWS_FOR_A_CURVE, error["size"].max())]
+    # Where the tube hangs loose any push is right: a state of such rows alone would be the best of all.
+    taut = each.index.map(predictions[SLACK] != 1) if SLACK in predictions else np.ones(len(each), dtype=bool)
+    error = pd.DataFrame({"mean": each, "rows": taut}).groupby(state[each.index]).agg({"mean": "mean", "rows": "sum"})
+    enough = error[error["rows"] >= min(ROWS_FOR_A_CURVE, error["rows"].max())]
     ranked = enough.sort_values("mean", kind="stable").index.to_numpy()
     chosen = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
     return [np.flatnonzero(state == ranked[i]) for i in chosen]

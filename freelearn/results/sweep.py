@@ -75,4 +75,5 @@ def as_one(values: np.ndarray) -> bool:
 
 def imposed(table: pd.DataFrame) -> np.ndarray:
     """The pressures, (N, k) kPa."""
-    return table[[q.column for q in pressures(table)]].to_numpy(dtype=np.float64)
+    values: np.ndarray = table[[q.column for q in pressures(table)]].to_numpy(dtype=np.float64)
+    return values

@@ -30,6 +30,12 @@ Relaxation and stress softening act on the stresses of the wall, never on the fl
 rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time
 of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so.
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
+`viscoelasticity` needs the times too, and states in the order in which the bed went to them, buckled and left-out ones
+included. It knows the last move alone: where states last less than τ, earlier ones are felt, and not told.
+
+An effect of one's own at the boundary writes `impose`, the state of the actuator from that of the table. Where the
+actuator then moves otherwise than its mount (a lever, a gear) it also writes `hand_on`: the loads on the mount from the
+actuator's, so that both do the same work.
 
 | port | name | parameters | per sample | beds | when to suspect it |
 |---|---|---|---|---|---|

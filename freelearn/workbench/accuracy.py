@@ -19,11 +19,11 @@ SMALLEST = 1e-9
 
 
 class AccuracyChoice:
-    """The paper's, an estimate, or one standard deviation of each quantity of the bed."""
+    """An estimate, the paper's, or one standard deviation of each quantity of the bed."""
 
     def __init__(self, session: Session, width: int) -> None:
         self.session, self.refreshing = session, False
-        options = [USUAL, ESTIMATE, STATE]
+        options = [ESTIMATE, USUAL, STATE]
         self.how = pn.widgets.Select(name="accuracy of the measuring", options=options, width=width)
         self.numbers = {name: _number(quantity, width) for name, quantity in QUANTITIES.items()}
         self.how.param.watch(lambda _: self._chosen(), "value")

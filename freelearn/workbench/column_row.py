@@ -9,15 +9,18 @@ from typing import Any
 import panel as pn
 from markupsafe import escape
 
+from freelearn.measurements.intake.guess import HELD
 from freelearn.measurements.intake.units import conversion, dimension
 from freelearn.workbench.mapped import MappedColumn
 from freelearn.workbench.quantities import COLUMNS, MARK_OF, QUANTITIES, UNITS
 from freelearn.workbench.words import HIDDEN_LABEL, STYLE
 
-# What the table calls a column → what the page does.
-OWN = {column: quantity for quantity, column in COLUMNS.items()} | {mark: name for name, mark in MARK_OF.items()}
-# The same for what a guess says. The length of a guess is the one that was held.
-CALLED = OWN | {"length_mm": "held length"}
+# What a guess calls a quantity → what the page does.
+CALLED = {
+    **{column: quantity for quantity, column in COLUMNS.items()},
+    **{mark: name for name, mark in MARK_OF.items()},
+    HELD: "held length",
+}
 PRESSURE_OF_ONE = re.compile(r"pressure_\d+_kpa")
 
 
@@ -79,8 +82,6 @@ def _quantity(guess: dict[str, Any], pressures: Sequence[str]) -> str:
     name = guess["name"]
     if name in pressures or PRESSURE_OF_ONE.fullmatch(name):
         return "pressure"
-    if name in OWN and guess["low"] is not None:
-        return OWN[name]
     if not guess["chosen"]:
         return "not used"
     said = guess["quantity"]

@@ -29,7 +29,7 @@ class Question:
     and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
     one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
-    or, where a sample has too few of them, rows."""
+    or, where the training set has too few of them, rows."""
 
     data: str = "virtual"
     seed: int = 1

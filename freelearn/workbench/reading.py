@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from freelearn.commands.intake import PROVENANCE, take_in
+from freelearn.commands.run import scored_rows
 from freelearn.commands.settings import CsvData, IntakeData, IntakeSettings
 from freelearn.commands.tables import LoadedTable, load_table
 from freelearn.errors import UserError
@@ -24,7 +25,7 @@ from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.plausibility import units_apart
-from freelearn.measurements.sets import TEST, set_names, split_rows
+from freelearn.measurements.sets import set_names, split_rows
 from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import train_settings
@@ -73,9 +74,9 @@ def _about(loaded: LoadedTable) -> dict[str, Any]:
     table = loaded.table
     units, others = units_apart(loaded.warnings)
     usable, sample = usable_rows(table), table["sample"].to_numpy()
-    tested = sample[split_rows(table, 0, by_states=True) == TEST]
+    labels, names = split_rows(table, 0, by_states=True), set_names(sample)
     return {
-        "sets": list(set_names(table["sample"].to_numpy())),
+        "sets": names,
         "rows": len(table),
         "usable": int(usable.sum()),
         "left_out": int(left_out_rows(table).sum()),
@@ -83,8 +84,8 @@ def _about(loaded: LoadedTable) -> dict[str, Any]:
         "states": int(kinematic_state(table).max()) + 1,
         "bed": bed_of(table).name,
         "members": len(members_in(table.columns)),
-        # A sample of one or two kinematic states has none to hold out.
-        "split": "states" if set(sample[usable]) == set(tested) else "rows",
+        # A set of one or two kinematic states has none to hold out.
+        "few_states": [name for name in names if not len(scored_rows(sample, labels, name))],
         "warnings": others,
         "unit_warnings": units,
     }

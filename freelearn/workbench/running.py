@@ -108,7 +108,6 @@ class Running(Kept):
             about = {"path": self.asked.path, "name": self.asked.name}
             self.raw = self.raw if self.made else {**about, "guess": guess, "open": not (table or nearly)}
         if table:
-            self.question = replace(self.question, split=table.get("split", "states"))
             self.settle()
 
     def _converted(self, folder: Path, asked: Question) -> None:
@@ -129,9 +128,10 @@ class Running(Kept):
         )
 
     def settle(self) -> None:
-        """Keeps the training set one that the data have."""
-        if self.sets and self.question.train not in self.sets:
-            self.question = replace(self.question, train="all")
+        """Keeps the training set one that the data have, and tests it on whole kinematic states if it has enough."""
+        train = self.question.train if self.question.train in self.sets or not self.sets else "all"
+        split = "rows" if train in self.table.get("few_states", []) else "states"
+        self.question = replace(self.question, train=train, split=split)
 
     def named(self, text: str) -> str:
         """A sentence with the names by which the user knows the files, and what is chosen on a page."""

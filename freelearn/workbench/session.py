@@ -16,9 +16,10 @@ LARGEST_CSV = 64 * MEGABYTE
 # Endings by which intake knows a file; every other one is kept as text.
 FORMATS = (".xlsx", ".xlsm", ".xls", ".mat", ".pkl", ".pickle")
 RECIPES = (".yaml", ".yml")
-# What is chosen at first of these data. The muscle's braid angle is assumed; its load cell and gauge were calibrated.
+# What is chosen at first of these data. Few beds measure like the paper's. The muscle's braid angle is assumed; its
+# load cell and gauge were calibrated.
 FIRST: dict[str, dict[str, Any]] = {
-    OWN: {"train": "all"},
+    OWN: {"train": "all", "accuracy": None},
     MUSCLE: {
         "name": "Festo DMSP-20-300", "train": "all", "bed": "isometric", "effects": ("fiber_misalignment",),
         "ruled_out": ("force_gain", "pressure_gain"),
@@ -70,7 +71,8 @@ class Session(Running):
         members = "" if self.made else self.question.members
         self.raw, self.made = {}, {}
         about: dict[str, Any] = {"data": OWN, "path": path, "name": name[:200], "members": members, "train": "all"}
-        self._read(replace(self.question, **about, effects=(), ruled_out=()))
+        first = FIRST[OWN] if self.question.data != OWN else {}
+        self._read(replace(self.question, **first | about, effects=(), ruled_out=()))
 
     def give_members(self, content: bytes) -> None:
         """Stores the file of an end block's actuators, and has the table read with them."""

@@ -93,7 +93,9 @@ class Steps:
         if self.session.doubted:
             return ["The fit waits until you have looked at the units above."]
         if self.session.question.split == "rows":
-            return ["A sample has too few kinematic states to hold some of them out: it is tested on single rows."]
+            return [
+                "The training set has too few kinematic states to hold some of them out: it is tested on single rows."
+            ]
         return []
 
     def _several(self) -> bool:

@@ -203,6 +203,29 @@ def test_a_set_that_is_left_out_altogether_is_told(csv, tmp_path):
         run(tmp_path / "b", "data=csv", f"data.path={path}", "train=sample3", "test=sample6")
 
 
+def test_every_set_means_those_that_have_test_rows(csv, tmp_path):
+    table = pd.read_csv(csv)
+    first = table[table["sample"] == 6].iloc[0]
+    one = (table["elongation_mm"] == first["elongation_mm"]) & (table["twist_deg"] == first["twist_deg"])
+    path = tmp_path / "few.csv"
+    table[(table["sample"] != 6) | one].to_csv(path, index=False)
+    given = "data=csv", f"data.path={path}"
+    errors = run(tmp_path / "a", *given, "train=all", "split=states", "fit=none").errors
+    assert "sample6" not in errors
+    assert {"sample3", "all"} <= set(errors)
+    # The set that is trained on, or that is asked for, must be tested.
+    wanted = "'sample6' has no rows to score: all its kinematic states are trained on: use split=rows"
+    with pytest.raises(UserError, match=wanted):
+        run(tmp_path / "b", *given, "train=sample6", "split=states", "fit=none")
+    with pytest.raises(UserError, match=wanted):
+        run(tmp_path / "c", *given, "train=sample3", "test=sample6", "split=states", "fit=none")
+    # By rows it can, with effects too; these are then not compared.
+    run(tmp_path / "d", *given, "train=sample6", "effects=[force_offset]")
+    told = json.loads((tmp_path / "d" / "results.json").read_text())
+    assert "comparison" not in told
+    assert "not compared: no kinematic state can be held out" in " ".join(told["notes"])
+
+
 @pytest.mark.slow
 def test_the_command_itself(csv, tmp_path):
     good = command(tmp_path / "good", "train=sample3", "data=csv", f"data.path={csv}")

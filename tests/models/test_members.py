@@ -81,7 +81,12 @@ def test_what_is_each_members_own_has_a_parameter_for_each():
 
 @pytest.mark.parametrize(
     ("effect", "parameter", "size"),
-    [("pressure_gain", "gain", 0.1), ("fiber_misalignment", "angle", 0.03), ("wall_thickness", "outer_radius", 1e-4)],
+    [
+        ("pressure_gain", "gain", 0.1),
+        ("fiber_misalignment", "angle", 0.03),
+        ("wall_thickness", "outer_radius", 1e-4),
+        ("off_axis", "squared_distance", 9e-4),
+    ],
 )
 def test_a_members_effect_is_that_members_alone(effect, parameter, size):
     """As if that one actuator, run alone, had it."""
@@ -94,6 +99,34 @@ def test_a_members_effect_is_that_members_alone(effect, parameter, size):
         own = alone(table, design)
         expected = loads(made("continuum"), block(table)) + loads(single, own) - loads(plain, own)
         torch.testing.assert_close(changed, expected, rtol=1e-11, atol=1e-11)
+
+
+def test_each_member_stands_beside_the_axis_where_it_stands():
+    """Three at one distance push the block round three times as hard as one of them: a mere force at a lever."""
+    table, number = table_of(), 4e-4
+    labels = [f"off_axis.squared_distance[{n}]" for n in (1, 2, 3)]
+    assert set(labels) <= set(made("linear", ["off_axis"]).declared)
+    plain = loads(made("linear"), block(table))
+    each = [loads(made("linear", ["off_axis"], {label: number}), block(table)) - plain for label in labels]
+    every = loads(made("linear", ["off_axis"], dict.fromkeys(labels, number)), block(table)) - plain
+    torch.testing.assert_close(sum(each[1:], start=each[0]), every, rtol=1e-10, atol=1e-10)
+    assert all(bool((change.abs().amax(0) > 1e-3).all()) for change in each)
+
+
+def test_members_move_with_their_block_and_each_lags_behind():
+    """side_by_side knows every member's move: the block's. The block lags as its members do, run alone."""
+    table = table_of()
+    states = block(table)
+    assert float(states.moved_twist.abs().max()) > 0.1
+    each = states.side_by_side()
+    for name in ("moved_length", "moved_twist", "dwell", "clock"):
+        assert torch.equal(getattr(each, name), getattr(states, name).repeat(3))
+    lag = {"viscoelasticity.share": 0.3, "viscoelasticity.time": 60.0}
+    single = build_model("continuum", VALUES["continuum"] | lag, ["viscoelasticity"])
+    expected = sum(loads(single, alone(table, design)) for design in DESIGNS)
+    found = loads(made("continuum", ["viscoelasticity"], lag), states)
+    torch.testing.assert_close(found, expected, rtol=1e-11, atol=1e-11)
+    assert float((found - loads(made("continuum"), states)).abs().max()) > 1
 
 
 def test_what_the_block_has_counts_once():

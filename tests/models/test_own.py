@@ -26,7 +26,8 @@ from freelearn.models.effects.check import check_effects
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.own import load_own, load_own_code, own_files
 from freelearn.models.prediction import Status
-from freelearn.testing.effects import TRUTH, labels_of
+from freelearn.testing.checks import reciprocal
+from freelearn.testing.effects import TRUTH, EffectContract, labels_of
 from freelearn.testing.tables import visits
 
 BRAID = ROOT / "tests/support/braided.py"
@@ -88,6 +89,51 @@ def test_an_effect_of_the_users_own_joins_like_any_other(tmp_path):
     model = build_model("continuum", TRUTH["continuum"] | labels_of("leak", "scale"), ["leak"])
     other = build_model("continuum", TRUTH["continuum"] | {"pressure_gain.gain": -0.1}, ["pressure_gain"])
     torch.testing.assert_close(model(states).loads, other(states).loads)
+
+
+GEAR = """
+import torch
+from torch import Tensor
+from freelearn.models.parameters import Parameters, parameter
+from freelearn.models.ports import BoundaryEffect
+
+class Ratio(Parameters):
+    slip: Tensor = parameter("s", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.1)
+
+class Gear(BoundaryEffect[Ratio]):
+    name = "gear"
+    suspect = "Twist and moment are off by the same share."
+    parameter_class = Ratio
+
+    def impose(self, states, p):
+        return states.replace(twist=states.twist * (1 - p.slip))
+
+    def hand_on(self, loads, states, p):
+        return torch.stack([loads[..., 0], loads[..., 1] * (1 - p.slip)], dim=-1)
+"""
+
+
+def test_a_gear_of_the_users_own_turns_the_actuator_less_and_the_block_less_hard(tmp_path):
+    """What `impose` takes of the twist, `hand_on` takes of the moment: the same work, and behind another's offset."""
+    load_own([written(tmp_path, GEAR)])
+    states = States.from_table(visits())
+    values = TRUTH["continuum"] | {"gear.slip": 0.2, "twist_offset.angle": 0.3}
+    model, bare = (
+        build_model("continuum", values, ["gear", "twist_offset"]),
+        build_model("continuum", TRUTH["continuum"]),
+    )
+    turned = states.replace(twist=0.8 * (states.twist + 0.3))
+    expected = bare(turned).loads * torch.tensor([1.0, 0.8], dtype=torch.float64)
+    torch.testing.assert_close(model(states).loads, expected)
+    reciprocal(model, states)
+    model.effects[-1].hand_on = lambda loads, states, p: loads
+    assert model.effects[-1].name == "gear"
+    with pytest.raises(AssertionError):
+        reciprocal(model, states)
+    made = EFFECTS["gear"]
+    contract = type("Contract", (EffectContract,), {"effect": made, "family": "continuum"})()
+    for check in [name for name in dir(contract) if name.startswith("test_")]:
+        getattr(contract, check)()
 
 
 @pytest.mark.parametrize(

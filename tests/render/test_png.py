@@ -166,7 +166,38 @@ def test_charts_draw_suspected_readings_apart_as_pictures_do(predictions, curve)
         assert [len(rows.data["force_n"]) for rows in charts.rows] == [5 - count, 5, 5 - count]
         assert [len(rows.data["force_n"]) for rows in charts.suspects] == [count, 0, count]
         legend = {item.label.value: item.visible for item in charts.panels[0].legend[0].items}
-        assert legend == {"model": True, "measured": True, "slack": False, "suspected reading": bool(count)}
+        assert legend == {
+            **{"model": True, "measured": True, "falling pressure": False},
+            **{"slack": False, "suspected reading": bool(count)},
+        }
+
+
+def test_the_legend_of_a_chart_says_what_open_squares_are(predictions, curve):
+    charts = CurveCharts(["model"])
+    visit = predictions[:5].assign(pressure_kpa=[0.0, 2, 4, 3, 1])
+    charts.show(visit, {"model": curve})
+    legend = {item.label.value: item for item in charts.panels[0].legend[0].items}
+    assert (legend["measured"].visible, legend["falling pressure"].visible) == (True, True)
+    squares = [legend[name].renderers[0] for name in ("measured", "falling pressure")]
+    assert [square.glyph.fill_color for square in squares] == ["black", "white"]
+    assert [len(square.data_source.data["force_n"]) for square in squares] == [3, 2]
+    # Nothing is named that is not drawn.
+    charts.show(visit.assign(slack=1), {"model": curve})
+    assert [legend[name].visible for name in ("measured", "falling pressure", "slack")] == [False, False, True]
+
+
+def test_legends_and_titles_stay_inside_their_pictures(predictions, curve):
+    one = predictions[:5].drop(columns=["moment_nmm"]).assign(bed="isometric", slack=[0, 0, 0, 1, 1])
+    figure = curves(one, {"continuum + fiber_misalignment + end_clamps": curve}, "title", simulated=False)
+    figure.canvas.draw()
+    box, below = figure.legends[0].get_window_extent(), figure.axes[0].xaxis.get_label().get_window_extent()
+    assert box.x0 >= 0
+    assert box.x1 <= figure.bbox.x1
+    assert box.y1 <= below.y0
+    names = " + ".join(["fiber_misalignment", "end_clamps", "second_invariant_log", "friction_hysteresis"])
+    title = residual_map(predictions, f"after: continuum, {names}", simulated=True)._suptitle
+    extent = title.get_window_extent()
+    assert 0 <= extent.x0 < extent.x1 <= title.get_figure().bbox.x1
 
 
 def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):

@@ -1,10 +1,12 @@
 """A curve at one kinematic state goes where the model's own predictions are, memory and all."""
 
+import beds
 import numpy as np
 import pandas as pd
 import pytest
 import torch
 
+from freelearn.measurements.members import with_members
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.results.curve import state_curves
@@ -65,3 +67,30 @@ def test_rising_and_falling_pressure_draw_two_branches_only_where_the_model_has_
         at = [np.interp(40.0, *half.sort_values("pressure_kpa")[["pressure_kpa", "force_pred_n"]].T.to_numpy())
               for half in (up, down)]  # fmt: skip
         assert at[1] - at[0] == pytest.approx(apart, abs=0.02)
+
+
+def test_a_curve_of_an_end_block_begins_where_its_moving_actuator_is_at_rest():
+    generator = np.random.default_rng(0)
+    block = beds.block({})[:8].reset_index(drop=True)
+    for name, level in (("pressure_2_kpa", 40.0), ("pressure_3_kpa", 10.0)):
+        block[name] = level + generator.uniform(-1, 1, len(block))
+    table = with_members(block, beds.MEMBERS)
+    model = build_model("continuum", {}, [], members=3)
+    curve = state_curves({"m": model}, table, [np.arange(8)])[0][1]["m"]
+    start = curve.iloc[0]
+    assert start["pressure_1_kpa"] == 0
+    assert start["pressure_2_kpa"] == pytest.approx(block["pressure_2_kpa"][0])
+    assert start["pressure_3_kpa"] == pytest.approx(block["pressure_3_kpa"][0])
+    # Held pressures stay where they were: no zigzag from rest.
+    assert curve["pressure_2_kpa"].between(39, 41).all()
+
+
+def test_a_long_way_is_drawn_as_finely_as_a_short_one(table):
+    falls = table[4:].assign(pressure_kpa=[60.0, 50, 35, 20, 10, 5], buckled=0)
+    curve = state_curves({"m": continuum({})}, falls.reset_index(drop=True), [np.arange(6)])[0][1]["m"]
+    assert curve["pressure_kpa"].diff().abs().max() < 4
+    for column in ("force_pred_n", "moment_pred_nmm"):
+        up, down = curve[: curve["pressure_kpa"].idxmax() + 1], curve[curve["pressure_kpa"].idxmax() :][::-1]
+        at = np.linspace(6, 59, 30)
+        there, back = (np.interp(at, half["pressure_kpa"], half[column]) for half in (up, down))
+        assert np.abs(there - back).max() < 1e-3 * np.ptp(curve[column])

@@ -9,10 +9,11 @@ from freelearn.inference.suspects import Suspect
 from freelearn.measurements.beds import BED, BEDS, DIAMETER, ELONGATION, FORCE, KINEMATIC, MOMENT, PRESSURE, TWIST
 from freelearn.measurements.members import with_members
 from freelearn.results.curve_panels import curve_numbers, measured_points, panels_of, read
-from freelearn.results.quantities import misses, moving, plane, swept, told, words
+from freelearn.results.quantities import misses, plane, told, words
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import pick_states, squared_error, state_title
 from freelearn.results.suspects import SuspectedReading, flagged, suspected_readings, suspects_frame
+from freelearn.results.sweep import sweep, sweep_text
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +67,12 @@ def test_states_are_called_by_what_was_imposed(tables):
     block = tables["block"]
     ends = [block[start : start + 8] for start in (0, 72, 216)]
     assert [state_title(rows) for rows in ends] == [f"sample 1, -3 mm, -60°, {p}" for p in ("P1", "P2", "P1 + P2 + P3")]
-    assert [swept(rows).label for rows in ends] == ["pressure P1 [kPa]", "pressure P2 [kPa]", "pressure of all P [kPa]"]
-    assert moving(ends[0].assign(pressure_3_kpa=20.0)) == "P1, P3 at 20 kPa"
+    assert [sweep(rows).over.label for rows in ends] == [
+        "pressure P1 [kPa]",
+        "pressure P2 [kPa]",
+        "pressure of all P [kPa]",
+    ]
+    assert sweep_text(ends[0].assign(pressure_3_kpa=20.0)) == "P1, P3 at 20 kPa"
 
 
 def test_blanks_and_loose_tubes_count_for_nothing(tables):
@@ -101,6 +106,26 @@ def test_fields_over_a_pressure_and_of_an_end_block(tables):
     block = predicted(tables["block"], force=1.0)
     assert len(residual_table(block, plane(block))) == 9
     assert len(residual_table(block)) == 36
+
+
+def test_fields_stand_in_rows_and_columns_where_pressures_and_lengths_wander(tables):
+    wandering = predicted(tables["isometric"], force=1.0)
+    generator = np.random.default_rng(0)
+    wandering["pressure_kpa"] += generator.uniform(-0.5, 0.5, len(wandering))
+    table = residual_table(wandering, plane(wandering))
+    assert len(table) == 128
+    assert table.groupby("sample")["pressure_kpa"].nunique().eq(8).all()
+    # Where every row has a length of its own, lengths share fields too.
+    wandering["elongation_mm"] = np.linspace(0, 5, len(wandering))
+    assert residual_table(wandering, plane(wandering)).groupby("sample")["elongation_mm"].nunique().le(21).all()
+
+
+def test_a_state_of_loose_rows_alone_is_not_the_best(tables):
+    loose = predicted(tables["isometric"], force=5.0)
+    loose.loc[:7, "slack"] = 1
+    picked = pick_states(loose)
+    assert picked
+    assert not any(0 in rows for rows in picked)
 
 
 def test_loose_rows_are_told_apart(tables):

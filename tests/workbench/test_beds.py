@@ -6,8 +6,6 @@ from html import unescape
 from pathlib import Path
 
 import beds
-import numpy as np
-import pandas as pd
 import pytest
 
 from freelearn.commands.configuration import settings
@@ -18,7 +16,6 @@ from freelearn.measurements.members_table import read_members
 from freelearn.measurements.table import read_table
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.comparison import Comparison
-from freelearn.workbench.fitted import curves_of
 from freelearn.workbench.given import Given
 from freelearn.workbench.question import Question
 from freelearn.workbench.steps import Steps
@@ -112,7 +109,7 @@ def test_the_measured_muscle_is_there_with_what_is_known_of_it(sessions, finish)
 
 
 @pytest.mark.slow
-def test_a_sample_of_too_few_states_is_tested_on_rows(sessions, finish):
+def test_a_set_of_too_few_states_is_tested_on_rows(sessions, finish):
     session = sessions.get("")[1]
     table = beds.TABLES["dead_load"]({})
     one = (table["sample"] == 1) | (table["moment_nmm"] == -30)
@@ -122,25 +119,48 @@ def test_a_sample_of_too_few_states_is_tested_on_rows(sessions, finish):
     finish(session)
     page = Steps(session)
     page.refresh()
+    # All of them: the other sample has states enough.
+    assert "tested on single rows" not in page.effects.object
+    session.start("train")
+    finish(session)
+    assert session.job.status == "done", session.job.text
+    assert set(session.read(session.runs[-1], "results.json")["tests"]) == {"sample1", "all"}
+    session.choose(train="sample2")
+    page.refresh()
     assert "tested on single rows" in page.effects.object
+    assert "split=rows" in session.question.overrides("train")
     session.start("train")
     finish(session)
     assert session.job.status == "done", session.job.text
     errors = session.read(session.runs[-1], "results.json")["tests"]
     assert set(errors) == {"sample1", "sample2", "even", "all"}
-    assert "split=rows" in session.question.overrides("train")
+    session.choose(train="all")
+    assert session.question.split == "states"
 
 
-def test_a_curve_of_an_end_block_has_one_actuator_moving():
-    pressures = [(p1, p2, 20.0 + 0.5 * (p1 > 0)) for p2 in (0.0, 30.0, 60.0) for p1 in (0.0, 30.0, 60.0, 90.0)]
-    table = pd.DataFrame(pressures, columns=[f"pressure_{i}_kpa" for i in (1, 2, 3)])
-    table = table.assign(force_n=1.0, moment_nmm=1.0)
-    assert list(curves_of(table, np.zeros(12, dtype=int))) == [0] * 4 + [1] * 4 + [2] * 4
-    # All at once are one curve, and so are those of a single actuator.
-    together = pd.DataFrame({f"pressure_{i}_kpa": [0.0, 30.0, 60.0] for i in (1, 2)})
-    assert list(curves_of(together, np.zeros(3, dtype=int))) == [0, 0, 0]
-    alone = pd.DataFrame({"pressure_kpa": [0.0, 30.0, 0.0, 30.0]})
-    assert list(curves_of(alone, np.array([0, 0, 1, 1]))) == [0, 0, 1, 1]
+def test_the_accuracy_of_own_files_is_estimated(sessions):
+    session = sessions.get("")[1]
+    page = Given(session, 260)
+    for data, options in (("virtual", []), ("csv", ["data.accuracy=estimate"]), ("hidden", []), ("dmsp20", [])):
+        session.choose(data=data)
+        page.refresh()
+        assert [word for word in session.question.overrides("train") if "accuracy" in word] == options
+        session.cancel()
+    session.choose(data="csv")
+    page.refresh()
+    assert page.accuracy.how.value == "estimate it from the data"
+    # What the user chose instead stays with the next file.
+    page.accuracy.how.value = "as the paper's bed"
+    session.upload("mine.csv", table_text("isometric"))
+    assert session.question.accuracy == ()
+    session.cancel()
+
+
+def test_a_file_dropped_on_simulated_data_has_its_accuracy_estimated(sessions):
+    session = sessions.get("")[1]
+    session.upload("mine.csv", table_text("isometric"))
+    assert (session.question.data, session.question.accuracy) == ("csv", None)
+    session.cancel()
 
 
 def test_a_diameter_is_of_one_actuator(tmp_path):

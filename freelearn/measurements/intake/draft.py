@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 
 from freelearn.measurements.beds import BEDS
-from freelearn.measurements.intake.guess import ColumnGuess, Guess
-from freelearn.measurements.intake.recipe import FURTHER, READINGS
+from freelearn.measurements.intake.guess import HELD, ColumnGuess, Guess
+from freelearn.measurements.intake.recipe import DESIGN, FURTHER, MARKS, READINGS
 from freelearn.measurements.intake.units import unit_of
 
 # Units as names of columns write them → as people do.
@@ -18,6 +18,7 @@ CONSTANTS = {
     "inner_radius_mm": "unloaded inner radius",
     "outer_radius_mm": "unloaded outer radius",
 }
+STEPS = "step: derive   # 0, 1, … in consecutive rows of one state"
 
 
 def draft(found: Guess, files: Sequence[str] = ()) -> str:
@@ -35,7 +36,7 @@ def draft(found: Guess, files: Sequence[str] = ()) -> str:
     imposed = [
         q.column for q in bed.imposed if q.column not in given and not (found.pressures and q.column == "pressure_kpa")
     ]
-    lines.append("constants:")
+    lines.append("constants:" if shared or imposed else "constants: {}")
     lines += [f"  {name}:   # TODO: {about}" for name, about in shared.items()]
     lines += [f"  {name}: 0   # no column says it: check" for name in imposed]
     lines.append("columns:")
@@ -48,7 +49,9 @@ def draft(found: Guess, files: Sequence[str] = ()) -> str:
         for column in (c for c in found.columns if c.name in found.pressures):
             lines.append(f"  - pressure: {{from: {quoted(column.name)}, unit: {quoted(column.unit)}}}")
             lines.append("    gamma_deg:   # TODO: fiber angle, negative for the other sense of winding")
-    lines.append("step: derive   # 0, 1, … in consecutive rows of one state")
+    step = found.of("step")
+    lines.append(f"step: {{from: {quoted(step.name)}}}   # or: derive" if step else STEPS)
+    lines += [f"{mark}: {{{quoted(marked.name)}: 1}}" for mark in MARKS if (marked := found.of(mark))]
     unused = [c.name for c in found.columns if not c.chosen]
     if unused:
         lines.append(f"# Not used: {', '.join(map(quoted, unused))}.")
@@ -70,8 +73,8 @@ def _sample(found: Guess, files: Sequence[str]) -> list[str]:
 def _quantities(found: Guess) -> dict[str, ColumnGuess]:
     """Column of the table → the file's column; a length, stretch or strain becomes an elongation."""
     given = {}
-    lengths = ("stretch", "strain", "length_mm")
-    for name in ("elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER):
+    lengths = ("stretch", "strain", HELD)
+    for name in (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER):
         column = found.of(name)
         if name == "elongation_mm" and column is None:
             column = next((c for q in lengths if (c := found.of(q))), None)
@@ -87,7 +90,7 @@ def _column(name: str, column: ColumnGuess) -> list[str]:
         keys += ["times: length_mm", *(["minus: length_mm"] if column.quantity == "stretch" else [])]
     else:
         keys.append(f"unit: {quoted(SPELLED.get(column.unit, column.unit) or unit_of(name))}")
-        keys += ["minus: length_mm"] if column.quantity == "length_mm" else []
+        keys += ["minus: length_mm"] if column.quantity == HELD else []
     remarks = []
     if not column.unit and column.quantity not in ("stretch", "strain"):
         remarks.append("TODO: the heading says no unit")

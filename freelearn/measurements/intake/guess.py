@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,17 +13,22 @@ from freelearn.measurements.intake.headings import Confidence, heading
 from freelearn.measurements.intake.raw_file import raw_table, read_bytes
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.recipe import DESIGN, MARKS
 from freelearn.measurements.intake.suspicious import raw_suspicions
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
+# A length that was held: the table's own is the unloaded one.
+HELD = "held_length"
 # What a heading says that the table has only after a conversion.
-LENGTHS = ("elongation_mm", "length_mm", "stretch", "strain")
+LENGTHS = ("elongation_mm", HELD, "stretch", "strain")
+# What a column of marks holds.
+MARKED = {"0", "1", "0.0", "1.0", ""}
 
 
 @dataclass(frozen=True)
 class ColumnGuess:
-    """quantity: of the table, stretch or strain; None: none known. unit: as written, "" where the heading says none.
-    example: the first reading. low, high: the range, NaN for texts. chosen: whether the draft takes it."""
+    """quantity: of the table, held_length, stretch or strain; None: none known. unit: as written, "" where the heading
+    says none. example: the first reading. low, high: the range, NaN for texts. chosen: whether the draft takes it."""
 
     name: str
     quantity: str | None
@@ -61,10 +66,10 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
 
 def guess_table(raw: RawTable) -> Guess:
     """The guess for a table that was read."""
-    columns = [_column(raw, name) for name in raw.columns]
+    columns = _told_apart(raw, [_column(raw, name) for name in raw.columns])
     pressures = _pressures(columns)
     chosen = _chosen(columns, pressures)
-    columns = [ColumnGuess(**{**vars(c), "chosen": c.name in chosen or c.name in pressures}) for c in columns]
+    columns = [replace(c, chosen=c.name in chosen or c.name in pressures) for c in columns]
     quantities = {c.quantity for c in columns if c.chosen}
     time = next((c.name for c in columns if c.chosen and c.quantity == "time_s"), None)
     bed = _bed(quantities)
@@ -82,6 +87,24 @@ def _column(raw: RawTable, name: str) -> ColumnGuess:
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
     usable = len(finite) > 0 or said.quantity == "sample"
     return ColumnGuess(name, said.quantity if usable else None, said.unit, said.confidence, example, low, high)
+
+
+def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """The columns, where those of one name may be two things: beside an elongation a length that each sample has one of
+    is the unloaded one, else it was held; a radius that changes is no design, and what is not 0 or 1 no mark."""
+    sample = next((raw.text(c.name) for c in columns if c.quantity == "sample"), [""] * len(raw))
+    elongated = any(c.quantity == "elongation_mm" for c in columns)
+    out = []
+    for column in columns:
+        quantity = column.quantity
+        if quantity in DESIGN and len(set(zip(sample, raw.text(column.name), strict=True))) > len(set(sample)):
+            quantity = HELD if quantity == "length_mm" else None
+        if quantity == "length_mm" and not elongated:
+            quantity = HELD
+        if quantity in MARKS and not set(raw.text(column.name)) <= MARKED:
+            quantity = None
+        out.append(replace(column, quantity=quantity))
+    return out
 
 
 def _pressures(columns: Sequence[ColumnGuess]) -> tuple[str, ...]:

@@ -28,6 +28,9 @@ WORDS: tuple[tuple[str, str], ...] = (
     ("time_s", r"t|time|elapsed|timestamp"),
     ("temperature_c", r"temp|temperature"),
     ("step", r"step"),
+    ("buckled", r"buckled"),
+    ("slack", r"slack"),
+    ("left_out", r"left ?out"),
     ("sample", r"sample|specimen|muscle|actuator|tube"),
 )
 KIND = {

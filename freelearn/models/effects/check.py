@@ -85,7 +85,10 @@ def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> 
     changed = _states(effect, states, loads, p)
     if not isinstance(changed, States):
         raise TypeError(f"it returns {type(changed).__name__} and not States: use states.replace(…)")
-    return [(f"states with a {name}", getattr(changed, name), (count,)) for name in CHANGED]
+    returned: list[Returned] = [(f"states with a {name}", getattr(changed, name), (count,)) for name in CHANGED]
+    if isinstance(effect, BoundaryEffect):
+        returned.append(("loads (by hand_on)", effect.hand_on(loads, states, p), (count, 2)))
+    return returned
 
 
 def _states(effect: Effect[Any], states: States, loads: Tensor, p: Any) -> object:

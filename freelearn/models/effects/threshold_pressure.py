@@ -8,8 +8,8 @@ from freelearn.models.ports import BoundaryEffect
 
 # How sharply the loss ends: the larger, the sharper. Even, so that no sign is lost.
 SHARPNESS = 12
-# Pressure over which the loss builds up at least [Pa], well above what gauges err by. Without it a tiny threshold would
-# set to zero what a gauge shows in the atmosphere, and be found wherever a gauge has noise.
+# Pressure over which the loss builds up at least [Pa], well above what gauges err by, and from no slope at all: a
+# threshold that made less of what a gauge shows in the atmosphere would be found wherever a gauge has noise.
 ONSET = 1e3
 
 
@@ -20,11 +20,11 @@ class Threshold(Parameters):
 
 
 class ThresholdPressure(BoundaryEffect[Threshold]):
-    """P acting = P − P P_t/(Pⁿ + P_tⁿ + w₀ⁿ)^(1/n), n = 12, w₀ = 1 kPa: a smooth max(P − P_t, 0).
+    """P acting = P − h P P_t/(Pⁿ + P_tⁿ + w₀ⁿ)^(1/n), h = P²/(P² + w₀²), n = 12, w₀ = 1 kPa: a smooth max(P − P_t, 0).
 
-    Nothing acts far below P_t, and P − P_t far above; neither slope, by P or by P_t, exceeds one. Below the pressure of
-    the atmosphere it is the other side of a dead band. Rows without pressure tell it from pressure_offset, which acts
-    there too.
+    Far below P_t nothing acts, but half a w₀ at P = w₀; far above, P − P_t does. Neither slope, by P or by P_t, exceeds
+    one. Below the pressure of the atmosphere it is the other side of a dead band. Rows without pressure tell it from
+    pressure_offset, which acts there too.
     """
 
     name = "threshold_pressure"
@@ -37,4 +37,5 @@ class ThresholdPressure(BoundaryEffect[Threshold]):
         """As BoundaryEffect.impose."""
         pressure = states.pressure
         powers = pressure**SHARPNESS + p.pressure**SHARPNESS + ONSET**SHARPNESS
-        return states.replace(pressure=pressure - pressure * p.pressure / powers ** (1 / SHARPNESS))
+        built_up = pressure**2 / (pressure**2 + ONSET**2)
+        return states.replace(pressure=pressure - built_up * pressure * p.pressure / powers ** (1 / SHARPNESS))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from freelearn.measurements.beds import bed_of
 from freelearn.render.html.page import Section, write_page
 from freelearn.render.html.provenance import provenance_section
 from freelearn.results.discovery import Discovery, trail_numbers
@@ -44,12 +45,18 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
 
         sections += [curve_section(*shown, "before and after") for shown in discovery.curves]
         sections += [residual_section(table, when) for when, table in discovery.trusted.items()]
-    accuracy = ", ".join(f"{name} {value:.3g}" for name, value in content["accuracy"].items())
-    facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation, SI": accuracy}
+    facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation": _accuracy(discovery)}
     provenance = Provenance.from_plain(content["data"])
     sections.append(provenance_section(provenance, command, facts))
     title = f"What {content['model']} misses on {content['train']}"
     write_page(folder / "report.html", title, provenance.simulated, sections)
+
+
+def _accuracy(discovery: Discovery) -> str:
+    """Of what the bed imposes and measures, in the table's units."""
+    bed, known = bed_of(discovery.table), discovery.content["accuracy"]
+    shown = [(q, known[q.error] / q.factor) for q in (*bed.imposed, *bed.measured)]
+    return ", ".join(f"{q.name} {value:.3g}{q.suffix}" for q, value in shown)
 
 
 def _staircase(discovery: Discovery, figures: bool) -> Section:

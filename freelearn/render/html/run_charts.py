@@ -19,6 +19,7 @@ from freelearn.results.parity import parity_numbers
 from freelearn.results.quantities import plane, pressures, told, words
 from freelearn.results.residuals import residual_table, shown_samples
 from freelearn.results.states import state_title
+from freelearn.results.sweep import sweep
 
 
 def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves]) -> list[Section]:
@@ -43,10 +44,13 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], wh
     name = "curves_" + "".join(plain.get(letter, letter) for letter in where) + ".csv"
     numbers = curve_numbers(measured, curves)
     note = "Squares: measured, open where the pressure fell. Faint lines: beyond the measured pressures."
+    if sweep(measured).held:
+        note += " The other actuators' pressures are those imposed: where they wander, a line has a kink."
     if (numbers["what"] == LOOSE).any():
         note += " Diamonds: the tube hangs loose; a push that is predicted there costs nothing."
     if (numbers["what"] == SUSPECTED).any():
         note += " Crosses: suspected readings, at the edge where they lie beyond it."
+    where = where.replace("-", "−")
     return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: numbers})
 
 
@@ -66,5 +70,5 @@ def residual_section(predictions: pd.DataFrame, when: str = "") -> Section:
     lines = [f"{mean} at each {places}; gray cells have no usable row."]
     if note:
         lines.append(sentence(note))
-    heading = f"{when}: where it is wrong" if when else "Where it is wrong"
+    heading = f"{when.capitalize()}: where it is wrong" if when else "Where it is wrong"
     return Section(heading, lines, charts=panels, numbers={f"residuals{'_' + when if when else ''}.csv": table})

@@ -47,7 +47,7 @@ def curves(
     width = max(PANEL * len(panels), 1.5 * PANEL)
     figure = new_figure(width, 4.3)
     figure.suptitle(heading(title, simulated), fontsize=12 if len(panels) > 1 else 10)
-    figure.subplots_adjust(left=0.78 / width, right=1 - 0.18 / width, bottom=0.225, top=0.89, wspace=0.27)
+    figure.subplots_adjust(left=0.9 / width, right=1 - 0.18 / width, bottom=0.225, top=0.89, wspace=0.29)
     entries: dict[str, Any] = {}
     for number, panel in enumerate(panels, 1):
         axes = figure.add_subplot(1, len(panels), number)
@@ -62,10 +62,24 @@ def curves(
         # A suspected moment is in no panel of the force alone.
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    # Below the panels: inside them every corner may hold data.
-    columns = min(len(entries), 2 * len(panels) if len(panels) > 1 else 3)
-    figure.legend(entries.values(), entries.keys(), loc="lower center", ncols=columns, frameon=False, fontsize=9)
+    _legend_below(figure, entries)
     return figure
+
+
+def _legend_below(figure: Figure, entries: dict[str, Any]) -> None:
+    """Below the panels: inside them every corner may hold data. As many columns as fit, and room for their rows."""
+    width, height = figure.get_size_inches() * figure.dpi
+    for columns in range(len(entries), 0, -1):
+        legend = figure.legend(
+            entries.values(), entries.keys(), loc="lower center", ncols=columns, frameon=False, fontsize=9
+        )
+        box = legend.get_window_extent()
+        if box.width <= width or columns == 1:
+            break
+        legend.remove()
+    bottom = figure.subplotpars.bottom
+    label = 0.45 * figure.dpi / height
+    figure.subplots_adjust(bottom=max(bottom, box.y1 / height + label))
 
 
 def _points(axes: Axes, shown: pd.DataFrame, named: Mapping[str, pd.DataFrame], panel: CurvePanel) -> None:

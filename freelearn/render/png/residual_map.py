@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
+
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -18,6 +20,8 @@ from freelearn.results.strip import Strip
 
 # As palette.DIVERGING.
 SCALE = "PuOr"
+# Letters of a title to an inch.
+LETTERS = 11
 Place = tuple[float, float, float, float]
 
 
@@ -38,7 +42,11 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figu
     else:
         figure = new_figure(min(14.0, 3.5 + 1.6 * len(samples)), 1.2 + 2.6 * len(shown), dpi=80)
     what = "measured − predicted" + (", mean over pressure" if PRESSURE.unit not in {q.unit for q in over} else "")
-    figure.suptitle(f"{heading(title, simulated)}\n{', '.join([what, *([note] if note else [])])}", fontsize=11)
+    # The names of many effects fill more than a line; of more than two lines each is smaller.
+    size, name, below = 11, heading(title, simulated), ", ".join(part for part in (what, note) if part)
+    if len(lines := wrap(name, int(LETTERS * figure.get_figwidth()))) > 1:
+        size, lines = 9, wrap(name, int(LETTERS * 11 / 9 * figure.get_figwidth()))
+    figure.suptitle("\n".join([*lines, below]), fontsize=size)
     places = _places(figure, alone, len(shown))
     for number, (quantity, place) in enumerate(zip(shown, places, strict=True), 1):
         axes = figure.add_axes(place)

@@ -103,4 +103,6 @@ def beyond_threshold(s: dict[str, Array], fx: Effects, sharp: bool = False) -> d
     if sharp:
         return s | {"pressure": np.sign(pressure) * np.maximum(np.abs(pressure) - threshold, 0.0)}
     norm = (np.abs(pressure) ** POWER + threshold**POWER + ONSET**POWER) ** (1 / POWER)
-    return s | {"pressure": pressure * (1 - threshold / norm)}
+    return s | {
+        "pressure": pressure * (1 - threshold / norm / (1 + (ONSET / np.where(pressure == 0, 1e-9, pressure)) ** 2))
+    }

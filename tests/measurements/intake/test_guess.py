@@ -81,6 +81,39 @@ def test_a_draft_waits_to_be_filled_in_and_then_works():
     np.testing.assert_allclose(table["time_s"], [row[0] for row in ROWS])
 
 
+NEAR = """sample,gamma_deg,length_mm,inner_radius_mm,outer_radius_mm,step,elongation_mm,twist_deg,P [bar],force_n,slack
+1,40,90,4.7,6.3,0,1,10,0,1,0
+1,40,90,4.7,6.3,1,1,10,0.1,1.5,0
+2,40,95,4.7,6.3,0,2,20,0,1,1
+2,40,95,4.7,6.3,1,2,20,0.1,3,0
+"""
+
+
+def test_a_draft_of_a_table_but_for_a_unit_takes_all_of_its_columns():
+    text = draft(guess(NEAR.encode(), "near.csv"))
+    assert "TODO" not in text
+    table = convert(recipe_of(text, "draft.yaml"), {"near.csv": NEAR.encode()}).table
+    assert table["length_mm"].tolist() == [90, 90, 95, 95]
+    assert table["elongation_mm"].tolist() == [1, 1, 2, 2]
+    assert table["pressure_kpa"].tolist() == pytest.approx([0, 10, 0, 10])
+    assert table["step"].tolist() == [0, 1, 0, 1]
+    assert table["slack"].tolist() == [0, 0, 1, 0]
+
+
+@pytest.mark.parametrize(
+    ("columns", "length", "inner"),
+    [
+        ("elongation_mm,length_mm,inner_radius_mm\n1,90,4\n2,90,4", "length_mm", "inner_radius_mm"),
+        # A length that changes was held, and so was one that stands alone; a radius that changes is no design.
+        ("elongation_mm,length_mm,inner_radius_mm\n1,91,4\n2,92,4.1", "held_length", None),
+        ("force_n,length_mm,inner_radius_mm\n1,90,4\n2,90,4", "held_length", "inner_radius_mm"),
+    ],
+)
+def test_what_a_length_and_a_radius_are(columns, length, inner):
+    found = {c.name: c.quantity for c in guess(columns.encode(), "raw.csv").columns}
+    assert (found["length_mm"], found["inner_radius_mm"]) == (length, inner)
+
+
 UNITS = ("m", "psi", "lbf", "lbs in", "rad")
 
 

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from scipy.optimize import minimize_scalar
@@ -31,8 +32,48 @@ def test_samples_may_be_mixed_in_the_file():
     table = visits(count=2).drop(columns="time_s")
     order = np.arange(16).reshape(2, 2, 4).transpose(1, 0, 2).reshape(-1)
     mixed, plain = States.from_table(table.iloc[order]), States.from_table(table)
-    for name in ("clock", "past_severity", "dwell"):
+    for name in ("clock", "past_severity", "dwell", "moved_length", "moved_twist"):
         torch.testing.assert_close(getattr(mixed, name), getattr(plain, name)[torch.as_tensor(order)])
+
+
+def moved(table):
+    """Elongation [mm] and twist [deg] by which the bed had moved to each row's state."""
+    states = States.from_table(table)
+    return np.stack([states.moved_length.numpy() * 1e3, np.rad2deg(states.moved_twist.numpy())], axis=1)
+
+
+def test_a_move_is_that_from_the_samples_last_state_to_this_one():
+    """Of all rows of a state alike, none to a sample's first, and there and back again to a place visited twice."""
+    table = visits(count=3)
+    place = table[["elongation_mm", "twist_deg"]].to_numpy()[::4]
+    expected = np.zeros((6, 2))
+    for state in (1, 2, 4, 5):
+        expected[state] = place[state] - place[state - 1]
+    np.testing.assert_allclose(moved(table), expected.repeat(4, axis=0), atol=1e-12)
+    again = pd.concat([table[:8], table[:4]], ignore_index=True)
+    np.testing.assert_allclose(moved(again)[8], -moved(again)[4], atol=1e-12)
+    assert (moved(pd.concat([table[:4]] * 2, ignore_index=True)) == 0).all()
+
+
+def test_a_bed_that_creeps_while_the_pressure_changes_moves_from_where_it_ended():
+    """To the state's first row from the last one of the state before; what creeps within a state is no move."""
+    table = visits(count=2, samples=(3,))
+    table["elongation_mm"] += 0.01 * table["step"]
+    elongation = table["elongation_mm"].to_numpy()
+    np.testing.assert_allclose(moved(table)[4:, 0], elongation[4] - elongation[3], atol=1e-12)
+    assert (moved(table)[:4] == 0).all()
+
+
+def test_buckled_and_left_out_rows_are_places_that_the_bed_came_from():
+    table = visits(count=4)
+    marked = table.assign(buckled=np.arange(len(table)) // 4 % 2, left_out=np.arange(len(table)) // 4 % 3 == 1)
+    np.testing.assert_array_equal(moved(marked), moved(table))
+
+
+def test_where_loads_are_imposed_the_bed_moves_nothing():
+    hung = np.random.default_rng(0).uniform(-1, 1, 8).repeat(4)
+    table = visits(count=4).assign(bed="dead_load", force_n=hung, moment_nmm=hung)
+    assert (moved(table.drop(columns=["elongation_mm", "twist_deg"])) == 0).all()
 
 
 def test_severity_is_the_energy_of_a_thin_tube_that_balances_the_pressure():

@@ -191,4 +191,3 @@ def test_rows_that_do_not_count_are_remembered_all_the_same(column):
     # Cut out of the table, it would be another history.
     cut = States.from_table(marked[marked[column] == 0].reset_index(drop=True))
     assert not torch.allclose(loads(model, cut), loads(model, whole.states)[kept], rtol=1e-4)
-

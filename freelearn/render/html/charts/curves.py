@@ -22,6 +22,8 @@ from freelearn.results.curve_panels import (
     suspected_points,
 )
 
+# In legends: filled squares, and open ones.
+MEASURED, FALLING = "measured", "falling pressure"
 DASHES = ("solid", "dotdash", "dotted")
 
 
@@ -34,9 +36,9 @@ class CurveCharts:
     ) -> None:
         self.models, self.shown = models, shown
         self.columns = list(dict.fromkeys(q.column for panel in shown for q in (panel.x, panel.y)))
-        empty: dict[str, list[float]] = {name: [] for name in (*self.columns, "fill", "direction", "across", "up")}
+        empty: dict[str, list[float]] = {name: [] for name in (*self.columns, "direction", "across", "up")}
         # A row may slip in one of its readings alone: each panel draws others of them apart.
-        self.rows, self.slack, self.suspects = ([ColumnDataSource(empty) for _ in shown] for _ in range(3))
+        self.rows, self.fallen, self.slack, self.suspects = ([ColumnDataSource(empty) for _ in shown] for _ in range(4))
         self.lines = {name: ColumnDataSource(self._columns(None)) for name in models}
         self.panels = [self._panel(number, width, height) for number in range(len(shown))]
 
@@ -55,10 +57,13 @@ class CurveCharts:
             )
             places = [(q.label, f"@{column}{{0.[000]}}") for q, column in zip((x, y), about.line, strict=True)]
             hover(panel, [("model", name), *places], [line])
-        marks = panel.scatter(
-            x.column, y.column, source=self.rows[number], marker="square", size=7, line_color="black",
-            fill_color="fill", legend_label="measured",
-        )  # fmt: skip
+        squares = [
+            panel.scatter(
+                x.column, y.column, source=rows[number], marker="square", size=7, line_color="black", fill_color=fill,
+                legend_label=label,
+            )
+            for rows, fill, label in ((self.rows, "black", MEASURED), (self.fallen, "white", FALLING))
+        ]  # fmt: skip
         hanging = panel.scatter(
             x.column, y.column, source=self.slack[number], marker="diamond", size=10, line_color="#666666",
             fill_color="white", legend_label=LOOSE,
@@ -68,7 +73,7 @@ class CurveCharts:
             fill_color="white", legend_label=SUSPECTED,
         )  # fmt: skip
         places = [(load.label, f"@{load.column}{{0.[000]}}") for load in (x, y)]
-        hover(panel, [("measured", "@direction"), *places], [marks])
+        hover(panel, [(MEASURED, "@direction"), *places], squares)
         hover(panel, [(LOOSE, "@direction"), *places], [hanging])
         hover(panel, [(SUSPECTED, "@direction"), *places], [crosses])
         legend_below(panel)
@@ -80,13 +85,17 @@ class CurveCharts:
         points = measured_points(measured)
         for number, (about, panel) in enumerate(zip(self.shown, self.panels, strict=True)):
             crosses, hanging = suspected_points(points, curves, about), points[loose(points, about)]
-            self.rows[number].data = _marked(points[read(points, about)], self.columns)
+            shown = read(points, about)
+            fallen = shown & points["falling"].to_numpy(dtype=bool)
+            self.rows[number].data = _marked(points[shown & ~fallen], self.columns)
+            self.fallen[number].data = _marked(points[fallen], self.columns)
             self.slack[number].data = _marked(hanging, self.columns)
             self.suspects[number].data = _marked(crosses, self.columns)
-            named = {SUSPECTED: len(crosses), LOOSE: len(hanging)}
-            shown = {"measured", *curves, *(name for name, count in named.items() if count)}
+            named = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
+            named[MEASURED] = (shown & ~fallen).any()
+            entries = {*curves, *(name for name, some in named.items() if some)}
             for item in panel.legend[0].items:
-                item.visible = item.label.value in shown
+                item.visible = item.label.value in entries
         for name in self.models:
             self.lines[name].data = self._columns(curves.get(name))
 
@@ -105,6 +114,5 @@ def _marked(points: pd.DataFrame, columns: Sequence[str]) -> dict[str, np.ndarra
     falling = points["falling"].to_numpy(dtype=bool)
     names = [*columns, *(name for name in ("across", "up") if name in points)]
     return {name: points[name].to_numpy(dtype=np.float64) for name in names} | {
-        "fill": np.where(falling, "white", "black"),
         "direction": np.where(falling, "falling", "rising"),
     }

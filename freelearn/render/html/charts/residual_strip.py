@@ -28,13 +28,15 @@ def residual_strips(
     wide, high = (spacing(table[quantity.column]) for quantity in plane)
     table = table.assign(across=strip.across(), wide=wide, high=high)
     ticks = [strip.middle(n) for n in samples]
+    # Whole parts: the middle of the first, where its number stands, may lie left of all its marks.
+    across = (strip.low, strip.low + strip.width * len(samples))
     panels = []
     for load in quantities:
         limits = {n: scale_end(table.loc[table["sample"] == n, load.column]) for n in samples}
         shown = table.assign(share=table[load.column] / table["sample"].map(limits))
         known = set(table.loc[table[load.column].notna(), "sample"])
         title = f"{load.name}: measured − predicted, as a share of each sample's limit"
-        panel = chart(title, f"{strip.x.label}, {ACROSS}", strip.y.label, 1240, 300)
+        panel = chart(title, f"{strip.x.label}, {ACROSS}", strip.y.label, 1240, 300, x_range=across)
         mapper = LinearColorMapper(PALETTE, low=-1, high=1, nan_color=NOTHING)
         squares = panel.rect(
             "across", strip.y.column, "wide", "high", source=source(shown), line_color=None,

@@ -31,7 +31,7 @@ class StaircaseChart:
         self.panel.line(y="E", color=COLORS[0], width=2, legend_label=what, **where)
         self.panel.scatter(y="floor", marker="dash", size=16, color="black", **where)
         marks = self.panel.scatter(y="E", size=9, color=COLORS[0], **where)
-        self.panel.text(y="E", text="label", y_offset=-8, text_align="center", text_font_size="9pt", **where)
+        self.panel.text(y="E", text="label", x_offset=4, y_offset=-6, text_font_size="9pt", **where)
         hover(self.panel, [("step", "@step"), ("E", "@E{0.000} %"), ("noise floor", "@floor{0.000} %")], [marks])
         self.panel.xaxis.major_label_orientation = 0.35
         legend_below(self.panel)
