@@ -61,7 +61,7 @@ SETS = (
     ),
     RealSet("free70_single", "free70_single/raw.csv", "kinematic", (ESTIMATE,)),
     RealSet("parallel_3", "parallel_3/plateaus_test9.csv", "kinematic", (ONE_STOCK, ESTIMATE), members=True),
-    RealSet("parallel_free_end", "parallel_free_end/steps.csv", "dead_load", (ESTIMATE,), members=True),
+    RealSet("parallel_free_end", "parallel_free_end/steps.csv", "dead_load", (ONE_STOCK, ESTIMATE), members=True),
     RealSet("torsion_4angles", "torsion_4angles", "dead_load", (ONE_STOCK, ESTIMATE)),
     # One artery: the others have walls of their own, which no parameter is shared with.
     RealSet("vessels", "vessels/inflation_extension.csv", "inflation", (BRAID, "train=sample5", ESTIMATE)),
