@@ -23,7 +23,11 @@ class Near:
         return torch.where(self._place.isfinite(), self._place, otherwise)
 
     def keep(self, place: Tensor, settled: Tensor) -> None:
-        """Remembers the place (N, 2) of the rows that settled, (N,) bool; nothing inside vmap."""
-        if not torch.is_grad_enabled() or torch._C._functorch.is_batchedtensor(place):
+        """Remembers the place (N, 2) of the rows that settled, (N,) bool."""
+        if not torch.is_grad_enabled():
+            return
+        try:
+            bool(settled.all())
+        except RuntimeError:  # inside vmap, where a place is that of several members
             return
         self._place = torch.where(settled[:, None], place, torch.nan)
