@@ -91,8 +91,9 @@ def _along(values: np.ndarray, lead: int) -> np.ndarray:
     along: np.ndarray = np.arange(values.shape[1]) == lead
     if as_one(values):
         return along | True
-    if len(values) < ENOUGH:
+    moves = moving_actuators(values)
+    if len(values) < ENOUGH or not moves[lead]:
         return along
-    for i in np.flatnonzero(moving_actuators(values) & ~along):
+    for i in np.flatnonzero(moves & ~along):
         along[i] = abs(np.corrcoef(values[:, i], values[:, lead])[0, 1]) >= TOGETHER
     return along

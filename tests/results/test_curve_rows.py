@@ -66,3 +66,9 @@ def test_one_after_the_other_and_some_together():
 def test_a_single_row_is_called_by_its_pressures():
     assert sweep_text(pressures([(10.0, 0.0, 30.0)])) == "P1 at 10 kPa, P3 at 30 kPa"
     assert curves_of(pressures([(10.0, 0.0, 30.0)]), np.array([0])).tolist() == [0]
+
+
+def test_an_actuator_that_is_never_inflated_is_no_lead():
+    one = pressures([(0.0, p, 0.0) for p in (0.0, 20.0, 40.0, 60.0, 40.0, 20.0)])
+    assert curves_of(one, np.zeros(6, dtype=int)).tolist() == [0] * 6
+    assert sweep_text(one) == "P2"

@@ -94,8 +94,11 @@ class CurveCharts:
             named = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
             named[MEASURED] = (shown & ~fallen).any()
             entries = {*curves, *(name for name, some in named.items() if some)}
-            for item in panel.legend[0].items:
+            legend = panel.legend[0]
+            for item in legend.items:
                 item.visible = item.label.value in entries
+            # More of them in a row would run out of a small chart.
+            legend.ncols = "auto" if len(entries) < 4 else 3 if len(entries) == 4 else 2
         for name in self.models:
             self.lines[name].data = self._columns(curves.get(name))
 

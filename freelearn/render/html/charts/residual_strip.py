@@ -29,7 +29,7 @@ def residual_strips(
     table = table.assign(across=strip.across(), wide=wide, high=high)
     ticks = [strip.middle(n) for n in samples]
     # Whole parts: the middle of the first, where its number stands, may lie left of all its marks.
-    across = (strip.low, strip.low + strip.width * len(samples))
+    across = (strip.low - wide / 2, strip.low + strip.width * len(samples) + wide / 2)
     panels = []
     for load in quantities:
         limits = {n: scale_end(table.loc[table["sample"] == n, load.column]) for n in samples}
