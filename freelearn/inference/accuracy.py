@@ -24,6 +24,8 @@ from freelearn.units import DEG, KPA, MM, NMM
 SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
 SAME_N, SAME_NMM = 0.01, 0.1
 FEWEST_REPEATS = 10
+# Readings that differ by less than this share of the largest are the same.
+SAME_SHARE = 1e-9
 
 
 def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]:
@@ -47,14 +49,26 @@ def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]
         replace(like, pressure=0.0),
         readings=rows.readings,
     )
-    return measured(found, rows.states.bed), False
+    return measured(found, rows.states.bed, _resolution(rows)), False
 
 
-def measured(found: Scatter, bed: Bed) -> Accuracy:
-    """Standard deviations as estimated; noise that grows with load or pressure at the middle of the way."""
+def _resolution(rows: Rows) -> Tensor:
+    """Standard deviation of rounding to the last digit, (2,) SI: of rounded readings, repeats may not differ at all."""
+    sizes = []
+    for value, there in zip(rows.readings.value.unbind(-1), rows.readings.present.unbind(-1), strict=True):
+        gaps = value[there].unique().diff()
+        # What a change of units leaves in the last binary digits is no step.
+        gaps = gaps[gaps > SAME_SHARE * value.abs().max().clamp_min(1e-300)]
+        sizes.append(gaps.min() / 12**0.5 if len(gaps) else torch.zeros((), dtype=value.dtype))
+    return torch.stack(sizes)
+
+
+def measured(found: Scatter, bed: Bed, least: Tensor | float = 0.0) -> Accuracy:
+    """Standard deviations as estimated, at least these (2,); noise that grows with load or pressure at mid-way."""
     place = found.position * found.tails.deviation
     typical = found.deviations * (1 + found.growth.amount / 2)
-    return changed(found.like, bed, typical * sensors(found.like, bed), place * shared(found.like, bed))
+    own = (typical * sensors(found.like, bed)).clamp_min(torch.as_tensor(least, dtype=typical.dtype))
+    return changed(found.like, bed, own, place * shared(found.like, bed))
 
 
 def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) -> Accuracy | None:
@@ -89,7 +103,7 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
         rests.append((target - along) * scale / np.sqrt(1 - 1 / len(visit)))
         moves.append(move)
         leverage.append((inverse.reshape(2, -1, 2) ** 2).sum(1))
-    own = (MAD * np.median(np.abs(np.concatenate(rests)), axis=0)).clip(1e-12)
+    own = np.maximum(MAD * np.median(np.abs(np.concatenate(rests)), axis=0), _resolution(rows).numpy()).clip(1e-12)
     own = np.where(there, own, sensors(like, bed).numpy())
     ratio = _beyond(np.array(moves), np.array(leverage) @ (own / scale) ** 2) if moves else 0.0
     return changed(replace(like, pressure=0.0), bed, torch.as_tensor(own), ratio * shared(like, bed))

@@ -55,8 +55,8 @@ class Failure:
             for q, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True)
             if abs(sigma) >= 0.5
         ]
-        loads = {FORCE, MOMENT}.issuperset(self.quantities)
-        what = " and ".join(parts) or f"{'loads' if loads else 'readings'} scatter without a common sign"
+        scattered = "loads" if {FORCE, MOMENT} == set(self.quantities) else "readings"
+        what = " and ".join(parts) or f"{scattered} scatter without a common sign"
         place = self.where if self.where == EVERYWHERE else f"where {self.where}"
         return (
             f"{what} {place}: {100 * self.share_of_rows:.0f} % of the rows hold "

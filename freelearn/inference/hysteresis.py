@@ -73,13 +73,20 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     """Residuals at falling against rising pressure, at the same pressure of the same kinematic state.
 
     raw: predicted − measured (N, 2). What a row's state and pressure decide cancels in the difference, a position
-    error included, so only what depends on the history can show. Readings that slipped show nothing.
+    error included, so only what depends on the history can show. Readings that slipped show nothing, nor do blank ones
+    and those of a tube that hangs loose (whiten.told).
     """
+    if states.members:
+        return Screen(NAME, None, None, "on one end block no two rows differ by their direction alone")
     pairs = comparisons(states, state)
     if whiten.scatter is not None:
         right = (whiten.scatter.good > PROBABLY).all(-1).numpy()
         pairs = [p for p in pairs if right[p.falling] and right[p.rising].all()]
-    if len(pairs) < FEWEST:
+    seen = whiten.told.numpy()
+    there = np.array([seen[p.falling] & seen[p.rising].all(axis=0) for p in pairs]).reshape(-1, 2)
+    readings = enumerate(states.bed.readings)
+    told = [i for i, quantity in readings if quantity in states.bed.measured and there[:, i].sum() >= FEWEST]
+    if not told:
         few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
         return Screen(NAME, None, None, few)
     noise = whiten.own.numpy()
@@ -87,10 +94,16 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     place = np.array([pair.falling for pair in pairs])
     difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])
     spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
-    basis = orthonormal(monomials(states[torch.as_tensor(place)], 1)[0]).numpy()
-    told = [i for i, quantity in enumerate(states.bed.readings) if quantity in states.bed.measured]
-    p_value = min(1.0, len(told) * min(_p_value((difference / spread)[:, i], basis) for i in told))
-    mean = difference.mean(0)
+
+    def chance(i: int) -> float:
+        both = there[:, i]
+        basis = orthonormal(monomials(states[torch.as_tensor(place[both])], 1)[0]).numpy()
+        return _p_value((difference / spread)[both, i], basis)
+
+    p_value = min(1.0, len(told) * min(map(chance, told)))
+    compared = [difference[there[:, i], i] for i in told]
+    mean = np.zeros(2)
+    mean[told] = [values.mean() for values in compared]
 
     def amounts(sizes: np.ndarray, form: str) -> str:
         shown = [(sizes[i] / states.bed.readings[i].factor, states.bed.readings[i].suffix) for i in told]
@@ -103,7 +116,8 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
             "friction_hysteresis, relaxation or stress_softening takes part"
         )
         return Screen(NAME, True, p_value, says)
-    most = np.abs(mean) + QUANTILE * difference.std(0, ddof=1) / np.sqrt(len(pairs))
+    most = np.zeros(2)
+    most[told] = [abs(v.mean()) + QUANTILE * v.std(ddof=1) / np.sqrt(len(v)) for v in compared]
     says = f"no difference beyond the noise; on average it is at most {amounts(most, '.2g')}"
     if states.bed.loads:
         says += ", so friction_hysteresis is at most half of that"

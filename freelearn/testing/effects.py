@@ -10,8 +10,11 @@ A user's own effect passes the same checks:
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, ClassVar
+from unittest.mock import patch
 
 import torch
 from torch import Tensor
@@ -81,6 +84,8 @@ class EffectContract:
     effect: ClassVar[Kind]
     # One family alone; blank for all of them.
     family: ClassVar[str] = ""
+    # Constants of the effect's module that have a unit: name → unit.
+    constants: ClassVar[Mapping[str, str]] = {}
 
     def families(self) -> list[str]:
         """Families that the tests run on."""
@@ -167,7 +172,15 @@ class EffectContract:
         for family, model in zip(self.families(), self.models(), strict=True):
             values = {n: v * factor(model.declared[n].unit) for n, v in model.scalars().items()}
             changed = self.build(family, [self.effect], values, other, units)
-            torch.testing.assert_close(changed(other).loads, model(states).loads * units, rtol=1e-8, atol=1e-9)
+            expected = model(states).loads * units
+            with self._constants():
+                torch.testing.assert_close(changed(other).loads, expected, rtol=1e-8, atol=1e-9)
+
+    def _constants(self) -> AbstractContextManager[Any]:
+        """The constants of the effect's module in the new units."""
+        module = sys.modules[self.effect.__module__]
+        changed = {name: getattr(module, name) * factor(unit) for name, unit in self.constants.items()}
+        return patch.multiple(module, **changed) if changed else nullcontext()
 
     def test_joins_every_other_effect(self) -> None:
         """Any two together give finite loads."""

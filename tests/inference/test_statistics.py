@@ -1,5 +1,7 @@
 """The discovery's statistics against dense linear algebra, refits and planted answers."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -123,6 +125,29 @@ def test_rising_and_falling_pressure_are_told_apart_only_by_history(bed):
     screen = rising_falling(noise + friction, states, state, whiten)
     assert screen.p_value < 1e-3
     assert "friction_hysteresis" in screen.says
+
+
+def test_blank_readings_are_no_zeros_to_the_hysteresis_screen(bed):
+    states, state, whiten, noise = bed
+    friction = states.direction[:, None] * torch.tensor([0.4, 0.0], dtype=torch.float64)
+    present = torch.ones(2000, 2, dtype=torch.bool)
+    # Two visits in three measured no force: nothing is left of it there.
+    present[:, 0] = torch.as_tensor(state % 3 == 0)
+    some = Whitener(
+        torch.zeros(2000, 2, 3, dtype=torch.float64), torch.as_tensor(state), Accuracy(0, 0, 0, 1, 1), present=present
+    )
+    shown = rising_falling(torch.where(present, noise + friction, 0.0), states, state, some)
+    whole = rising_falling(noise + friction, states, state, whiten)
+    assert shown.shows is whole.shows is True
+    (amount,) = re.findall(r"by ([+−-][\d.]+) N", shown.says)
+    assert abs(float(amount)) == pytest.approx(0.8, abs=0.35)
+    # A force that nobody measured is in no statement.
+    present[:, 0] = False
+    none = rising_falling(torch.where(present, noise + friction, 0.0), states, state, Whitener(
+        torch.zeros(2000, 2, 3, dtype=torch.float64), torch.as_tensor(state), Accuracy(0, 0, 0, 1, 1), present=present
+    ))  # fmt: skip
+    assert none.shows is False
+    assert " N and" not in none.says
 
 
 def test_what_the_hysteresis_screen_leaves_possible_is_told_and_true(bed):

@@ -3,9 +3,12 @@
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.effects import TRUTH, EffectContract
 
+# Constants of an effect's module that have a unit.
+CONSTANTS = {"threshold_pressure": {"ONSET": "Pa"}}
 # Every class is a test class of its own: Test_end_clamps_linear and so on.
 for _name, _kind in EFFECTS.items():
     for _family in TRUTH:
         if _family in _kind.families():
+            _own = {"effect": _kind, "family": _family, "constants": CONSTANTS.get(_name, {})}
             _title = f"Test_{_name}_{_family}"
-            globals()[_title] = type(_title, (EffectContract,), {"effect": _kind, "family": _family})
+            globals()[_title] = type(_title, (EffectContract,), _own)
