@@ -26,8 +26,6 @@ LEAST_VALUES = 20
 REST_KPA = 20.0
 # States, and levels of each, that are alike only where the pressures were set.
 SET_STATES, SET_LEVELS = 3, 6
-# Slopes of loads over displacement as clear as this (their share of the scatter) have a sign.
-CLEAR = 0.3
 
 
 def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None) -> list[str]:
@@ -95,9 +93,10 @@ def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
 
 
 def table_suspicions(table: pd.DataFrame, bed: str) -> list[str]:
-    """Sentences about a table that was made: scales that jump, gauges that read too much at rest, turned signs."""
+    """Sentences about a table that was made: scales that jump, gauges that read too much at rest, units and
+    signs that look wrong."""
     measured = [q.column for q in BEDS[bed].measured if q.column in table]
-    checks = (scale_jumps(table, measured), _gauge(table), _signs(table, measured))
+    checks = (scale_jumps(table, measured), _gauge(table))
     sentences = [sentence for check in checks for sentence in check]
     return sentences + (unit_warnings(table) if set(UNITS_JUDGED_BY) <= set(table) else [])
 
@@ -127,22 +126,3 @@ def _commanded(values: np.ndarray, visit: np.ndarray) -> bool:
     return (
         len(levels) >= SET_STATES and all(one == levels.iloc[0] for one in levels) and len(levels.iloc[0]) >= SET_LEVELS
     )
-
-
-def _signs(table: pd.DataFrame, measured: Sequence[str]) -> Iterator[str]:
-    """A tube resists: what it exerts falls as it is stretched or turned farther."""
-    if "pressure_kpa" not in table or "elongation_mm" in measured:
-        return
-    for load, by in (("force_n", "elongation_mm"), ("moment_nmm", "twist_deg")):
-        if load not in measured or table[by].nunique() < 3:
-            continue
-        same = ["sample", "pressure_kpa"]
-        centered = table[[load, by]] - table.groupby(same)[[load, by]].transform("mean")
-        part = centered[table.groupby(same)[by].transform("nunique") >= 3].dropna()
-        if len(part) < 10 or not (part.std() > 0).all():
-            continue
-        if part[load].corr(part[by]) > CLEAR:
-            yield (
-                f"{load} rises with {by} at equal pressure, as if the actuator were a spring that pushes itself away: "
-                f"look whether the sign of one of them is turned."
-            )
