@@ -32,8 +32,6 @@ from freelearn.measurements.intake.recipe_file import recipe_of, recipe_text
 from freelearn.measurements.intake.sources import is_folder, read_sources, table_files
 from freelearn.render.terminal.intake import show_guess, show_intake
 
-__all__ = ["PROVENANCE", "intake_app", "take_in"]
-
 
 def intake_app() -> None:
     """`intake`, from the words of the command line."""

@@ -16,6 +16,8 @@ from freelearn.inference.structure import f_test
 from freelearn.measurements.states import States
 
 NAME = "rising against falling pressure"
+# Why nothing can be compared on an end block.
+ALONE = "no two rows differ by their direction alone"
 # Fewer comparisons show nothing.
 FEWEST = 10
 # Chance of not having slipped above which a reading is compared.
@@ -77,7 +79,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     and those of a tube that hangs loose (whiten.told).
     """
     if states.members:
-        return Screen(NAME, None, None, "on one end block no two rows differ by their direction alone")
+        return Screen(NAME, None, None, f"on one end block {ALONE}")
     pairs = comparisons(states, state)
     if whiten.scatter is not None:
         right = (whiten.scatter.good > PROBABLY).all(-1).numpy()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from freelearn.inference.candidate import Candidate, not_testable
-from freelearn.inference.hysteresis import FEWEST, comparisons
+from freelearn.inference.hysteresis import ALONE, FEWEST, comparisons
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
@@ -55,7 +55,7 @@ def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:
 
 def _friction(rows: Rows) -> str:
     if rows.states.members:
-        return "cannot be told of several actuators on one end block: no two rows differ by their direction alone"
+        return f"cannot be told of several actuators on one end block: {ALONE}"
     count = len(comparisons(rows.states, rows.state))
     if count >= FEWEST:
         return ""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from freelearn.vmapped import everyone
+
 
 class Near:
     """The place of each row, length [m] and twist [rad], at which the last search ended: a fit's next one ends nearby.
@@ -24,10 +26,6 @@ class Near:
 
     def keep(self, place: Tensor, settled: Tensor) -> None:
         """Remembers the place (N, 2) of the rows that settled, (N,) bool."""
-        if not torch.is_grad_enabled():
-            return
-        try:
-            bool(settled.all())
-        except RuntimeError:  # inside vmap, where a place is that of several members
-            return
-        self._place = torch.where(settled[:, None], place, torch.nan)
+        # Inside vmap a place is that of several members.
+        if torch.is_grad_enabled() and everyone(settled) is not None:
+            self._place = torch.where(settled[:, None], place, torch.nan)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import numpy as np
 import pandas as pd
 
+from freelearn.measurements.sign_check import signs
 from freelearn.units import DEG
 
 INCH_MM = 25.4
@@ -14,9 +14,6 @@ PSI_KPA = 6.894757
 ATMOSPHERE_KPA = 101.3
 # The largest twist of a bed, ±120°, is 2.1 rad.
 LARGEST_TWIST_RAD = 2.2
-# Share of the pressures' range that counts as hardly any, fewest rows there, and the slope of a load by its own place,
-# in standard errors, that no spring has.
-CALM, FEWEST_CALM, RISES = 0.1, 8, 4.0
 # Outer radius [mm] below which a short tube whose diameter is measured is taken for a blood vessel, or a part of one,
 # and the least and largest shares of its length by which such are stretched.
 VESSEL_MM, LEAST_STRAIN, LARGEST_STRAIN = 5.0, -0.5, 1.0
@@ -96,35 +93,6 @@ def _moment(used: pd.DataFrame) -> Iterator[str]:
         )
 
 
-def _signs(used: pd.DataFrame) -> Iterator[str]:
-    """A tube without pressure is a spring: stretched, it pulls (F falls), and turned, it turns back (M falls)."""
-    pressure = used["pressure_kpa"]
-    calm = used[pressure <= pressure.min() + CALM * (pressure.max() - pressure.min())]
-    calm = calm[calm["slack"] != 1] if "slack" in calm else calm
-    places = [name for name in ("elongation_mm", "twist_deg") if name in calm and calm[name].nunique() >= 3]
-    for load, place in (("force_n", "elongation_mm"), ("moment_nmm", "twist_deg")):
-        if load not in calm or place not in places:
-            continue
-        rows = calm[[load, place, *(name for name in places if name != place), "sample"]].dropna()
-        if len(rows) >= FEWEST_CALM and _rise(rows) > RISES:
-            yield (
-                f"{load} may have its sign turned: at the lowest pressures it rises with {place}, as if the tube drove "
-                "itself on, where a spring would pull back."
-            )
-
-
-def _rise(rows: pd.DataFrame) -> float:
-    """Slope of the first column by the second, the others held, in standard errors; each sample has its own level."""
-    apart = rows.drop(columns="sample") - rows.groupby("sample").transform("mean")
-    load, places = apart.iloc[:, 0].to_numpy(), apart.iloc[:, 1:].to_numpy()
-    inverse = np.linalg.pinv(places.T @ places, hermitian=True)
-    slope = inverse @ places.T @ load
-    freedom = len(rows) - rows["sample"].nunique() - len(slope)
-    left = float(((load - places @ slope) ** 2).sum()) / max(freedom, 1)
-    error = (left * inverse[0, 0]) ** 0.5
-    return float(slope[0] / error) if error > 0 else 0.0
-
-
 def _diameter(used: pd.DataFrame) -> Iterator[str]:
     largest, outer = used["outer_diameter_mm"].max(), 2 * used["outer_radius_mm"].median()
     for factor, unit in ((1e-3, "meters"), (1 / INCH_MM, "inches"), (1e3, "micrometers")):
@@ -161,6 +129,6 @@ CHECKS: dict[tuple[str, ...], Callable[[pd.DataFrame], Iterator[str]]] = {
     ("twist_deg",): _twist,
     ("pressure_kpa",): _pressure,
     ("force_n", "moment_nmm", "twist_deg", "outer_radius_mm"): _moment,
-    ("pressure_kpa", "sample"): _signs,
+    ("pressure_kpa", "sample"): signs,
     ("outer_diameter_mm", "outer_radius_mm"): _diameter,
 }

@@ -11,6 +11,7 @@ from freelearn.measurements.states import States
 from freelearn.mechanics.energy import EnergySum
 from freelearn.mechanics.tube import Tube
 from freelearn.mechanics.wall import Wall
+from freelearn.vmapped import everyone
 
 # Beyond this inner radius (in reference radii) a tube counts as ballooned: no equilibrium.
 BALLOON = 2.5
@@ -97,7 +98,7 @@ def _halley(
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
     u = start
-    everyone: bool | None = False
+    all_settled: bool | None = False
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
         lack, rise = pressure - expansion.pressure, expansion.rise
@@ -109,11 +110,11 @@ def _halley(
         if i or near:
             # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
             settled = (target - u).abs() <= HALLEY_TOLERANCE * u
-            everyone = _all(settled)
+            all_settled = everyone(settled)
         u = target
-        if everyone:
+        if all_settled:
             break
-    return u, None if everyone is False else settled
+    return u, None if all_settled is False else settled
 
 
 def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor | None]:
@@ -126,11 +127,11 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tup
         target = u - (value - pressure) / slope
         target = torch.minimum(torch.clamp(target, u / NEWTON_GROWTH, u * NEWTON_GROWTH), ceiling)
         settled = (target - u).abs() <= NEWTON_TOLERANCE * u
-        everyone = _all(settled)
+        all_settled = everyone(settled)
         u = target
-        if everyone and _all(softest > 0):
+        if all_settled and everyone(softest > 0):
             return u, settled
-        if everyone is None:
+        if all_settled is None:
             break
     return u, None
 
@@ -154,15 +155,7 @@ def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, press
         target = torch.maximum(torch.minimum(target, high), low)
         done = lost | ((target - u).abs() <= NEWTON_TOLERANCE * u)
         u = target
-        if _all(done):
+        if everyone(done):
             break
     balanced = done & ~lost
     return torch.where(balanced, u, ceiling), balanced
-
-
-def _all(mask: Tensor) -> bool | None:
-    """Whether all rows are done; None inside vmap, where nobody can know."""
-    try:
-        return bool(mask.all())
-    except RuntimeError:
-        return None

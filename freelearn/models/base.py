@@ -15,6 +15,7 @@ from freelearn.models.effect import OWN, Effect
 from freelearn.models.parameters import P, Parameters
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.vector import Values
+from freelearn.vmapped import everyone
 
 __all__ = ["BLOCK", "Model", "Values"]
 
@@ -80,7 +81,7 @@ class Model(Chain, Generic[P]):
             return said
         loads = said.loads if isinstance(said, Prediction) else said
         lost = ~loads.isfinite().all(-1)
-        if _none(lost):
+        if everyone(~lost):
             status = torch.zeros(loads.shape[:-1], dtype=torch.uint8, device=loads.device)
             return said if isinstance(said, Prediction) else Prediction(loads, status)
         # Only a second look at a harmless state keeps what is not finite out of every derivative.
@@ -117,11 +118,3 @@ class Model(Chain, Generic[P]):
         effects = [effect.name for effect in self.effects]
         members = max((len(effect.members) for effect in self.effects), default=0)
         return {"model": self.name, "effects": effects, "samples": samples, "members": members, "state": self.state()}
-
-
-def _none(mask: Tensor) -> bool:
-    """Whether the mask marks no row; False inside vmap, where nobody can know."""
-    try:
-        return not bool(mask.any())
-    except RuntimeError:
-        return False

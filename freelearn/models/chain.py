@@ -51,6 +51,8 @@ class Chain(RawVector):
         super().__init__(self_and_effects, weights)
         self.effects = tuple(effects)
         self._boundary = self._of(BoundaryEffect)
+        # Boundary effects whose loads on the mount are not the actuator's.
+        self.levers = [e for e in self._boundary if type(e).hand_on is not BoundaryEffect.hand_on]
         self._mounts = self._of(MountEffect)
         self._plays = self._of(PlayEffect)
         self._geometry = self._of(GeometryEffect)
@@ -96,16 +98,16 @@ class Chain(RawVector):
         """Boundary effects whose imposed state depends on the loads."""
         return [effect for effect in self.effects if effect.yields]
 
-    @property
-    def levers(self) -> list[Effect[Any]]:
-        """Boundary effects whose loads on the mount are not the actuator's."""
-        return [effect for effect in self._boundary if type(effect).hand_on is not BoundaryEffect.hand_on]
-
     def imposed(self, states: States, values: Values) -> States:
-        """The states that were really imposed on the actuator and its mount."""
+        """The states that were really imposed on the actuator."""
+        return self._imposed(states, values)[-1]
+
+    def _imposed(self, states: States, values: Values) -> list[States]:
+        """The states before each boundary effect, and those that the last one leaves."""
+        imposed = [states]
         for effect in self._boundary:
-            states = effect.impose(states, effect.own(values, states))
-        return states
+            imposed.append(effect.impose(imposed[-1], effect.own(values, states)))
+        return imposed
 
     def _mounted(self, states: States, loads: Tensor, values: Values) -> States:
         """The states imposed by a mount that carries these loads."""
@@ -125,12 +127,11 @@ class Chain(RawVector):
 
     def _alone(self, states: States, values: Values) -> Prediction:
         """Loads that one actuator hands on to the mount from the state that was really imposed on it."""
-        imposed = [states]
-        for effect in self._boundary:
-            imposed.append(effect.impose(imposed[-1], effect.own(values, states)))
-        loads, status = self._taken_up(imposed[-1], values)
-        for effect, at in zip(reversed(self._boundary), reversed(imposed[:-1]), strict=True):
-            loads = effect.hand_on(loads, at, effect.own(values, at))
+        *before, imposed = self._imposed(states, values)
+        loads, status = self._taken_up(imposed, values)
+        for effect, at in zip(reversed(self._boundary), reversed(before), strict=True):
+            if effect in self.levers:
+                loads = effect.hand_on(loads, at, effect.own(values, at))
         return Prediction(loads, status)
 
     def _taken_up(self, states: States, values: Values) -> Prediction:

@@ -13,6 +13,8 @@ from freelearn.measurements.near import Near
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
+from freelearn.models.row_systems import divide
+from freelearn.vmapped import everyone, marked
 
 MAX_ITERATIONS = 80
 # Iterations after which only the rows that have not settled go on.
@@ -50,7 +52,7 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
     prediction = loads(_moved(states, at.q), values)
     excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
     # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
-    step = torch.where(at.settled[:, None], _divide(excess, at.stiffness), 0.0)
+    step = torch.where(at.settled[:, None], divide(excess, at.stiffness), 0.0)
     status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
     return Prediction(at.q + step - torch.stack([states.reference_length, 0 * states.twist], dim=-1), status)
 
@@ -66,7 +68,7 @@ class _Rest(NamedTuple):
 def _solve(states: States, values: Values, near: Near | None, loads: Loads, rows_of: RowsOf) -> _Rest:
     start = torch.stack([states.length, states.twist], dim=-1)
     at = _newton(states, near.start(start) if near else start, values, loads, EARLY)
-    left = _unsettled(at.settled)
+    left = marked(~at.settled)
     if left is None:  # inside vmap
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
     if len(left):
@@ -85,9 +87,9 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
         # In units of the reference length and of rad: both loads are then moments, and their rates comparable.
         excess, stiffness = (carried - hung) * size, -rate * size[:, :, None] * size[:, None, :]
         followed, stable = _positive(stiffness)
-        step = _divide(excess, followed)
+        step = divide(excess, followed)
         settled = (step.abs() <= TOLERANCE).all(-1) & stable
-        if _all(settled):
+        if everyone(settled):
             break
         far = excess.norm(dim=-1)
         if before is not None:
@@ -98,7 +100,7 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
         moved = size * torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
         held = (moved == q).all(-1) | ~far.isfinite()
         q = torch.where(settled[:, None], q, moved)
-        if _all(settled | held):
+        if everyone(settled | held):
             # What the bounds hold would go on beyond.
             break
     return _Rest(q, -rate, settled)
@@ -119,27 +121,3 @@ def _positive(stiffness: Tensor) -> tuple[Tensor, Tensor]:
 
 def _moved(states: States, q: Tensor) -> States:
     return states.replace(length=q[:, 0], twist=q[:, 1])
-
-
-def _divide(g: Tensor, m: Tensor) -> Tensor:
-    """m⁻¹ g of every row: (N, 2), (N, 2, 2) → (N, 2)."""
-    determinant = m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
-    first = m[:, 1, 1] * g[:, 0] - m[:, 0, 1] * g[:, 1]
-    second = m[:, 0, 0] * g[:, 1] - m[:, 1, 0] * g[:, 0]
-    return torch.stack([first, second], dim=-1) / determinant[:, None]
-
-
-def _unsettled(settled: Tensor) -> Tensor | None:
-    """Numbers of the rows that have not settled, (n,) int64; None inside vmap, where nobody can know."""
-    try:
-        return torch.nonzero(~settled)[:, 0]
-    except RuntimeError:
-        return None
-
-
-def _all(mask: Tensor) -> bool:
-    """Whether all rows are done; False inside vmap, where nobody can know."""
-    try:
-        return bool(mask.all())
-    except RuntimeError:
-        return False

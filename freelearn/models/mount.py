@@ -11,6 +11,8 @@ from torch import Tensor
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
+from freelearn.models.row_systems import determinant, divide
+from freelearn.vmapped import everyone, marked
 
 MAX_ITERATIONS = 15
 # Iterations after which only the rows that have not settled go on.
@@ -51,7 +53,7 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         states.near.keep(at.q, at.settled)
     prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
-    step = torch.where(at.settled[:, None], -_divide(at.q - imposed, at.jacobian), 0.0)
+    step = torch.where(at.settled[:, None], -divide(at.q - imposed, at.jacobian), 0.0)
     moved = (at.stiffness * step[:, None, :]).sum(-1)
     status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
     agreed = states.replace(length=at.q[:, 0] + step[:, 0], twist=at.q[:, 1] + step[:, 1])
@@ -70,14 +72,14 @@ class _Solution(NamedTuple):
 def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
     start = _place(states)
     at = _newton(states, states.near.start(start) if states.near else start, values, impose, loads, EARLY)
-    left = _unsettled(at.settled)
+    left = marked(~at.settled)
     if left is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
     elif len(left):
         # Most rows settle in a few steps; only the others go on.
         rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
         at = _Solution(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
-    settled = at.settled & (_determinant(at.jacobian) > 0)
+    settled = at.settled & (determinant(at.jacobian) > 0)
     return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
 
 
@@ -92,9 +94,9 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
         )
         imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
         jacobian = identity - yielding @ stiffness
-        step = -_divide(q - imposed, jacobian)
+        step = -divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if _all(settled):
+        if everyone(settled):
             break
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
@@ -102,33 +104,6 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
     return _Solution(q, jacobian, stiffness, settled)
 
 
-def _unsettled(settled: Tensor) -> Tensor | None:
-    """Numbers of the rows that have not settled, (n,) int64; None inside vmap, where nobody can know."""
-    try:
-        return torch.nonzero(~settled)[:, 0]
-    except RuntimeError:
-        return None
-
-
 def _place(states: States) -> Tensor:
     """(l, φ) as (N, 2)."""
     return torch.stack([states.length, states.twist], dim=-1)
-
-
-def _determinant(m: Tensor) -> Tensor:
-    return m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
-
-
-def _divide(g: Tensor, m: Tensor) -> Tensor:
-    """m⁻¹ g of every row: (N, 2), (N, 2, 2) → (N, 2)."""
-    first = m[:, 1, 1] * g[:, 0] - m[:, 0, 1] * g[:, 1]
-    second = m[:, 0, 0] * g[:, 1] - m[:, 1, 0] * g[:, 0]
-    return torch.stack([first, second], dim=-1) / _determinant(m)[:, None]
-
-
-def _all(mask: Tensor) -> bool:
-    """Whether all rows are done; False inside vmap, where nobody can know."""
-    try:
-        return bool(mask.all())
-    except RuntimeError:
-        return False

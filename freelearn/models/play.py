@@ -11,6 +11,7 @@ from torch import Tensor
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction
 from freelearn.models.row_derivatives import rows_jacobian
+from freelearn.vmapped import everyone, marked
 
 # Steps of the search for a zero of the moment; a bracketed one of ordinary walls takes three or four.
 MAX_ITERATIONS = 12
@@ -55,7 +56,7 @@ def take_up(states: States, width: Tensor, values: Values, carried: Carried, row
         inside = (bracketed | (start * behind <= 0)) & (reach > 0)
         turned = ~inside & (behind.abs() < ahead.abs())
     band = _Band(start, ahead, behind, driven, inside)
-    rows = _rows(inside | turned)
+    rows = marked(inside | turned)
     if rows is None:
         loads, status = _rest(states, width, band, values, carried)
         elsewhere = inside | turned
@@ -98,7 +99,7 @@ def _behind(
 
     Rows with a zero on the other side do not need it: they have what a straight line through that side would give.
     """
-    rows, straight = _rows(~bracketed), 2 * start - ahead
+    rows, straight = marked(~bracketed), 2 * start - ahead
     if rows is None:
         return carried(states.replace(twist=states.twist - reach), values).loads[:, 1]
     if not len(rows):
@@ -162,7 +163,7 @@ def _zero(
         target = torch.where(value == 0, at, target)
         left = wanted & ((target - at).abs() > TOLERANCE)
         at = target
-        if _rows(left) is not None and not bool(left.any()):
+        if everyone(~left):
             break
     return at
 
@@ -186,11 +187,3 @@ def _rows_slope(states: States, values: Values, carried: Carried) -> Tensor:
         return carried(states.replace(twist=at[:, 0]), values).loads
 
     return rows_jacobian(loads, states.twist[:, None])[1][..., 0].detach()
-
-
-def _rows(mask: Tensor) -> Tensor | None:
-    """Numbers of the marked rows, (n,) int64; None inside vmap, where nobody can know."""
-    try:
-        return torch.nonzero(mask)[:, 0]
-    except RuntimeError:
-        return None

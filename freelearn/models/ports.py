@@ -25,6 +25,7 @@ from freelearn.mechanics.energy import Energy
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
 from freelearn.models.parameters import P, Parameters
+from freelearn.vmapped import everyone
 
 
 class BoundaryEffect(Effect[P]):
@@ -209,10 +210,7 @@ class EffectEnergy(Energy):
     def idle(self) -> bool:
         """Whether every parameter that can stand for no effect does; False inside vmap, where nobody can know."""
         telling = [p for p in self.effect.declared_parameters() if p.none is not None]
-        try:
-            return bool(telling) and all(bool((getattr(self.p, p.name) == p.none).all()) for p in telling)
-        except RuntimeError:
-            return False
+        return bool(telling) and all(everyone(getattr(self.p, p.name) == p.none) for p in telling)
 
     def psi(self, *invariants: Tensor) -> Tensor:
         """The effect's strain energy [Pa]."""

@@ -94,6 +94,6 @@ def _along(values: np.ndarray, lead: int) -> np.ndarray:
     moves = moving_actuators(values)
     if len(values) < ENOUGH or not moves[lead]:
         return along
-    for i in np.flatnonzero(moves & ~along & (np.ptp(values, axis=0) > 0)):
+    for i in np.flatnonzero(moves & ~along):
         along[i] = abs(np.corrcoef(values[:, i], values[:, lead])[0, 1]) >= TOGETHER
     return along

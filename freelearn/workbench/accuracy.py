@@ -8,6 +8,7 @@ import panel as pn
 
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.beds import BEDS, Quantity
+from freelearn.workbench.part import Part
 from freelearn.workbench.question import OWN, Stated
 from freelearn.workbench.session import Session
 
@@ -18,11 +19,11 @@ MAY_BE_EXACT = ("elongation_mm", "twist_deg", "pressure_kpa")
 SMALLEST = 1e-9
 
 
-class AccuracyChoice:
+class AccuracyChoice(Part):
     """An estimate, the paper's, or one standard deviation of each quantity of the bed."""
 
     def __init__(self, session: Session, width: int) -> None:
-        self.session, self.refreshing = session, False
+        super().__init__(session)
         options = [ESTIMATE, USUAL, STATE]
         self.how = pn.widgets.Select(name="accuracy of the measuring", options=options, width=width)
         self.numbers = {name: _number(quantity, width) for name, quantity in QUANTITIES.items()}
@@ -49,15 +50,12 @@ class AccuracyChoice:
         question, busy = self.session.question, self.session.busy
         stated = question.accuracy
         shown = _of_bed(question.bed) if stated else set()
-        self.refreshing = True
-        try:
+        with self.shown():
             how = ESTIMATE if stated is None else STATE if stated else USUAL
             self.how.param.update(value=how, disabled=busy)
             known: dict[str, Any] = {name: _usual(q) for name, q in QUANTITIES.items()} | dict(stated or ())
             for name, widget in self.numbers.items():
                 widget.param.update(value=known[name], visible=name in shown, disabled=busy)
-        finally:
-            self.refreshing = False
         self.view.visible = question.data == OWN
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import panel as pn
 
+from freelearn.workbench.part import Part
 from freelearn.workbench.question import MUSCLE
 from freelearn.workbench.session import LARGEST_CSV, MEGABYTE, Session
 from freelearn.workbench.tick import Tick
@@ -21,11 +22,11 @@ MEASURED = (
 SCROLLED = {"max-height": "260px", "overflow-y": "auto"}
 
 
-class Doubts:
+class Doubts(Part):
     """Fit waits until the doubts about units are answered: by a yes, or by other units."""
 
     def __init__(self, session: Session, width: int) -> None:
-        self.session, self.refreshing = session, False
+        super().__init__(session)
         self.units, self.about, self.faults = words(), words(), words()
         self.right = Tick("the units are right as they are", width, self._answered)
         self.faults_view = pn.Column(self.faults, styles=SCROLLED, visible=False)
@@ -43,11 +44,8 @@ class Doubts:
         units = session.unit_warnings if own else []
         lines = [UNITS, *(f"! {warning}" for warning in units)] if units else []
         say(self.units, lines, "bad" if session.doubted else "quiet")
-        self.refreshing = True
-        try:
+        with self.shown():
             self.right.show(bool(units) and not session.doubted, visible=bool(units), disabled=session.busy)
-        finally:
-            self.refreshing = False
         if not own:
             say(self.about, ["SIMULATED, not measured"], "source")
         else:

@@ -11,6 +11,7 @@ from freelearn.inference.next_experiment import NextState
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.results.discovery_tables import next_state_lines
 from freelearn.results.ranking import ranking_numbers
+from freelearn.workbench.part import Part
 from freelearn.workbench.phrases import as_on_the_page
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
@@ -20,12 +21,11 @@ MOST_STATES = 3
 WRAPPED = "label { white-space: normal; overflow-wrap: anywhere; } .bk-input-group { flex-wrap: nowrap; }"
 
 
-class Effects:
+class Effects(Part):
     """Where the latest fit fails, what the search says, and boxes to tick."""
 
     def __init__(self, session: Session) -> None:
-        self.session = session
-        self.refreshing = False
+        super().__init__(session)
         self.where, self.verdict, self.hints = words(), words(), words()
         self.boxes = pn.widgets.CheckBoxGroup(
             name="effects in the model", options={}, inline=False, width=550, stylesheets=[WRAPPED]
@@ -35,7 +35,7 @@ class Effects:
         )
         self.absent = pn.widgets.CheckBoxGroup(name="known to be absent", options=[], inline=False)
         self.boxes.param.watch(self._ticked, "value")
-        self.absent.param.watch(self._ruled_out, "value")
+        self.absent.param.watch(lambda event: self.chosen("ruled_out", tuple(event.new)), "value")
         self.use.on_click(lambda _: self._use())
         self.view = pn.Row(
             pn.Column(heading("Where it fails, worst first"), self.where, width=380),
@@ -49,10 +49,6 @@ class Effects:
         if not self.refreshing:
             kept = tuple(name for name in self.session.question.ruled_out if name not in event.new)
             self.session.choose(effects=tuple(event.new), ruled_out=kept)
-
-    def _ruled_out(self, event: Any) -> None:
-        if not self.refreshing:
-            self.session.choose(ruled_out=tuple(event.new))
 
     def _use(self) -> None:
         search = self.session.discovery()
@@ -74,12 +70,9 @@ class Effects:
         question = self.session.question
         others = [name for name in _told(question.bed) if name not in question.effects]
         absent = [name for name in question.ruled_out if name in others]
-        self.refreshing = True
-        try:
+        with self.shown():
             self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
             self.absent.param.update(options=others, value=absent, disabled=self.session.busy)
-        finally:
-            self.refreshing = False
 
     def _verdict(self, search: dict[str, Any] | None) -> None:
         wanted = [*search["given_effects"], *search["effects"]] if search else []

@@ -9,6 +9,7 @@ import panel as pn
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.intake.template import members_template
 from freelearn.workbench.controls import download, dropper
+from freelearn.workbench.part import Part
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
 
@@ -17,11 +18,11 @@ ASKED = "Drop the file of the actuators' designs (CSV):"
 GIVEN = "The file of actuators is there; another one takes its place."
 
 
-class EndBlock:
+class EndBlock(Part):
     """A number, and for several actuators a place for their file with a template of it."""
 
     def __init__(self, session: Session, width: int) -> None:
-        self.session, self.refreshing = session, False
+        super().__init__(session)
         # For which file of actuators the number was set.
         self.of = ""
         self.actuators = pn.widgets.IntInput(
@@ -51,11 +52,8 @@ class EndBlock:
     def refresh(self, visible: bool) -> None:
         """Shows the session as it is."""
         question = self.session.question
-        self.refreshing = True
-        try:
+        with self.shown():
             self._follow()
-        finally:
-            self.refreshing = False
         self.view.visible = visible and (BEDS[question.bed] is not INFLATION or bool(question.members))
         self.actuators.disabled = self.session.busy
         several = self.count > 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from io import StringIO
-from typing import Any
 
 import panel as pn
 
@@ -13,16 +12,17 @@ from freelearn.workbench.accuracy import AccuracyChoice
 from freelearn.workbench.controls import download, dropper
 from freelearn.workbench.doubts import Doubts
 from freelearn.workbench.end_block import EndBlock
+from freelearn.workbench.part import Part
 from freelearn.workbench.question import DATA, OWN
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
 
 
-class Given:
+class Given(Part):
     """Data, bed, files, accuracy."""
 
     def __init__(self, session: Session, width: int) -> None:
-        self.session, self.refreshing = session, False
+        super().__init__(session)
         wide = {"width": width}
         self.data = pn.widgets.Select(name="data", options={text: key for key, text in DATA.items()}, **wide)
         self.seed = pn.widgets.IntInput(name="which hidden effect (a seed)", start=0, end=10**6, step=1, **wide)
@@ -33,16 +33,11 @@ class Given:
         self.template = download("Empty template of the table", width, content=self._template)
         self.doubts, self.accuracy = Doubts(session, width), AccuracyChoice(session, width)
         for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.bed, "bed")):
-            widget.param.watch(lambda event, name=name: self._chosen(name, event.new), "value")
+            widget.param.watch(lambda event, name=name: self.chosen(name, event.new), "value")
         self.view = pn.Column(
             self.data, self.seed, self.file, self.doubts.view, self.bed, self.imposed, self.block.view, self.template,
             self.accuracy.view,
         )  # fmt: skip
-
-    def _chosen(self, name: str, value: Any) -> None:
-        # What the page itself sets is no choice of the user's.
-        if not self.refreshing and value is not None:
-            self.session.choose(**{name: value})
 
     def _template(self) -> StringIO:
         count = self.block.count
@@ -50,11 +45,8 @@ class Given:
 
     def refresh(self) -> None:
         """Shows the session as it is."""
-        self.refreshing = True
-        try:
+        with self.shown():
             self._refresh()
-        finally:
-            self.refreshing = False
 
     def _refresh(self) -> None:
         question, busy = self.session.question, self.session.busy

@@ -10,7 +10,8 @@ from typing import Any
 
 from rich.console import Console
 
-from freelearn.commands.intake import PROVENANCE, take_in
+from freelearn.commands.intake import take_in
+from freelearn.commands.intake_files import PROVENANCE
 from freelearn.commands.run import scored_rows
 from freelearn.commands.settings import CsvData, IntakeData, IntakeSettings
 from freelearn.commands.tables import LoadedTable, load_table

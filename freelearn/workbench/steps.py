@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import panel as pn
 
 from freelearn.workbench.controls import download
 from freelearn.workbench.given import Given
 from freelearn.workbench.own import models
+from freelearn.workbench.part import Part
 from freelearn.workbench.session import Session
 from freelearn.workbench.tick import Tick
 from freelearn.workbench.words import heading, say, words
@@ -17,19 +16,16 @@ WIDTH = 286
 DOING = {"check": "Reading the file", "convert": "Making the table", "train": "Fitting", "discover": "Searching"}
 
 
-class Steps:
+class Steps(Part):
     """What can be chosen and started."""
 
     def __init__(self, session: Session) -> None:
-        self.session = session
-        self.refreshing = False
+        super().__init__(session)
         wide = {"width": WIDTH - 24}
         self.given = Given(session, WIDTH - 24)
         self.model = pn.widgets.Select(name="model", options=models(), **wide)
         self.train = pn.widgets.Select(name="training set", options=[], **wide)
-        self.per_sample = Tick(
-            "each sample has its own mounting", WIDTH - 24, lambda on: self._chosen("per_sample", on)
-        )
+        self.per_sample = Tick("each sample has its own mounting", WIDTH - 24, lambda on: self.chosen("per_sample", on))
         self.effects = words()
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)
         self.find = pn.widgets.Button(name="Find what is missing", button_type="primary", **wide)
@@ -55,23 +51,15 @@ class Steps:
 
     def _watch(self) -> None:
         for widget, name in ((self.model, "model"), (self.train, "train")):
-            widget.param.watch(lambda event, name=name: self._chosen(name, event.new), "value")
+            widget.param.watch(lambda event, name=name: self.chosen(name, event.new), "value")
         self.fit.on_click(lambda _: self.session.start("train"))
         self.find.on_click(lambda _: self.session.start("discover"))
         self.cancel.on_click(lambda _: self.session.cancel())
 
-    def _chosen(self, name: str, value: Any) -> None:
-        # What the page itself sets is no choice of the user's.
-        if not self.refreshing and value is not None:
-            self.session.choose(**{name: value})
-
     def refresh(self) -> None:
         """Shows the session as it is."""
-        self.refreshing = True
-        try:
+        with self.shown():
             self._refresh()
-        finally:
-            self.refreshing = False
 
     def _refresh(self) -> None:
         question, busy = self.session.question, self.session.busy

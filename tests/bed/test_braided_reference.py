@@ -1,25 +1,15 @@
 """What braided muscles taught, in the reference bed and in the package: written apart, equal to 1e-6 of the loads."""
 
 import numpy as np
-import pandas as pd
 import pytest
-import torch
+from compared import C1, C2, DESIGNS, SHARE, SILENT, assert_near, table_of, told
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.reference import bed, braided, literature, other_beds
 from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT, grown
 
-C1, C2 = 8e5, 3e7
-SHARE = 1e-6
-DESIGNS = {
-    "helix": {1: (36.0, np.nan, 98.42, 4.77, 6.74), 2: (-62.0, np.nan, 99.0, 4.77, 6.36)},
-    "braid": {1: (24.0, -24.0, 150.0, 5.0, 6.2), 2: (40.0, -40.0, 120.0, 4.77, 6.6)},
-    "both": {1: (24.0, -24.0, 150.0, 5.0, 6.2), 2: (36.0, np.nan, 98.42, 4.77, 6.74)},
-}
-PRESSURES = np.r_[np.linspace(0, 80, 5), 40.0, 3.0, 0.0]
 TOGETHER = {
     "everything": {name: grown(name, 1.0) for name in BRAIDED},
     "a soft mount and a wrong gauge": {
@@ -43,31 +33,6 @@ TOGETHER = {
     },
 }
 CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | TOGETHER
-SILENT = dict.fromkeys(other_beds.ACCURACY, 0.0)
-
-
-def table_of(make: str, kind: str = "kinematic") -> pd.DataFrame:
-    places = np.random.default_rng(4).uniform([-6, -80], [4, 80], (6, 2))
-    if kind == "dead_load":
-        places = places * [1.0, 0.3]
-    return other_beds.nominal(kind, DESIGNS[make], np.r_[places, [[0.0, 0.0]]], PRESSURES)
-
-
-def told(table: pd.DataFrame, fx) -> torch.Tensor:
-    """What the package shows, (N, 2) SI."""
-    values = {f"{name}.{p}": v for name, ps in fx.items() for p, v in ps.items()}
-    model = build_model("continuum", {"C1": C1, "C2": C2} | values, list(fx))
-    with torch.no_grad():
-        shown, status = model(Rows.from_table(table).states)
-    assert (status == 0).all()
-    return shown
-
-
-def assert_near(found, expected, share: float = SHARE) -> None:
-    """Every column within this share of the range of its expected values."""
-    found, expected = np.asarray(found), np.asarray(expected)
-    assert np.isfinite(expected).all()
-    assert (np.abs(found - expected).max(0) <= share * np.ptp(expected, axis=0)).all()
 
 
 def test_every_effect_of_the_library_can_be_hidden():

@@ -2,22 +2,15 @@
 
 import numpy as np
 import pytest
-import torch
+from compared import C1, C2, DESIGNS, PRESSURES, SILENT, assert_near, table_of, told
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
-from freelearn.models.build import build_model
 from freelearn.testing.reference import bed, lagging, leaning, literature, other_beds
 from freelearn.testing.reference.truths import MOVED, grown
 from freelearn.testing.tables import visits
 
-C1, C2 = 8e5, 3e7
-DESIGNS = {
-    "helix": {1: (36.0, np.nan, 98.42, 4.77, 6.74), 2: (-62.0, np.nan, 99.0, 4.77, 6.36)},
-    "braid": {1: (24.0, -24.0, 150.0, 5.0, 6.2), 2: (40.0, -40.0, 120.0, 4.77, 6.6)},
-}
-PRESSURES = np.r_[np.linspace(0, 80, 5), 40.0, 3.0, 0.0]
 FAR, LAG = {"off_axis": {"squared_distance": 4e-4}}, {"viscoelasticity": {"share": 0.3, "time": 60.0}}
 CASES = {
     "off_axis": FAR,
@@ -45,34 +38,12 @@ CASES = {
         "end_clamps": {"clamp_length": 2e-3},
     },
 }
-SILENT = dict.fromkeys(other_beds.ACCURACY, 0.0)
-
-
-def table_of(make: str = "helix", kind: str = "kinematic"):
-    places = np.random.default_rng(4).uniform([-6, -80], [4, 80], (6, 2)) * [1.0, 0.3 if kind == "dead_load" else 1.0]
-    return other_beds.nominal(kind, DESIGNS[make], np.r_[places, [[0.0, 0.0]]], PRESSURES)
-
-
-def told(table, fx) -> torch.Tensor:
-    """What the package shows, (N, 2) SI."""
-    values = {f"{name}.{p}": v for name, ps in fx.items() for p, v in ps.items()}
-    model = build_model("continuum", {"C1": C1, "C2": C2} | values, list(fx))
-    with torch.no_grad():
-        shown, status = model(Rows.from_table(table).states)
-    assert (status == 0).all()
-    return shown
 
 
 def loads_of(table, fx, rig=bed.on_the_rig) -> np.ndarray:
     loads, balanced = bed.bed_loads(bed.state_of(table), C1, C2, fx, rig=rig)
     assert balanced.all()
     return loads
-
-
-def assert_near(found, expected, share: float = 1e-6) -> None:
-    """Every column within this share of the range of its expected values."""
-    found, expected = np.asarray(found), np.asarray(expected)
-    assert (np.abs(found - expected).max(0) <= share * np.ptp(expected, axis=0)).all()
 
 
 @pytest.mark.parametrize("make", DESIGNS)
