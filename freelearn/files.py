@@ -30,3 +30,12 @@ def write_bytes(path: Path, content: bytes) -> None:
         beside.write_bytes(content)
 
     write_whole(path, write)
+
+
+def remove_empty(folder: Path) -> None:
+    """Removes a command's folder and those made for it under outputs/, as far as there is nothing in them."""
+    outputs = Path.cwd() / "outputs"
+    made = [path for path in folder.parents if path == outputs or outputs in path.parents]
+    for empty in (folder, *(made or [folder.parent])):
+        if empty.is_dir() and not any(empty.iterdir()):
+            empty.rmdir()

@@ -21,7 +21,7 @@ from freelearn.commands.intake_files import PROVENANCE, beside, check_out, write
 from freelearn.commands.parse import parse_intake
 from freelearn.commands.settings import IntakeSettings
 from freelearn.errors import UserError
-from freelearn.files import write_text
+from freelearn.files import remove_empty, write_text
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.convert import convert
 from freelearn.measurements.intake.draft import draft
@@ -49,16 +49,8 @@ def _intake(config: DictConfig) -> None:
     except KeyboardInterrupt:
         sys.exit("error: interrupted before the table was written.")
     finally:
-        _remove_empty(folder)
-
-
-def _remove_empty(folder: Path) -> None:
-    """With out=FILE, or after a mistake, there is nothing in the run's folder, nor in those made for it."""
-    outputs = Path.cwd() / "outputs"
-    made = [path for path in folder.parents if path == outputs or outputs in path.parents]
-    for empty in (folder, *(made or [folder.parent])):
-        if empty.is_dir() and not any(empty.iterdir()):
-            empty.rmdir()
+        # With out=FILE, or after a mistake, there is nothing in the run's folder.
+        remove_empty(folder)
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:

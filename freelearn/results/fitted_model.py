@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,36 +12,49 @@ import pandas as pd
 import torch
 from torch import Tensor
 
+from freelearn.answer.asker import Asker
+from freelearn.answer.backwards import backwards, under_load
+from freelearn.answer.bands import Bands
+from freelearn.answer.span import Span
+from freelearn.answer.system import System
 from freelearn.errors import UserError
-from freelearn.measurements.beds import BED, KINEMATIC, Bed, bed_of
+from freelearn.measurements.beds import BED, DEAD_LOAD, DIAMETER, INFLATION, KINEMATIC, Bed, bed_of
 from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
-from freelearn.models.base import BLOCK, Model
-from freelearn.models.build import load_model
-from freelearn.models.own import load_own_code
+from freelearn.models.base import Model
 from freelearn.models.prediction import Status
+from freelearn.results.answers import SOLUTIONS, Answers, Column, answers
+from freelearn.results.run_folder import RunFolder, read_run
+
+WORDS = np.array([status.name.lower() for status in Status])
 
 
 @dataclass(frozen=True)
 class Answer:
     """loads: force [N] and moment [N·m] of each row, (N, 2), or what else the bed measures, SI. stderr: one standard
-    error of each that the parameters' uncertainty makes, (N, 2); NaN where that is not known. status: ok,
-    no_equilibrium, singular or overstretched, (N,).
+    error of each that the parameters' uncertainty makes, (N, 2); NaN where that is not known. half: half of the band
+    that holds a new measurement with 95 % probability, (N, 2). status: ok, no_equilibrium, singular or overstretched,
+    (N,).
     """
 
     loads: np.ndarray
     stderr: np.ndarray
+    half: np.ndarray
     status: list[str]
     bed: Bed
 
     def table(self) -> pd.DataFrame:
         """What the bed measures as predicted, in the columns and units of predictions.csv, each with its standard error
-        (force_pred_n, force_pred_n_stderr), and the status."""
+        and the ends of its band (force_pred_n, force_pred_n_stderr, force_pred_n_low, force_pred_n_high), and the
+        status."""
         columns: dict[str, Any] = {}
         for i, quantity in enumerate(self.bed.readings):
             if quantity in self.bed.measured:
-                columns[quantity.predicted] = self.loads[:, i] / quantity.factor
+                value, half = self.loads[:, i] / quantity.factor, self.half[:, i] / quantity.factor
+                columns[quantity.predicted] = value
                 columns[f"{quantity.predicted}_stderr"] = self.stderr[:, i] / quantity.factor
+                columns[f"{quantity.predicted}_low"], columns[f"{quantity.predicted}_high"] = value - half, value + half
         return pd.DataFrame(columns | {"status": self.status})
 
 
@@ -51,28 +64,65 @@ class FittedModel:
 
     model: the torch module. parameters: by name, SI. covariance: of the parameters in that order, (k, k), SI; NaN where
     the rows did not determine one, and for a run that fitted nothing. design: sample, gamma_deg, length_mm,
-    inner_radius_mm, outer_radius_mm of each actuator in the run's table (of an end block, all its members'). folder: of
-    the run. bed: that of the run's table. members: of an end block, by number.
+    inner_radius_mm, outer_radius_mm of each actuator in the run's table (of an end block, all its members'). run: what
+    its folder holds. bed: that of the run's table. members: of an end block, by number.
     """
 
     model: Model[Any]
     parameters: dict[str, float]
     covariance: np.ndarray
     design: pd.DataFrame
-    folder: Path
+    run: RunFolder
     bed: Bed
     members: list[int]
 
     def __repr__(self) -> str:
-        effects = " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
         values = ", ".join(f"{name} = {value:.5g}" for name, value in self.parameters.items())
-        return f"<{effects}: {values or f'{len(self.model.vector())} weights'}>"
+        return f"<{self.title}: {values or f'{len(self.model.vector())} weights'}>"
+
+    @property
+    def title(self) -> str:
+        """Model and effects, as Run.title."""
+        return " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
+
+    @property
+    def folder(self) -> Path:
+        """Of the run."""
+        return self.run.folder
 
     def table(self) -> pd.DataFrame:
-        """The run's rows with their predictions: predictions.csv."""
-        return pd.read_csv(self.folder / "predictions.csv")
+        """The run's rows with their predictions, in the columns of predictions.csv."""
+        return self.run.table.copy()
 
-    def predict(self, states: States | pd.DataFrame) -> Answer:
+    @cached_property
+    def rows(self) -> Rows:
+        """The rows of the samples that were fitted, as they tell how far the model misses."""
+        own = torch.as_tensor(np.flatnonzero(self.run.own))
+        return Rows.from_table(self.run.table)[own]
+
+    @cached_property
+    def bands(self) -> Bands | None:
+        """How far a new measurement may lie from what the model says; None where no row tells it."""
+        seen = torch.as_tensor(self.run.seen[self.run.own])
+        return Bands.of(self.model, self.rows, seen, self.covariance, self.run.accuracy)
+
+    @cached_property
+    def asker(self) -> Asker:
+        """Answers questions; without a row that was fitted, from all of the run's."""
+        rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
+        system = System.of(self.model, rows.states)
+        x = torch.stack(system.states.inputs(), dim=-1)
+        if rows.states.bed is DEAD_LOAD and system.mechanical:
+            with torch.no_grad():
+                place = self.model(rows.states).loads
+            x = torch.cat([torch.stack([rows.states.reference_length, 0 * x[:, 1]], dim=-1) + place, x[:, 2:]], dim=1)
+            system = System(self.model, system.states.with_inputs(x.unbind(-1)))
+        shown = system.at(x)
+        scale = shown.loads[shown.status == Status.OK].abs().nan_to_num(0.0)
+        largest = scale.amax(0).clamp_min(1e-9) if len(scale) else torch.ones(2, dtype=torch.float64)
+        return Asker(Span.of(system), largest, self.bands.miss if self.bands else None, rows.states.bed is DEAD_LOAD)
+
+    def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
         """Loads at states, or at the rows of a table in the measurement table's columns; or what else the bed measures.
 
         A table needs what the run's bed imposes (elongation_mm, twist_deg and pressure_kpa, or under a dead load
@@ -83,89 +133,178 @@ class FittedModel:
             states = States.from_table(self._complete(states))
         with torch.no_grad():
             prediction = self.model(states)
-        words = np.array([status.name.lower() for status in Status])[prediction.status.numpy()]
-        return Answer(prediction.loads.numpy(), self._stderr(states), words.tolist(), states.bed)
+        # The bed's own readings as outputs, whatever they are.
+        system = System(self.model, states)
+        x = torch.stack(states.inputs(), dim=-1)
+        rate = system.by_parameters(x)
+        stderr = _stderr(self.model, rate, self.covariance)
+        shown = self.bands if bands else None
+        half = shown.half(states, prediction.loads) if shown else np.full(stderr.shape, np.nan)
+        return Answer(prediction.loads.numpy(), stderr, half, WORDS[prediction.status.numpy()].tolist(), states.bed)
 
-    def _complete(self, table: pd.DataFrame) -> pd.DataFrame:
-        """The table with the columns that States need."""
+    def invert(self, questions: pd.DataFrame, bands: bool = True) -> Answers:
+        """Whatever is blank in a table of questions: the loads at a state, the state that carries given loads (zero for
+        a free end), the pressure to command.
+
+        questions: in the measurement table's columns; any of elongation_mm, twist_deg, the pressures, force_n and
+        moment_nmm may be blank (NaN) or absent. Raises UserError for a table that cannot be understood; a row that
+        cannot be answered says why.
+        """
+        questions = questions.reset_index(drop=True)
+        complete, alone = self._complete(questions, blanks=True), "step" not in questions
+        states = States.from_table(_neutral(complete))
+        if alone:
+            # Each question stands for itself: an actuator that has stood still.
+            still = torch.zeros(len(states), dtype=torch.float64)
+            states = states.replace(
+                moved_length=still, moved_twist=still, dwell=still, clock=still, past_severity=states.severity
+            )
+        system = System.of(self.model, states)
+        x, y = _blanked(system, complete)
+        asker = self.asker if bands else replace(self.asker, miss=None)
+        answered = asker.answered(system, x, y)
+        known = np.isin(complete["sample"], np.unique(self.rows.states.sample.numpy())) & self._same_design(complete)
+        found = answers(questions, system, answered, known, self._diameter(questions, system, answered.x, bands))
+        return self._beside(found, system, x, y)
+
+    def _beside(self, found: Answers, system: System, x: Tensor, y: Tensor) -> Answers:
+        """Beside the places at which a network carries given loads, what one trained the other way says of them."""
+        asked = x[:, :2].isnan().all(-1) & ~x[:, 2:].isnan().any(-1) & ~y.isnan().any(-1)
+        if self.model.family != "mlp" or not system.mechanical or not bool(asked.any()):
+            return found
+        rows = torch.nonzero(asked)[:, 0]
+        with torch.no_grad():
+            place = self._backwards(under_load(system.states[rows], y[rows])).loads
+        table = found.filled.copy()
+        for i, quantity in enumerate(system.inputs[:2]):
+            column = np.full(len(table), np.nan)
+            column[rows.numpy()] = place[:, i].numpy() / quantity.factor
+            table.insert(table.columns.get_loc(SOLUTIONS), f"{quantity.column}_network", column)
+        return replace(found, filled=table)
+
+    @cached_property
+    def _backwards(self) -> Model[Any]:
+        seen = torch.as_tensor(np.flatnonzero(self.run.seen[self.run.own]))
+        return backwards(self.rows[seen], int(self.run.content.get("seed", 0)))
+
+    def _diameter(self, questions: pd.DataFrame, system: System, x: Tensor, bands: bool) -> Column | None:
+        """The outer diameter at the answers, where it is asked for."""
+        if DIAMETER.column not in questions and self.bed is not INFLATION:
+            return None
+        if not system.mechanical or system.states.members or type(self.model).diameter is Model.diameter:
+            return None
+        there = torch.nonzero(x.isfinite().all(-1))[:, 0]
+        value, half = np.full(len(x), np.nan), np.full(len(x), np.nan)
+        if len(there):
+            states = system.states[there].with_inputs(x[there].unbind(-1))
+            values = system.values
+            with torch.no_grad():
+                swollen = self.model.swollen(self.model.imposed(states, values), values)
+            value[there] = swollen.numpy() / DIAMETER.factor
+            half[there] = self.bands.diameter / DIAMETER.factor if bands and self.bands else np.nan
+        return Column(DIAMETER.column, value, half)
+
+    def _same_design(self, table: pd.DataFrame) -> np.ndarray:
+        """Rows whose design is that of the run's sample of their number, (N,) bool."""
+        own = table[["sample"]].merge(self.design, on="sample", how="left")
+        names = [name for name in self.design if name != "sample" and name in table]
+        same = np.ones(len(table), dtype=bool)
+        for name in names:
+            here, there = table[name].to_numpy(np.float64), own[name].to_numpy(np.float64)
+            same &= np.isclose(here, there, rtol=1e-9, atol=0.0, equal_nan=True)
+        return same
+
+    def _complete(self, table: pd.DataFrame, blanks: bool = False) -> pd.DataFrame:
+        """The table with the columns that States need. blanks: whether what is imposed may be blank or absent."""
         design = [str(name) for name in self.design if name != "sample"]
         members = [pressure_column(m) for m in self.members]
-        imposed = [*(quantity.column for quantity in self.bed.state), *(members or ["pressure_kpa"])]
+        pressures = members or ["pressure_kpa"]
+        imposed = [*(quantity.column for quantity in self.bed.state), *pressures]
         lacking = [name for name in imposed if name not in table]
-        if lacking:
+        if lacking and not blanks:
             raise UserError(f"The table of states lacks the columns {', '.join(lacking)}: add them.")
         table = table.reset_index(drop=True)
-        if not set(design) <= set(table):
-            if "sample" not in table and len(self.design) > 1:
-                known = ", ".join(str(n) for n in self.design["sample"])
-                raise UserError(f"The run has the samples {known}: say in a column sample which is meant.")
-            sample = table["sample"] if "sample" in table else self.design["sample"].iloc[0]
-            table = table.drop(columns=[name for name in design if name in table]).assign(sample=sample)
-            unknown = sorted(set(table["sample"]) - set(self.design["sample"]))
-            if unknown:
-                raise UserError(f"The run has no sample {unknown[0]}: give the design's columns {', '.join(design)}.")
-            table = table.merge(self.design, on="sample", how="left")
+        needed = [name for name in design if not name.startswith(SECOND.split("_")[0])]
+        if not set(needed) <= set(table) or table[needed].isna().any(axis=None):
+            table = self._with_design(table, design)
+        elif SECOND in design and SECOND not in table:
+            table = table.assign(**{SECOND: np.nan})
         # Each row is a visit of its own unless the table says otherwise.
         missing: dict[str, Any] = {name: 0 for name in ("sample", "step") if name not in table}
-        if members:
-            missing["pressure_kpa"] = table[members].mean(axis=1)
+        for name in ("sample", "step"):
+            if name in table:
+                missing[name] = table[name].fillna(0).astype(np.int64)
+        if blanks:
+            every = (*imposed, *(q.column for q in (*self.bed.state, *self.bed.readings, *KINEMATIC.readings)))
+            missing |= {name: np.nan for name in (*every, *(q.column for q in KINEMATIC.state)) if name not in table}
+        table = table.assign(**missing)
+        more: dict[str, Any] = {"pressure_kpa": table[members].mean(axis=1, skipna=True)} if members else {}
         if self.bed is not KINEMATIC:
-            missing[BED] = self.bed.name
-        return table.assign(**missing)
+            more[BED] = self.bed.name
+        return table.assign(**more)
 
-    def _stderr(self, states: States) -> np.ndarray:
-        """√(J C Jᵀ) of each load, J its derivatives by the physical parameters: (N, 2)."""
-        names = list(self.parameters)
-        if not names or not np.isfinite(self.covariance).any():
-            return np.full((len(states), 2), np.nan)
-        known = np.isfinite(self.covariance.diagonal())
-        covariance = torch.as_tensor(np.where(known[:, None] & known, self.covariance, 0.0))
-        parts = [self._jacobian(states[rows], names) for rows in torch.arange(len(states)).split(BLOCK)]
-        jacobian = torch.cat(parts)
-        variance = torch.einsum("nfi,ij,nfj->nf", jacobian, covariance, jacobian)
-        # A load that hangs on a parameter which nobody knows is not known either.
-        lost = (jacobian[:, :, torch.as_tensor(~known)] != 0).any(-1)
-        return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt()).numpy()
+    def _with_design(self, table: pd.DataFrame, design: list[str]) -> pd.DataFrame:
+        if "sample" not in table and len(self.design) > 1:
+            known = ", ".join(str(n) for n in self.design["sample"])
+            raise UserError(f"The run has the samples {known}: say in a column sample which is meant.")
+        sample = table["sample"] if "sample" in table else self.design["sample"].iloc[0]
+        table = table.drop(columns=[name for name in design if name in table]).assign(sample=sample)
+        unknown = sorted(set(table["sample"].dropna()) - set(self.design["sample"]))
+        if table["sample"].isna().any():
+            raise UserError("A row names no sample: fill in the column sample, or give the design in each row.")
+        if unknown:
+            raise UserError(f"The run has no sample {unknown[0]:g}: give the design's columns {', '.join(design)}.")
+        return table.merge(self.design, on="sample", how="left")
 
-    def _jacobian(self, states: States, names: list[str]) -> Tensor:
-        values = {name: value.detach() for name, value in self.model.values().items()}
-        copies = {name: values[name].expand(len(states)).clone().requires_grad_() for name in names}
-        with torch.enable_grad():
-            loads = self.model.chain(states, values | copies).loads
-            parts = [
-                torch.stack(
-                    torch.autograd.grad(
-                        load.sum(), list(copies.values()), retain_graph=True, allow_unused=True, materialize_grads=True
-                    ),
-                    dim=-1,
-                )
-                for load in loads.unbind(-1)
-            ]
-        return torch.stack(parts, dim=1)
+
+def _neutral(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with something in the place of every blank, so that States can be made of it."""
+    blank = [name for name in table if str(name).startswith(("elongation", "twist", "pressure", "force", "moment"))]
+    return table.fillna(dict.fromkeys(blank, 0.0))
+
+
+def _blanked(system: System, table: pd.DataFrame) -> tuple[Tensor, Tensor]:
+    """Inputs (N, m) and outputs (N, 2) of the questions, SI, NaN where they are blank."""
+    x, y = torch.stack(system.states.inputs(), dim=-1).clone(), torch.zeros(len(table), 2, dtype=torch.float64)
+    members = len(system.states.members)
+    pressures = [pressure_column(i + 1) for i in range(members)] if members else ["pressure_kpa"]
+    for i, name in enumerate([*(q.column for q in system.bed.state), *pressures]):
+        x[torch.tensor(table[name].isna().to_numpy()), i] = torch.nan
+        if system.mechanical and i < 2:
+            value = torch.tensor(table[name].to_numpy(np.float64) * system.inputs[i].factor)
+            x[:, i] = value + (system.states.reference_length if i == 0 else 0.0)
+    for i, quantity in enumerate(system.bed.readings):
+        y[:, i] = torch.tensor(table[quantity.column].to_numpy(np.float64) * quantity.factor)
+    return x, y
+
+
+def _stderr(model: Model[Any], rate: Tensor, covariance: np.ndarray) -> np.ndarray:
+    """√(J C Jᵀ) of each reading, J (N, 2, p) its derivatives by the model's raw vector: (N, 2)."""
+    count = len(model.declared)
+    if not count or not np.isfinite(covariance).any():
+        return np.full(tuple(rate.shape[:2]), np.nan)
+    known = torch.as_tensor(np.isfinite(covariance.diagonal()))
+    inside = torch.as_tensor(np.where(np.isfinite(covariance), covariance, 0.0))
+    # d value / d raw: the value itself where its logarithm was fitted.
+    values = model.scalars()
+    by_raw = torch.tensor([values[n] if p.log else 1.0 for n, p in model.declared.items()], dtype=torch.float64)
+    physical = rate[:, :, -count:] / by_raw.clamp_min(1e-300)
+    variance = torch.einsum("nfi,ij,nfj->nf", physical, inside, physical)
+    # A load that hangs on a parameter which nobody knows is not known either.
+    lost = (physical[:, :, ~known] != 0).any(-1)
+    return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt()).numpy()
 
 
 def load(folder: str | Path) -> FittedModel:
-    """The fitted model in a run's folder. Raises UserError.
+    """The fitted model in the folder of a run of train or discover. Raises UserError.
 
     Effects and models of the user's own are read from the files that FREELEARN_EFFECTS and FREELEARN_MODELS name, and
     from nowhere else: nothing in the folder is executed.
     """
-    folder = Path(folder)
-    load_own_code()
-    model = load_model(folder / "checkpoint.ckpt")
-    parameters = model.scalars()
-    try:
-        content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-        rows = pd.read_csv(folder / "predictions.csv")
-    except (OSError, ValueError) as problem:
-        raise UserError(f"{folder} is not the folder of a whole run: {problem}.") from None
-    covariance = np.full((len(parameters), len(parameters)), np.nan)
-    if content.get("covariance"):
-        stored = np.array(content["covariance"], dtype=np.float64)
-        if stored.shape == covariance.shape:
-            covariance = stored
+    run = read_run(folder)
+    rows = run.table
     design = rows.drop_duplicates("sample").sort_values("sample").reset_index(drop=True)
     members = members_in(design.columns)
     names = [*DESIGN, SECOND, *(design_column(name, m) for m in members for name in (*DESIGN, SECOND))]
     design = design[["sample", *(name for name in names if name in design)]]
-    return FittedModel(model, parameters, covariance, design, folder, bed_of(rows), members)
+    return FittedModel(run.model, run.model.scalars(), run.covariance, design, run, bed_of(rows), members)

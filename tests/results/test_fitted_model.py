@@ -66,7 +66,7 @@ def test_a_table_of_states_needs_no_more_than_the_states(folder):
 
 
 def test_what_is_no_run_is_said_in_a_sentence(tmp_path):
-    with pytest.raises(UserError, match="No checkpoint"):
+    with pytest.raises(UserError, match="not the folder of a whole run"):
         freelearn.load(tmp_path)
 
 

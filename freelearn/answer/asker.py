@@ -1,0 +1,142 @@
+"""Answers to rows with blanks: every solution that there is, and the one that an actuator would take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from freelearn.answer.answered import Answered
+from freelearn.answer.blanks import Pattern, patterns
+from freelearn.answer.cells import starts
+from freelearn.answer.choice import chosen
+from freelearn.answer.compromise import Compromise
+from freelearn.answer.found import BANDED, UNANSWERED, Found, direct, taken
+from freelearn.answer.miss import Miss
+from freelearn.answer.nodes import Nodes, nodes
+from freelearn.answer.roots import Roots, different, roots
+from freelearn.answer.span import Span
+from freelearn.answer.system import System
+
+
+@dataclass(frozen=True)
+class Asker:
+    """Answers questions of a fitted model. span: where it looks; scale (2,): what outputs count in; miss: how far a
+    measurement may lie from the model, None without bands; hung: whether the bed hangs loads on the actuator."""
+
+    span: Span
+    scale: Tensor
+    miss: Miss | None
+    hung: bool
+
+    def answered(self, system: System, x: Tensor, y: Tensor) -> Answered:
+        """Fills the blanks, NaN, of inputs x (N, m) and outputs y (N, 2)."""
+        out = Answered(
+            x.clone(),
+            y.clone(),
+            torch.full_like(x, torch.nan),
+            torch.full_like(y, torch.nan),
+            torch.zeros(len(x), dtype=torch.int64),
+            [UNANSWERED] * len(x),
+            torch.zeros(len(x), dtype=torch.bool),
+            [""] * len(x),
+            Roots.none(x.shape[1]),
+        )
+        every = []
+        for pattern in patterns(system, x, y):
+            if pattern.why:
+                for row in pattern.rows.tolist():
+                    out.why[row] = pattern.why
+                continue
+            every.append(self._fill(system[pattern.rows], pattern, out))
+        return replace(out, every=Roots.joined(every)) if every else out
+
+    def _fill(self, system: System, pattern: Pattern, out: Answered) -> Roots:
+        """Answers the rows of one pattern, and gives all solutions of rows with several."""
+        rows = pattern.rows
+        found = self._found(system, pattern, out.x[rows], out.y[rows])
+        out.x[rows] = found.x
+        blank = list(pattern.blank)
+        filled = out.y[rows]
+        filled[:, blank] = found.outputs[:, blank]
+        out.y[rows] = filled
+        out.solutions[rows] = found.count
+        for row, status, why in zip(rows.tolist(), found.status, found.why, strict=True):
+            out.status[row], out.why[row] = status, why
+        slack = self._slack(system)
+        out.extrapolated[rows] = self.span.outside(system, found.x, slack).any(-1)
+        if self.miss is not None:
+            half_x, half_y = self.miss.half_width(
+                system, found.x, found.slopes, pattern.asked, pattern.given, self.scale
+            )
+            # A band is that of an answer: around the nearest to one there is none.
+            none = torch.tensor([status not in BANDED for status in found.status])
+            half_x[none], half_y[none] = torch.nan, torch.nan
+            asked = list(pattern.asked)
+            wide = out.x_half[rows]
+            wide[:, asked] = half_x
+            out.x_half[rows] = wide
+            wide = out.y_half[rows]
+            wide[:, blank] = half_y[:, blank]
+            out.y_half[rows] = wide
+        several = found.every
+        return replace(several, row=rows[several.row])
+
+    def _slack(self, system: System) -> Tensor:
+        """What an input may lie beyond those measured by their accuracy alone, (m,)."""
+        accuracy = self.miss.accuracy if self.miss else None
+        if accuracy is None:
+            return torch.full((len(system.inputs),), 1e-9, dtype=torch.float64)
+        return torch.tensor([3 * getattr(accuracy, q.error) + 1e-9 for q in system.inputs], dtype=torch.float64)
+
+    @property
+    def _compromise(self) -> Compromise:
+        return Compromise(self.span, self.scale, self.miss, self.hung)
+
+    def _found(self, system: System, pattern: Pattern, x: Tensor, y: Tensor) -> Found:
+        if not pattern.asked:
+            return direct(system, x)
+        if not pattern.square:
+            return self._compromise.agreed(system, pattern, x, y)
+        some, cells = self._roots(system, pattern, x, y)
+        shaky = _without(some[some.stable], len(x))
+        if len(shaky) and not cells.exact:
+            # What a table does not resolve, the model itself may.
+            more, _ = self._roots(system[shaky], pattern, x[shaky], y[shaky], exact=True)
+            some = Roots.joined([some, replace(more, row=shaky[more.row])])
+            asked, (low, high) = list(pattern.asked), self.span.box(system)
+            some = some[different(some.row, (some.x / (high - low)[some.row])[:, asked])]
+        lost = _without(some, len(x))
+        found = taken(some, *chosen(self.span, system, pattern, x, y, some), x)
+        return self._compromise.reached(system, pattern, x, y, cells, found, lost) if len(lost) else found
+
+    def _roots(
+        self, system: System, pattern: Pattern, x: Tensor, y: Tensor, exact: bool = False
+    ) -> tuple[Roots, Nodes]:
+        """All roots within the span looked through, and the nodes between which they were looked for."""
+        asked, given = list(pattern.asked), list(pattern.given)
+        grid = nodes(system, x, asked, self.span, exact)
+        cells = replace(grid, outputs=grid.outputs[..., given])
+        size = torch.stack([axis[:, 1] - axis[:, 0] for axis in grid.axes], dim=-1)
+        row, place = starts(cells, y[:, given])
+        begin = x[row]
+        begin[:, asked] = place
+        some = roots(system, (row, begin), asked, given, y[:, given], size, pattern.free(system, self.hung))
+        return some[_inside(some, self.span.box(system), asked)], cells
+
+
+def _without(some: Roots, count: int) -> Tensor:
+    """Rows of so many that have no root, (n,) int64."""
+    there = torch.zeros(count, dtype=torch.bool)
+    there[some.row] = True
+    return torch.nonzero(~there)[:, 0]
+
+
+def _inside(some: Roots, box: tuple[Tensor, Tensor], asked: list[int]) -> Tensor:
+    """Which roots lie within the span looked through, (c,) bool."""
+    low, high = box[0][some.row][:, asked], box[1][some.row][:, asked]
+    room = 1e-6 * (high - low)
+    at = some.x[:, asked]
+    inside: Tensor = ((at >= low - room) & (at <= high + room)).all(-1)
+    return inside

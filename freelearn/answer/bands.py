@@ -1,0 +1,69 @@
+"""The 95 % bands of what a bed measures, at the states that it imposes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.answer.miss import COVERAGE, Miss
+from freelearn.answer.system import System
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.beds import DEAD_LOAD, INFLATION
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
+from freelearn.models.base import Model
+
+SAME = torch.ones(2, dtype=torch.float64)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """model: as fitted. miss: how far a measurement may lie from it. diameter: half of the band of an outer diameter
+    [m], NaN where none was measured."""
+
+    model: Model
+    miss: Miss
+    diameter: float
+
+    @classmethod
+    def of(
+        cls, model: Model, rows: Rows, fitted: Tensor, covariance: np.ndarray, accuracy: Accuracy | None
+    ) -> Bands | None:
+        """Of a model fitted on some of the rows, fitted (N,) bool; None where no row tells how far it misses.
+
+        covariance: of the declared parameters, SI (k, k), NaN where one is not known. accuracy: of the measuring."""
+        if not len(rows):
+            return None
+        miss = Miss.of(model, rows, fitted, covariance, accuracy)
+        return None if miss is None else cls(model, miss, _diameter(model, rows))
+
+    def half(self, states: States, shown: Tensor) -> np.ndarray:
+        """Half of the band of what the bed measures, (N, 2) SI; NaN where nothing tells it. shown: (N, 2), what the
+        model says of it."""
+        system = System.of(self.model, states)
+        x = torch.stack(system.states.inputs(), dim=-1)
+        hung = states.bed is DEAD_LOAD and system.mechanical
+        if hung:
+            # Its place is what a bed measures that hangs loads: found from them.
+            place = torch.stack([states.reference_length + shown[:, 0], shown[:, 1]], dim=-1)
+            x = torch.cat([place, x[:, 2:]], dim=1)
+        _, slopes = system.slopes(x)
+        both = (0, 1)
+        inputs, outputs = self.miss.half_width(system, x, slopes, both if hung else (), both, SAME)
+        half: np.ndarray = (inputs if hung else outputs).numpy()
+        if states.bed is INFLATION:
+            half = np.c_[half[:, 0], np.full(len(half), self.diameter)]
+        return half
+
+
+def _diameter(model: Model, rows: Rows) -> float:
+    """What held 95 % of the outer diameters measured [m]."""
+    if rows.states.bed is not INFLATION:
+        return float("nan")
+    with torch.no_grad():
+        shown = model(rows.states).loads
+    missed = (shown - rows.readings.value)[rows.readings.present[:, 1], 1].abs()
+    return float(torch.quantile(missed, COVERAGE)) if len(missed) else float("nan")

@@ -1,0 +1,70 @@
+"""Where between the nodes of a grid the outputs may have the values that are wanted."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from freelearn.answer.nodes import Nodes
+
+# A cell is looked into if it would hold the values, were its outputs to vary by this share more than at its corners.
+MORE = 0.15
+# Newton steps inside a cell, and how far beyond it (in cells) a start may lie.
+STEPS, BEYOND = 4, 0.3
+
+
+def starts(nodes: Nodes, wanted: Tensor) -> tuple[Tensor, Tensor]:
+    """Row (c,) and place (c, a) of every start. wanted: values (N, a) of as many outputs as inputs are asked for.
+
+    nodes.outputs: of these outputs alone, (N, n₁, …, a)."""
+    miss = nodes.outputs - wanted.reshape(len(wanted), *[1] * len(nodes.axes), -1)
+    return _along(nodes, miss[..., 0]) if len(nodes.axes) == 1 else _across(nodes, miss)
+
+
+def _along(nodes: Nodes, miss: Tensor) -> tuple[Tensor, Tensor]:
+    left, right = miss[:, :-1], miss[:, 1:]
+    room = MORE * (right - left).abs()
+    inside = (torch.minimum(left, right) <= room) & (torch.maximum(left, right) >= -room)
+    row, cell = torch.nonzero(inside, as_tuple=True)
+    a, b = left[row, cell], right[row, cell]
+    share = (-a / torch.where(a == b, 1.0, b - a)).clamp(-BEYOND, 1 + BEYOND)
+    axis = nodes.axes[0]
+    return row, torch.lerp(axis[row, cell], axis[row, cell + 1], share)[:, None]
+
+
+def _across(nodes: Nodes, miss: Tensor) -> tuple[Tensor, Tensor]:
+    corners = torch.stack([miss[:, :-1, :-1], miss[:, 1:, :-1], miss[:, :-1, 1:], miss[:, 1:, 1:]])
+    low, high = corners.amin(0), corners.amax(0)
+    room = MORE * (high - low)
+    inside = ((low <= room) & (high >= -room)).all(-1)
+    row, i, j = torch.nonzero(inside, as_tuple=True)
+    place, found = _bilinear(corners[:, row, i, j])
+    row, i, j, place = row[found], i[found], j[found], place[found]
+    at = [
+        torch.lerp(axis[row, k], axis[row, k + 1], place[:, n])
+        for n, (axis, k) in enumerate(zip(nodes.axes, (i, j), strict=True))
+    ]
+    return row, torch.stack(at, dim=-1)
+
+
+def _bilinear(corners: Tensor) -> tuple[Tensor, Tensor]:
+    """Place (c, 2) in its cell at which the bilinear function of corners (4, c, 2) vanishes, and whether it does near
+    the cell, (c,) bool."""
+    first, right, up, both = corners
+    by_s, by_t, mixed = right - first, up - first, both - right - up + first
+    place = torch.full((first.shape[0], 2), 0.5, dtype=first.dtype)
+    for _ in range(STEPS):
+        s, t = place[:, :1], place[:, 1:]
+        value = first + s * by_s + t * by_t + s * t * mixed
+        ds, dt = by_s + t * mixed, by_t + s * mixed
+        det = ds[:, 0] * dt[:, 1] - ds[:, 1] * dt[:, 0]
+        step = (
+            torch.stack(
+                [dt[:, 1] * value[:, 0] - dt[:, 0] * value[:, 1], ds[:, 0] * value[:, 1] - ds[:, 1] * value[:, 0]],
+                dim=-1,
+            )
+            / torch.where(det == 0, 1.0, det)[:, None]
+        )
+        place = (place - step.clamp(-1, 1)).clamp(-1, 2)
+    near = ((place >= -BEYOND) & (place <= 1 + BEYOND)).all(-1)
+    return place, near

@@ -1,0 +1,117 @@
+"""What a fitted model missed where it did not see: residuals of rows that its fit left out, or as if it had."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.answer.system import System
+from freelearn.fit.problem import Problem
+from freelearn.measurements.beds import DEAD_LOAD, FORCE, MOMENT
+from freelearn.measurements.rows import Rows
+from freelearn.models.base import Model
+from freelearn.models.prediction import Status
+
+# More rows tell no more of how far a model misses; whole kinematic states are drawn.
+MOST_ROWS = 3000
+# Fewer kinematic states for each parameter do not determine a model without one of them: then single rows are left out.
+STATES_A_PARAMETER = 3
+
+
+@dataclass(frozen=True)
+class HeldOutRows:
+    """n rows with what the equations y = f(x) miss there.
+
+    system: of the rows; x (n, m): inputs; slopes (n, 2, m): derivatives of the outputs there. residual (n, 2): f(x) − y
+    by a fit without the row's kinematic state; known (n, 2) bool: where one was measured. under_load: whether what was
+    measured is the place x₁, x₂ and not y: then `known` says which of the two, and the residual is what its error makes
+    of y."""
+
+    system: System
+    x: Tensor
+    slopes: Tensor
+    residual: Tensor
+    known: Tensor
+    under_load: bool
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def held_out(model: Model, rows: Rows, fitted: Tensor) -> HeldOutRows:
+    """Residuals of rows of which the fit saw some, (N,) bool: a row that it saw is left out, with its kinematic state,
+    by one Gauss-Newton step (see inference.crossval), which is exact for models linear in their parameters. Of a
+    network, which is not near that, the rows that it did not see speak alone, where there are any."""
+    usable = _answered(model, rows)
+    if model.needs_validation and bool((usable & ~fitted).any()):
+        usable = usable & ~fitted
+    place = _drawn(rows.state, usable.numpy())
+    some, seen = rows[place], fitted[place]
+    problem = Problem(model, some)
+    vector = model.vector().detach()
+    with torch.no_grad():
+        residual = problem.residual(vector).reshape(-1, 2)
+    if not model.needs_validation:
+        few = len(np.unique(some.state)) < STATES_A_PARAMETER * len(vector)
+        group = np.arange(len(some)) if few else some.state
+        residual = _without_own(residual, problem.jacobians(vector[None])[0], group, seen)
+    residual = residual * problem.scale
+    system = System.of(model, some.states)
+    known = some.readings.present & some.readings.felt(problem.readings(vector))
+    under_load = some.states.bed is DEAD_LOAD and system.mechanical
+    x = torch.stack(system.states.inputs(), dim=-1)
+    if under_load:
+        shown = problem.readings(vector)
+        x = torch.cat([(shown + _rest(some))[:, :2], x[:, 2:]], dim=1)
+    _, slopes = system.slopes(x)
+    if under_load:
+        residual = -(slopes[:, :, :2] @ residual[..., None])[..., 0]
+    elif system.mechanical and some.states.bed.readings != (FORCE, MOMENT):
+        # A diameter is no load.
+        known = known & torch.tensor([q is FORCE for q in some.states.bed.readings])
+        residual = torch.where(known, residual, 0.0)
+    return HeldOutRows(system, x, slopes, residual, known, under_load)
+
+
+def _rest(rows: Rows) -> Tensor:
+    """The place of the unloaded actuator, (N, 2)."""
+    reference = rows.states.reference_length
+    return torch.stack([reference, torch.zeros_like(reference)], dim=-1)
+
+
+def _answered(model: Model, rows: Rows) -> Tensor:
+    with torch.no_grad():
+        status: Tensor = model(rows.states).status
+    return (status == Status.OK) & rows.readings.present.any(-1)
+
+
+def _drawn(state: np.ndarray, usable: np.ndarray) -> Tensor:
+    """Usable rows of as many whole states as may be, evenly drawn: (n,) int64."""
+    names = np.unique(state[usable])
+    share = MOST_ROWS / max(int(usable.sum()), 1)
+    if share < 1:
+        names = names[np.linspace(0, len(names) - 1, max(int(share * len(names)), 1)).round().astype(int)]
+    return torch.as_tensor(np.flatnonzero(usable & np.isin(state, names)))
+
+
+def _without_own(residual: Tensor, jacobian: Tensor, group: np.ndarray, seen: Tensor) -> Tensor:
+    """Residuals (n, 2) in the fit's own units, of rows that were seen by a fit without their group (n,).
+
+    jacobian: (2n, p)."""
+    each = jacobian.reshape(len(residual), 2, -1)
+    part = torch.where(seen[:, None, None], each, 0.0)
+    normal = part.flatten(0, 1).T @ part.flatten(0, 1)
+    length = normal.diagonal().sqrt().clamp_min(1e-300)
+    names, number = np.unique(group, return_inverse=True)
+    of = torch.as_tensor(number)
+    count = each.shape[2]
+    scaled = part / length
+    blocks = torch.zeros(len(names), count, count, dtype=each.dtype)
+    blocks.index_add_(0, of, scaled.transpose(1, 2) @ scaled)
+    slope = torch.zeros(len(names), count, dtype=each.dtype).index_add_(0, of, (scaled * residual[:, :, None]).sum(1))
+    rest = normal / length / length[:, None] - blocks
+    step = (torch.linalg.pinv(rest, hermitian=True, rtol=1e-12) @ slope[..., None])[..., 0] / length
+    return residual + torch.where(seen[:, None], (each @ step[of][..., None])[..., 0], 0.0)

@@ -1,0 +1,108 @@
+"""A fitted model as two equations between what is imposed on an actuator and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from freelearn.measurements.beds import FORCE, KINEMATIC, MOMENT, PRESSURE, Bed, Quantity
+from freelearn.measurements.states import States
+from freelearn.models.base import BLOCK, Model
+from freelearn.models.prediction import Prediction
+from freelearn.models.row_derivatives import rows_jacobian
+
+
+@dataclass(frozen=True)
+class System:
+    """y = f(x), row by row: x (N, m) the inputs of N states, y (N, 2) their outputs, SI.
+
+    Of a model of loads x is length, twist and each actuator's pressure, and y force and moment, whatever bed it was
+    fitted on; a network that was fitted under a dead load takes the loads, and gives elongation and twist.
+    states: whose own inputs do not matter. bed: which says what the inputs and outputs are.
+    """
+
+    model: Model
+    states: States
+
+    @classmethod
+    def of(cls, model: Model, states: States) -> System:
+        """The equations of a model at the designs, and with the memory, of some states."""
+        direct = model.family == "mlp"
+        return cls(model, states if direct else replace(states, bed=KINEMATIC))
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def __getitem__(self, rows: Tensor) -> System:
+        return System(self.model, self.states[rows])
+
+    def repeated(self, count: int) -> System:
+        """The first row's states so many times over."""
+        return System(self.model, self.states[torch.zeros(count, dtype=torch.int64)])
+
+    @property
+    def bed(self) -> Bed:
+        """Says what the equations' inputs and outputs are."""
+        return self.states.bed
+
+    @property
+    def mechanical(self) -> bool:
+        """Whether the outputs are the loads at a place, so that their derivative is a stiffness."""
+        return self.bed.readings == (FORCE, MOMENT)
+
+    @property
+    def inputs(self) -> tuple[Quantity, ...]:
+        """The quantity of each input, (m)."""
+        return (*self.bed.state, *[PRESSURE] * self.pressures)
+
+    @property
+    def pressures(self) -> int:
+        """How many actuators have a pressure."""
+        return len(self.states.members) or 1
+
+    @cached_property
+    def values(self) -> dict[str, Tensor]:
+        """The model's values, cut from every derivative."""
+        return {name: value.detach() for name, value in self.model.values().items()}
+
+    def at(self, x: Tensor) -> Prediction:
+        """Outputs (N, 2) at inputs (N, m), and whether they mean anything, (N,)."""
+        with torch.no_grad():
+            parts = [self.model.chain(self._moved(rows, x[rows]), self.values) for rows in _blocks(x)]
+        return Prediction(torch.cat([p.loads for p in parts]), torch.cat([p.status for p in parts]))
+
+    def slopes(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """Outputs (N, 2) at inputs (N, m), and their derivatives (N, 2, m)."""
+        parts = []
+        for rows in _blocks(x):
+            states = self.states[rows]
+
+            def outputs(inputs: Tensor, states: States = states) -> Tensor:
+                return self.model.chain(states.with_inputs(inputs.unbind(-1)), self.values).loads
+
+            parts.append(rows_jacobian(outputs, x[rows]))
+        return torch.cat([p[0] for p in parts]), torch.cat([p[1] for p in parts])
+
+    def by_parameters(self, x: Tensor) -> Tensor:
+        """Derivatives of the outputs by the model's raw vector at inputs (N, m): (N, 2, p)."""
+        vector = self.model.vector().detach()
+        parts = []
+        for rows in _blocks(x):
+            states = self._moved(rows, x[rows])
+            copies = vector.expand(len(states), -1).clone().requires_grad_()
+            with torch.enable_grad():
+                y = self.model.chain(states, self.model.physical(copies)).loads
+                each = [torch.autograd.grad(y[:, i].sum(), copies, retain_graph=True)[0] for i in (0, 1)]
+            parts.append(torch.stack(each, dim=1))
+        return torch.cat(parts)
+
+    def _moved(self, rows: slice, x: Tensor) -> States:
+        return self.states[rows].with_inputs(x.unbind(-1))
+
+
+def _blocks(x: Tensor) -> list[slice]:
+    """Rows that are worked on at once; at least one block, so that there is something to join."""
+    return [slice(start, start + BLOCK) for start in range(0, max(len(x), 1), BLOCK)]

@@ -1,0 +1,88 @@
+"""Reading a table of questions: a measurement table whose blanks are to be answered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.measurements.beds import DIAMETER, ELONGATION, FORCE, MOMENT, TWIST
+from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
+from freelearn.measurements.design import design_rules
+from freelearn.measurements.faults import Fault, TableError, faults_by_rules
+from freelearn.measurements.members import DESIGN, SECOND
+from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.schema import RULES, number_rules
+
+# Two columns of places and two of loads, whatever the bed; the pressures join them.
+ASKED = tuple(q.column for q in (ELONGATION, TWIST, FORCE, MOMENT, DIAMETER))
+
+
+@dataclass(frozen=True)
+class Questions:
+    """table: the file's columns and rows in their order: known ones as float64, NaN where a cell is blank, others as
+    the text in the file. lines: the line in the file at which each row begins, (N,) int64. warnings: sentences."""
+
+    table: pd.DataFrame
+    lines: np.ndarray
+    warnings: list[str]
+
+
+def read_questions(path: str | Path, columns: Columns) -> Questions:
+    """Reads a table of which any quantity may be blank, or its column absent. Raises UserError, and TableError with all
+    faults.
+
+    columns: of the table that the model was fitted on."""
+    records = read_records(path)
+    header = [name.strip() for name in records.header]
+    known_names = (*columns.pressures, *ASKED, "sample", *DESIGN, SECOND, *INTEGERS, *OPTIONAL)
+    if not set(header) & {*columns.pressures, *ASKED}:
+        near = [m for name in header for m in get_close_matches(name, (*columns.pressures, *ASKED), n=1)]
+        hint = f" Is {near[0]} meant by one of them?" if near else ""
+        raise UserError(
+            f"{path} asks nothing: it has none of the columns {', '.join((*columns.pressures, *ASKED))}.{hint}"
+        )
+    if not records.rows:
+        raise UserError(f"{path} holds no rows: add a row for each question below its header.")
+    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
+    odd = {fault.line for fault in faults}
+    lines = [line for line in records.lines if line not in odd]
+    rows = [row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd]
+    text: dict[str, Sequence[str]] = {}
+    for i, name in enumerate(header):
+        text.setdefault(name, [row[i] for row in rows])
+    known = [name for name in dict.fromkeys(known_names) if name in text]
+    numbers = pd.DataFrame({name: numbers_of(text[name]) for name in known}, index=pd.Index(lines, dtype=np.int64))
+    faults += _faults(numbers, text, records.header_line, known)
+    if faults:
+        raise TableError(path, sorted(faults, key=lambda fault: fault.line))
+    numbers = numbers.reset_index(drop=True)
+    table = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in text})
+    return Questions(table, np.array(lines, dtype=np.int64), _unused(header, known, columns))
+
+
+def _faults(
+    numbers: pd.DataFrame, text: dict[str, Sequence[str]], header_line: int, known: Sequence[str]
+) -> list[Fault]:
+    """Cells that are no numbers, and designs that are none. Any cell may be blank."""
+    kept = [rule for rule in RULES if rule.column not in ("step", "buckled", "slack", "left_out") and rule.column]
+    rules = [*number_rules(known, text, known), *design_rules(), *kept]
+    # A comparison with a blank is never true, but a blank sample is no positive integer.
+    rules = [rule for rule in rules if rule.column != "sample" or numbers.get("sample", pd.Series(1.0)).notna().all()]
+    types: dict[str, tuple[str | None, bool]] = dict.fromkeys(known, ("float64", False))
+    return faults_by_rules(numbers, text, header_line, rules, types, lambda name, head: "")
+
+
+def _unused(header: Sequence[str], known: Sequence[str], columns: Columns) -> list[str]:
+    """Sentences on columns whose names nearly are those of known ones."""
+    warnings = []
+    for name in (*columns.pressures, *ASKED):
+        if name not in header:
+            for near in get_close_matches(name, [n for n in header if n not in known], n=1, cutoff=0.75):
+                warnings.append(f"Column {near!r} is kept but not used: rename it to {name} if that is meant.")
+    return warnings

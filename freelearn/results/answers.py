@@ -1,0 +1,153 @@
+"""What a fitted model answers to a table with blanks: the columns of answers.csv."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from freelearn.answer.answered import Answered
+from freelearn.answer.found import UNANSWERED
+from freelearn.answer.system import System
+from freelearn.measurements.beds import ELONGATION
+from freelearn.measurements.members import pressure_column
+from freelearn.models.prediction import Status
+
+# What an answer is extended by, besides its bands.
+SOLUTIONS, STATUS, EXTRAPOLATED, NOTE = "solutions", "status", "extrapolated", "note"
+OTHER_DESIGN = "an actuator that the model was not fitted on"
+BEYOND = "beyond what was measured"
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers to a table of questions.
+
+    filled: the questions with every blank that has an answer filled, in engineering units; each filled column is
+    followed by NAME_low and NAME_high, 95 % for a new measurement (blank where it was given, and without bands). Then
+    solutions, status, extrapolated (0 or 1) and note. every: all solutions of rows with several: row (from 0), what was
+    asked for, stable (0 or 1) and status. asked: the columns that were filled.
+    """
+
+    filled: pd.DataFrame
+    every: pd.DataFrame
+    asked: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.filled)
+
+    def table(self) -> pd.DataFrame:
+        """answers.csv."""
+        return self.filled
+
+    def counts(self) -> dict[str, int]:
+        """Rows by status, the commonest first."""
+        return {str(name): int(count) for name, count in self.filled[STATUS].value_counts().items()}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A quantity's column, its values as answered and half its band, (N,) each, in its unit."""
+
+    name: str
+    value: np.ndarray
+    half: np.ndarray
+
+
+def columns_of(system: System, answered: Answered) -> list[Column]:
+    """Every input and output in engineering units."""
+    reference = system.states.reference_length.numpy()
+    names = _names(system)
+    both = (*system.inputs, *system.bed.readings)
+    values = np.c_[answered.x.numpy(), answered.y.numpy()].T
+    halves = np.c_[answered.x_half.numpy(), answered.y_half.numpy()].T
+    out = []
+    for i, (name, quantity, value, half) in enumerate(zip(names, both, values, halves, strict=True)):
+        # As an input a length is the whole of it.
+        rest = reference if quantity is ELONGATION and i < len(system.inputs) else 0.0
+        out.append(Column(name, (value - rest) / quantity.factor, half / quantity.factor))
+    return out
+
+
+def _names(system: System) -> list[str]:
+    several = system.states.members
+    pressures = [pressure_column(i + 1) for i in range(len(several))] if several else ["pressure_kpa"]
+    return [*(q.column for q in system.bed.state), *pressures, *(q.column for q in system.bed.readings)]
+
+
+def answers(
+    questions: pd.DataFrame, system: System, answered: Answered, known: np.ndarray, diameter: Column | None = None
+) -> Answers:
+    """The filled table. known: rows of actuators that the model was fitted on, (N,) bool. diameter: where it is asked
+    for."""
+    columns = [*columns_of(system, answered), *([diameter] if diameter else [])]
+    filled, asked = questions.copy(), []
+    lost = np.array([status == UNANSWERED for status in answered.status])
+    for column in columns:
+        given = _given(questions, column.name)
+        fill = ~given & ~lost
+        if column.name not in questions and not (fill & np.isfinite(column.value)).any():
+            continue
+        if given.all():
+            continue
+        value = np.where(given, questions.get(column.name, pd.Series(np.nan, questions.index)), column.value)
+        value = np.where(lost & ~given, np.nan, value)
+        half = np.where(fill, column.half, np.nan)
+        filled[column.name] = value
+        bands = {f"{column.name}_low": value - half, f"{column.name}_high": value + half}
+        filled = _beside(filled, column.name, bands)
+        asked.append(column.name)
+    notes = _notes(answered, known)
+    outside = answered.extrapolated.numpy() | ~known
+    more = {
+        SOLUTIONS: answered.solutions.numpy(),
+        STATUS: answered.status,
+        EXTRAPOLATED: np.where(lost, 0, outside).astype(np.int64),
+        NOTE: notes,
+    }
+    filled = filled.drop(columns=[name for name in more if name in filled])
+    return Answers(filled.assign(**more), _every(system, answered), tuple(asked))
+
+
+def _given(questions: pd.DataFrame, name: str) -> np.ndarray:
+    if name not in questions:
+        return np.zeros(len(questions), dtype=bool)
+    there: np.ndarray = questions[name].notna().to_numpy()
+    return there
+
+
+def _beside(table: pd.DataFrame, name: str, more: dict[str, np.ndarray]) -> pd.DataFrame:
+    """The table with columns behind one of its own."""
+    table = table.drop(columns=[n for n in more if n in table])
+    place = list(table.columns).index(name) + 1
+    new = pd.DataFrame(more, index=table.index)
+    return pd.concat([table.iloc[:, :place], new, table.iloc[:, place:]], axis=1)
+
+
+def _notes(answered: Answered, known: np.ndarray) -> list[str]:
+    notes = []
+    for i, why in enumerate(answered.why):
+        words = [why] if why else []
+        if answered.status[i] != UNANSWERED:
+            words += [] if known[i] else [OTHER_DESIGN]
+            words += [BEYOND] if known[i] and answered.extrapolated[i] else []
+        notes.append("; ".join(words))
+    return notes
+
+
+def _every(system: System, answered: Answered) -> pd.DataFrame:
+    """All solutions of rows with several, one a row."""
+    every = answered.every
+    names = _names(system)
+    row = every.row.numpy()
+    reference = system.states.reference_length.numpy()[row]
+    both = (*system.inputs, *system.bed.readings)
+    values = np.c_[every.x.numpy(), every.outputs.numpy()].T
+    columns = {}
+    for i, (name, quantity, value) in enumerate(zip(names, both, values, strict=True)):
+        rest = reference if quantity is ELONGATION and i < len(system.inputs) else 0.0
+        columns[name] = (value - rest) / quantity.factor
+    words = np.array([s.name.lower() for s in Status])[every.status.numpy()] if len(row) else []
+    table = pd.DataFrame({"row": row, **columns, "stable": every.stable.numpy().astype(np.int64), STATUS: words})
+    return table.sort_values("row", kind="stable").reset_index(drop=True)

@@ -1,0 +1,88 @@
+"""The folder of a run of train or discover, read back: its model, its rows, what is known of their accuracy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.sets import TRAIN, VALIDATION
+from freelearn.models.base import Model
+from freelearn.models.build import load_model
+from freelearn.models.own import load_own_code
+from freelearn.models.predicted import usable
+from freelearn.results.run import CONSTITUENT_SET
+from freelearn.results.states import rows_of_set
+
+# What marks a whole run, and the table of its rows.
+KINDS = {"results.json": "predictions.csv", "discovery.json": "predictions_after.csv"}
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """content: of results.json or discovery.json. table: rows with the model's predictions, in the columns of
+    predictions.csv. covariance: of the declared parameters, SI (k, k), NaN where it is not known. accuracy: of the
+    measuring, None where the run does not know it."""
+
+    folder: Path
+    content: Mapping[str, Any]
+    model: Model[Any]
+    table: pd.DataFrame
+    covariance: np.ndarray
+    accuracy: Accuracy | None
+
+    @property
+    def own(self) -> np.ndarray:
+        """Rows of the samples that were fitted, usable and with an answer: all of these where nothing was fitted."""
+        inside = self.table.index.isin(rows_of_set(self.table, str(self.content["train"])).index)
+        shown: np.ndarray = inside & self.table.index.isin(usable(self.table).index)
+        return shown
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Rows that the fit saw, (N,) bool."""
+        if self.content["train"] == CONSTITUENT_SET:
+            return np.zeros(len(self.table), dtype=bool)
+        labels = [TRAIN, VALIDATION] if self.model.needs_validation else [TRAIN]
+        seen: np.ndarray = self.own & self.table["split"].isin(labels).to_numpy()
+        return seen
+
+
+def read_run(folder: str | Path) -> RunFolder:
+    """The run in a folder. Raises UserError.
+
+    Effects and models of the user's own are read from the files that FREELEARN_EFFECTS and FREELEARN_MODELS name, and
+    from nowhere else: nothing in the folder is executed."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise UserError(f"No folder at {folder}: give that of a run of train or discover, run=FOLDER.")
+    kind = next((name for name in KINDS if (folder / name).is_file()), None)
+    if kind is None:
+        raise UserError(f"{folder} is not the folder of a whole run: it holds neither {' nor '.join(KINDS)}.")
+    load_own_code()
+    model = load_model(folder / "checkpoint.ckpt")
+    try:
+        content = json.loads((folder / kind).read_text(encoding="utf-8"))
+        table = pd.read_csv(folder / KINDS[kind])
+        stated = content.get("accuracy")
+        accuracy = Accuracy(**stated) if stated else None
+        covariance = _covariance(content.get("covariance"), len(model.declared))
+        rows_of_set(table, str(content["train"]))
+    except (OSError, ValueError, KeyError, TypeError) as problem:
+        raise UserError(f"{folder} is not the folder of a whole run: {problem}.") from None
+    return RunFolder(folder, content, model, table, covariance, accuracy)
+
+
+def _covariance(stored: Any, count: int) -> np.ndarray:
+    known = np.full((count, count), np.nan)
+    if stored:
+        there = np.array(stored, dtype=np.float64)
+        return there if there.shape == known.shape else known
+    return known
