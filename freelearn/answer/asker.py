@@ -14,7 +14,7 @@ from freelearn.answer.choice import chosen
 from freelearn.answer.compromise import Compromise
 from freelearn.answer.found import BANDED, UNANSWERED, Found, direct, taken
 from freelearn.answer.miss import Miss
-from freelearn.answer.nodes import Nodes, nodes
+from freelearn.answer.nodes import Grid
 from freelearn.answer.roots import Roots, different, roots
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
@@ -99,31 +99,32 @@ class Asker:
             return direct(system, x)
         if not pattern.square:
             return self._compromise.agreed(system, pattern, x, y)
-        some, cells = self._roots(system, pattern, x, y)
+        grid = Grid(system, x, pattern.asked, pattern.given, self.span)
+        some = self._roots(grid, pattern, y)
         shaky = _without(some[some.stable], len(x))
-        if len(shaky) and not cells.exact:
+        if len(shaky) and not grid.exact:
             # What a table does not resolve, the model itself may.
-            more, _ = self._roots(system[shaky], pattern, x[shaky], y[shaky], exact=True)
+            again = Grid(system[shaky], x[shaky], pattern.asked, pattern.given, self.span, always_exact=True)
+            more = self._roots(again, pattern, y[shaky])
             some = Roots.joined([some, replace(more, row=shaky[more.row])])
-            asked, (low, high) = list(pattern.asked), self.span.box(system)
-            some = some[different(some.row, (some.x / (high - low)[some.row])[:, asked])]
+            some = some[different(some.row, some.x[:, list(pattern.asked)] / grid.size[some.row])]
         lost = _without(some, len(x))
         found = taken(some, *chosen(self.span, system, pattern, x, y, some), x)
-        return self._compromise.reached(system, pattern, x, y, cells, found, lost) if len(lost) else found
+        return self._compromise.reached(system, pattern, x, y, found, lost) if len(lost) else found
 
-    def _roots(
-        self, system: System, pattern: Pattern, x: Tensor, y: Tensor, exact: bool = False
-    ) -> tuple[Roots, Nodes]:
-        """All roots within the span looked through, and the nodes between which they were looked for."""
+    def _roots(self, grid: Grid, pattern: Pattern, y: Tensor) -> Roots:
+        """All roots within the span looked through."""
         asked, given = list(pattern.asked), list(pattern.given)
-        grid = nodes(system, x, asked, self.span, exact)
-        cells = replace(grid, outputs=grid.outputs[..., given])
-        size = torch.stack([axis[:, 1] - axis[:, 0] for axis in grid.axes], dim=-1)
-        row, place = starts(cells, y[:, given])
-        begin = x[row]
-        begin[:, asked] = place
-        some = roots(system, (row, begin), asked, given, y[:, given], size, pattern.free(system, self.hung))
-        return some[_inside(some, self.span.box(system), asked)], cells
+        wanted, rows, begin = y[:, given], [], []
+        for part, nodes in grid.parts():
+            row, place = starts(nodes, wanted[part])
+            start = grid.x[part[row]]
+            start[:, asked] = place
+            rows.append(part[row])
+            begin.append(start)
+        free = pattern.free(grid.system, self.hung)
+        some = roots(grid.system, (torch.cat(rows), torch.cat(begin)), asked, given, wanted, grid.size, free)
+        return some[_inside(some, self.span.box(grid.system), asked)]
 
 
 def _without(some: Roots, count: int) -> Tensor:

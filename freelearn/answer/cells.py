@@ -33,18 +33,31 @@ def _along(nodes: Nodes, miss: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def _across(nodes: Nodes, miss: Tensor) -> tuple[Tensor, Tensor]:
-    corners = torch.stack([miss[:, :-1, :-1], miss[:, 1:, :-1], miss[:, :-1, 1:], miss[:, 1:, 1:]])
-    low, high = corners.amin(0), corners.amax(0)
-    room = MORE * (high - low)
-    inside = ((low <= room) & (high >= -room)).all(-1)
-    row, i, j = torch.nonzero(inside, as_tuple=True)
-    place, found = _bilinear(corners[:, row, i, j])
+    row, i, j = _holding(miss).unbind(1)
+    corners = torch.stack([miss[row, i, j], miss[row, i + 1, j], miss[row, i, j + 1], miss[row, i + 1, j + 1]])
+    place, found = _bilinear(corners)
     row, i, j, place = row[found], i[found], j[found], place[found]
     at = [
         torch.lerp(axis[row, k], axis[row, k + 1], place[:, n])
         for n, (axis, k) in enumerate(zip(nodes.axes, (i, j), strict=True))
     ]
     return row, torch.stack(at, dim=-1)
+
+
+def _holding(miss: Tensor) -> Tensor:
+    """Row and place (c, 3) of the cells that may hold a zero of both channels of miss (n, n₁, n₂, 2)."""
+    inside = None
+    for channel in miss.unbind(-1):
+        across = torch.minimum(channel[:, :-1], channel[:, 1:]), torch.maximum(channel[:, :-1], channel[:, 1:])
+        low, high = (
+            torch.minimum(across[0][..., :-1], across[0][..., 1:]),
+            torch.maximum(across[1][..., :-1], across[1][..., 1:]),
+        )
+        room = MORE * (high - low)
+        holds = (low <= room) & (high >= -room)
+        inside = holds if inside is None else inside & holds
+    assert inside is not None
+    return torch.nonzero(inside)
 
 
 def _bilinear(corners: Tensor) -> tuple[Tensor, Tensor]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -11,7 +11,7 @@ from freelearn.answer.blanks import Pattern
 from freelearn.answer.found import UNREACHABLE, Found, said
 from freelearn.answer.miss import Miss
 from freelearn.answer.nearest import nearest
-from freelearn.answer.nodes import Nodes, nodes
+from freelearn.answer.nodes import Grid
 from freelearn.answer.roots import Roots, stays
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
@@ -33,14 +33,12 @@ class Compromise:
     miss: Miss | None
     hung: bool
 
-    def reached(
-        self, system: System, pattern: Pattern, x: Tensor, y: Tensor, cells: Nodes, found: Found, lost: Tensor
-    ) -> Found:
+    def reached(self, system: System, pattern: Pattern, x: Tensor, y: Tensor, found: Found, lost: Tensor) -> Found:
         """Rows in which no cell held a root: a root that the cells missed, or the nearest that can be reached."""
         asked, given = list(pattern.asked), list(pattern.given)
         part, wanted = system[lost], y[lost][:, given]
         begin = x[lost]
-        begin[:, asked] = _best_node(cells, wanted, self.scale[given], lost)
+        begin[:, asked] = _best_node(Grid(part, begin, asked, given, self.span), wanted, self.scale[given])
         low, high = self.span.box(part)
         at = nearest(part, begin, asked, given, wanted, self.scale[given], (low, high))
         outputs, slopes = part.slopes(at)
@@ -64,9 +62,7 @@ class Compromise:
         low, high = self.span.box(system)
         begin = x.clone()
         if len(asked) == 1:
-            grid = nodes(system, x, asked, self.span)
-            cells = replace(grid, outputs=grid.outputs[..., given])
-            begin[:, asked] = _best_node(cells, wanted, scale, torch.arange(len(x)))
+            begin[:, asked] = _best_node(Grid(system, x, asked, given, self.span), wanted, scale)
         else:
             rest = system.states.reference_length
             for i in asked:
@@ -103,14 +99,15 @@ class Compromise:
         return agrees
 
 
-def _best_node(cells: Nodes, wanted: Tensor, scale: Tensor, rows: Tensor) -> Tensor:
-    """Place (n, a) of the node whose outputs miss those wanted (n, b) least."""
-    outputs = cells.outputs[rows]
-    miss = ((outputs - wanted.reshape(len(rows), *[1] * len(cells.axes), -1)) / scale).square().sum(-1)
-    flat = miss.flatten(1).argmin(1)
-    places = []
-    for axis in reversed(cells.axes):
-        n = axis.shape[1]
-        places.append(axis[rows, flat % n])
-        flat = flat // n
-    return torch.stack(places[::-1], dim=-1)
+def _best_node(grid: Grid, wanted: Tensor, scale: Tensor) -> Tensor:
+    """Place (N, a) of each row's node whose outputs miss those wanted (N, b) least."""
+    found = torch.empty(len(wanted), len(grid.asked), dtype=torch.float64)
+    for rows, nodes in grid.parts():
+        there = wanted[rows].reshape(len(rows), *[1] * len(nodes.axes), -1)
+        best = ((nodes.outputs - there) / scale).square().sum(-1).flatten(1).argmin(1)
+        each = torch.arange(len(rows))
+        for k in reversed(range(len(nodes.axes))):
+            n = nodes.axes[k].shape[1]
+            found[rows, k] = nodes.axes[k][each, best % n]
+            best = best // n
+    return found

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -11,7 +13,6 @@ from torch import Tensor
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
 from freelearn.measurements.beds import PRESSURE, TWIST, Quantity
-from freelearn.measurements.states import States
 from freelearn.units import DEG
 
 # Nodes along each input: as dense as the loads bend.
@@ -20,81 +21,117 @@ LENGTHS, PRESSURES, TWISTS = 13, 9, 17
 TURN = 20 * DEG
 # Beyond so many evaluations a table over all inputs is made once for each actuator, and read between its nodes.
 DIRECT = 150_000
+ROWS = 1024
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """axes: nodes of each input asked for, one (N, n) each, SI. outputs: there, (N, n₁, …, 2). exact: whether they are
-    the model's own, and not read between the nodes of a table."""
+    """axes: nodes of each input asked for, one (n, k) each, SI. outputs: there, those that are given, (n, k₁, …, b)."""
 
     axes: list[Tensor]
     outputs: Tensor
-    exact: bool
 
 
-def nodes(system: System, x: Tensor, asked: Sequence[int], span: Span, exact: bool = False) -> Nodes:
-    """Outputs over the inputs asked for, at the others as they are given in x (N, m). exact: not read from a table."""
-    low, high = span.box(system)
-    counts = [_count(q, float(b), float(a)) for q, a, b in zip(system.inputs, *span.looked, strict=True)]
-    shares = [torch.linspace(0, 1, n, dtype=torch.float64) for n in counts]
-    axes = [low[:, [i]] + shares[i] * (high - low)[:, [i]] for i in asked]
-    evaluations = len(system)
-    for i in asked:
-        evaluations *= counts[i]
-    if exact or evaluations <= DIRECT or system.states.members:
-        parts = [
-            _directly(system[rows], x[rows], asked, [axis[rows] for axis in axes])
-            for rows in torch.arange(len(x)).split(max(DIRECT * len(x) // evaluations, 1))
-        ]
-        return Nodes(axes, torch.cat(parts), True)
-    return Nodes(axes, _between(system, x, asked, shares, low, high), False)
+@dataclass(frozen=True)
+class Grid:
+    """The nodes of N rows of a system, over the inputs asked for, at the others as they stand in x (N, m).
+
+    given: the outputs that are told there. always_exact: whether they are the model's own however many they are, and
+    never read from a table."""
+
+    system: System
+    x: Tensor
+    asked: Sequence[int]
+    given: Sequence[int]
+    span: Span
+    always_exact: bool = False
+
+    @cached_property
+    def shares(self) -> list[Tensor]:
+        """Places of the nodes along each input, from 0 to 1."""
+        limits = zip(self.system.inputs, *self.span.looked, strict=True)
+        counts = [_count(quantity, float(high - low)) for quantity, low, high in limits]
+        return [torch.linspace(0, 1, n, dtype=torch.float64) for n in counts]
+
+    @cached_property
+    def size(self) -> Tensor:
+        """Of a cell, along each input asked for, (N, a)."""
+        low, high = self.span.box(self.system)
+        counts = torch.tensor([len(self.shares[i]) - 1 for i in self.asked])
+        return (high - low)[:, list(self.asked)] / counts
+
+    @property
+    def nodes_a_row(self) -> int:
+        """How many there are in each row."""
+        return math.prod(len(self.shares[i]) for i in self.asked)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the outputs are the model's own."""
+        several = bool(self.system.states.members)
+        return self.always_exact or several or len(self.x) * self.nodes_a_row <= DIRECT
+
+    def parts(self) -> Iterator[tuple[Tensor, Nodes]]:
+        """Rows (n,) int64 with their nodes, a few at a time: what is compared then stays in the processor's cache."""
+        low, high = self.span.box(self.system)
+        for rows in torch.arange(len(self.x)).split(ROWS):
+            between = high[rows] - low[rows]
+            axes = [low[rows][:, [i]] + self.shares[i] * between[:, [i]] for i in self.asked]
+            outputs = self._own(rows, axes) if self.exact else self._read(rows, low, high)
+            yield rows, Nodes(axes, outputs if len(self.given) == 2 else outputs[..., list(self.given)])
+
+    def _own(self, rows: Tensor, axes: Sequence[Tensor]) -> Tensor:
+        """By the model at every node of every row."""
+        x, shape = self.x[rows], [axis.shape[1] for axis in axes]
+        whole = x.reshape(len(x), *[1] * len(axes), -1).expand(-1, *shape, -1).clone()
+        for k, (i, axis) in enumerate(zip(self.asked, axes, strict=True)):
+            across = [-1 if j == k else 1 for j in range(len(axes))]
+            whole[..., i] = axis.reshape(len(x), *across).expand(len(x), *shape)
+        each = rows.repeat_interleave(self.nodes_a_row)
+        return self.system[each].at(whole.reshape(-1, x.shape[1])).loads.reshape(len(x), *shape, 2)
+
+    def _read(self, rows: Tensor, low: Tensor, high: Tensor) -> Tensor:
+        """From a table for each actuator, linearly between the nodes of the inputs that are given."""
+        out = torch.empty(len(rows), *[len(self.shares[i]) for i in self.asked], 2, dtype=torch.float64)
+        given = [i for i in range(self.x.shape[1]) if i not in self.asked]
+        actuator = self._actuator[rows]
+        for number in torch.unique(actuator).tolist():
+            inside = torch.nonzero(actuator == number)[:, 0]
+            at = rows[inside]
+            share = (self.x[at] - low[at]) / (high[at] - low[at])
+            places = [_places(self.shares[i], share[:, i]) for i in given]
+            # The inputs given first, one after another taken away.
+            table = self._tables[number]
+            out[inside] = _between(table.permute(*given, *self.asked, table.ndim - 1), places)
+        return out
+
+    @cached_property
+    def _actuator(self) -> Tensor:
+        """Number of each row's actuator, (N,). What else differs among its rows moves its loads a little: a start need
+        not know that."""
+        states = self.system.states
+        design = (states.sample.double(), states.fiber_angle, states.reference_length, states.inner_radius)
+        number: Tensor
+        _, number = torch.unique(torch.stack([*design, states.outer_radius], dim=-1), dim=0, return_inverse=True)
+        return number
+
+    @cached_property
+    def _tables(self) -> list[Tensor]:
+        """Each actuator's outputs at all nodes of all inputs, (k₁, …, 2)."""
+        low, high = self.span.box(self.system)
+        places = torch.stack(torch.meshgrid(*self.shares, indexing="ij"), dim=-1)
+        tables = []
+        for number in range(int(self._actuator.max()) + 1):
+            row = torch.nonzero(self._actuator == number)[:1, 0]
+            x = low[row] + places.reshape(-1, len(self.shares)) * (high - low)[row]
+            tables.append(self.system[row].repeated(len(x)).at(x).loads.reshape(*places.shape[:-1], 2))
+        return tables
 
 
-def _count(quantity: Quantity, high: float, low: float) -> int:
+def _count(quantity: Quantity, span: float) -> int:
     if quantity is TWIST:
-        return max(TWISTS, int((high - low) / TURN) + 2)
+        return max(TWISTS, int(span / TURN) + 2)
     return PRESSURES if quantity is PRESSURE else LENGTHS
-
-
-def _directly(system: System, x: Tensor, asked: Sequence[int], axes: Sequence[Tensor]) -> Tensor:
-    """By the model at every node of every row."""
-    shape = [axis.shape[1] for axis in axes]
-    each = [axis.reshape(len(x), *[-1 if j == k else 1 for j in range(len(axes))]) for k, axis in enumerate(axes)]
-    whole = x.reshape(len(x), *[1] * len(axes), -1).expand(-1, *shape, -1).clone()
-    for i, axis in zip(asked, each, strict=True):
-        whole[..., i] = axis.expand(len(x), *shape)
-    count = whole[0, ..., 0].numel()
-    rows = torch.arange(len(x)).repeat_interleave(count)
-    return system[rows].at(whole.reshape(-1, x.shape[1])).loads.reshape(len(x), *shape, 2)
-
-
-def _between(
-    system: System, x: Tensor, asked: Sequence[int], shares: Sequence[Tensor], low: Tensor, high: Tensor
-) -> Tensor:
-    """From a table for each actuator, linearly between the nodes of the inputs that are given."""
-    out = torch.empty(len(x), *[len(shares[i]) for i in asked], 2, dtype=torch.float64)
-    for rows in _alike(system.states):
-        table = _table(system[rows[:1]], shares, low[rows[:1]], high[rows[:1]])
-        given = [i for i in range(x.shape[1]) if i not in asked]
-        # The inputs given first, one after another taken away.
-        table = table.permute(*given, *asked, table.ndim - 1)
-        weights = [_places(shares[i], (x[rows, i] - low[rows, i]) / (high - low)[rows, i]) for i in given]
-        for chunk in torch.arange(len(rows)).split(2048):
-            out[rows[chunk]] = _read(table, [(k[chunk], w[chunk]) for k, w in weights])
-    return out
-
-
-def _alike(states: States) -> list[Tensor]:
-    """Rows of one actuator. What else differs among them moves its loads a little: a start need not know that."""
-    design = (states.sample.double(), states.fiber_angle, states.reference_length, states.inner_radius)
-    _, group = torch.unique(torch.stack([*design, states.outer_radius], dim=-1), dim=0, return_inverse=True)
-    return [torch.nonzero(group == g)[:, 0] for g in range(int(group.max()) + 1)]
-
-
-def _table(one: System, shares: Sequence[Tensor], low: Tensor, high: Tensor) -> Tensor:
-    grid = torch.stack(torch.meshgrid(*shares, indexing="ij"), dim=-1)
-    x = (low + grid.reshape(-1, len(shares)) * (high - low)).contiguous()
-    return one.repeated(len(x)).at(x).loads.reshape(*grid.shape[:-1], 2)
 
 
 def _places(share: Tensor, value: Tensor) -> tuple[Tensor, Tensor]:
@@ -104,7 +141,7 @@ def _places(share: Tensor, value: Tensor) -> tuple[Tensor, Tensor]:
     return before, (value - share[before]) / width
 
 
-def _read(table: Tensor, places: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
+def _between(table: Tensor, places: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
     """A table (nodes of what is given …, nodes of what is asked …, 2) between the nodes of what is given."""
     if not places:
         return table[None].expand(1, *table.shape)

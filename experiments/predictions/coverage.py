@@ -1,0 +1,242 @@
+"""How many of the measurements that no fit saw lie within the 95 % bands, and how well their σ is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import torch
+from rich.console import Console
+from rich.table import Table
+
+from freelearn.answer.asker import Asker
+from freelearn.answer.bands import Bands
+from freelearn.answer.span import Span
+from freelearn.answer.system import System
+from freelearn.bed.virtual import simulate
+from freelearn.commands.accuracy import estimated
+from freelearn.commands.configuration import settings
+from freelearn.commands.settings import TrainSettings
+from freelearn.fit.problem import Problem
+from freelearn.fit.starts import starts
+from freelearn.fit.uncertainty import uncertainty
+from freelearn.inference.white_fit import evaluated
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.beds import BEDS
+from freelearn.measurements.members_table import read_members
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.table import read_table
+from freelearn.measurements.usable import usable_rows
+from freelearn.models.base import Model
+from freelearn.models.build import build_model
+from freelearn.models.prediction import Status
+
+TEST = 0.2
+
+
+@dataclass(frozen=True)
+class Asked:
+    """name: of the line. table: measured. effects: of the model. accuracy: stated, None to judge it from the residuals.
+    test: rows that the fit does not see, (N,) bool. inverse: whether places and pressures are asked for too. members,
+    per_sample: as the commands'."""
+
+    name: str
+    table: pd.DataFrame
+    effects: tuple[str, ...]
+    accuracy: Accuracy | None
+    test: np.ndarray
+    inverse: bool = False
+    members: int = 0
+    samples: tuple[int, ...] = ()
+
+
+def simulated_sets(seeds: int) -> Iterator[Asked]:
+    """The simulated bed as the project ships it: its effects known, and unknown."""
+    data = settings(TrainSettings).data
+    accuracy = data.accuracy
+    for seed in range(seeds):
+        for sample in (3, 6):
+            table = simulate(data.truth, {}, vars(accuracy), 0.45, 100 + seed)
+            table = table[table["sample"] == sample].reset_index(drop=True)
+            yield Asked("simulated bed", table, (), accuracy.si(), _states(table, seed), inverse=True)
+
+
+def hidden_sets(count: int) -> Iterator[Asked]:
+    """A laboratory's data with one effect hidden, by the benchmark's code; each without and with the effect."""
+    from hidden_effects.make import make
+    from hidden_effects.plan import laboratory
+
+    jobs = [job for job in laboratory(1) if job["kind"] == "one" and job["protocol"] == "standard"]
+    picked = [jobs[i] for i in np.linspace(0, len(jobs) - 1, count).round().astype(int)]
+    for job in picked:
+        made = make(job)
+        table = made.measured.table.reset_index(drop=True)
+        test, samples = _states(table, job["seed"] % 1000), tuple(made.actuators)
+        yield Asked("hidden effect, without it", table, (), made.told, test, samples=samples)
+        yield Asked("hidden effect, with it", table, tuple(job["hidden"]), made.told, test, samples=samples)
+
+
+def real_sets(data: Path, seeds: int) -> Iterator[Asked]:
+    """Measured sets that were taken in by their recipes."""
+    import subprocess
+    import sys
+    import tempfile
+
+    from sets import SETS
+
+    root = Path(__file__).resolve().parents[2]
+    out = Path(tempfile.mkdtemp())
+    asked = {
+        "parallel_3": ("wall_thickness", "length_compliance", "sensor_crosstalk"),
+        "parallel_free_end": ("off_axis", "small_strain_stiffness"),
+        "dmsp_20_300": ("fiber_misalignment", "small_strain_stiffness", "end_taper"),
+        "festo_10mm": ("fiber_misalignment", "friction_hysteresis", "length_compliance", "fiber_tension_only"),
+        "torsion_4angles": ("fiber_misalignment",),
+    }
+    for each in SETS:
+        if each.recipe not in asked:
+            continue
+        command = [sys.executable, *each.commands(data.resolve(), out)[0]]
+        subprocess.run(command, cwd=root, check=True, capture_output=True)
+        beside = each.members_table(out)
+        members = read_members(beside) if beside else None
+        table = read_table(each.table(out), BEDS[each.bed], members).table
+        count = 0 if members is None else len(members)
+        for seed in range(seeds):
+            repeats = each.recipe == "festo_10mm"
+            test = _repeats(table, seed) if repeats else _rows(table, seed)
+            name = f"{each.recipe}{', repeats of a state' if repeats else ''}"
+            inverse = each.recipe in ("parallel_3", "parallel_free_end")
+            yield Asked(name, table, asked[each.recipe], None, test, inverse, count)
+
+
+def _states(table: pd.DataFrame, seed: int) -> np.ndarray:
+    """A fifth of the kinematic states."""
+    state = Rows.from_table(table).state
+    names = np.unique(state)
+    chosen = np.random.default_rng(seed).choice(names, max(1, int(TEST * len(names))), replace=False)
+    return np.isin(state, chosen)
+
+
+def _rows(table: pd.DataFrame, seed: int) -> np.ndarray:
+    """A fifth of the rows."""
+    return np.random.default_rng(seed).random(len(table)) < TEST
+
+
+def _repeats(table: pd.DataFrame, seed: int) -> np.ndarray:
+    """Of places that were visited more than once one visit, all its rows."""
+    state = Rows.from_table(table).state
+    place = table.groupby(["sample", table["elongation_mm"].round(1)]).ngroup().to_numpy()
+    generator, test = np.random.default_rng(seed), np.zeros(len(table), dtype=bool)
+    for name in np.unique(place):
+        visits = np.unique(state[place == name])
+        if len(visits) > 1:
+            test |= state == generator.choice(visits)
+    return test
+
+
+def fit(model: Model, rows: Rows) -> None:
+    """Least E; the model keeps the parameters."""
+    from left_out import fit as least
+
+    least(model, rows, starts(model, rows, 1, torch.Generator().manual_seed(0))[0])
+
+
+def answered(asked: Asked) -> dict[str, np.ndarray]:
+    """Misses over half widths, and over σ where that is known, by what was predicted: (n, 2) each."""
+    rows = Rows.from_table(asked.table)
+    good = torch.tensor(usable_rows(asked.table)) & rows.readings.present.any(-1)
+    test = torch.as_tensor(asked.test)
+    model = build_model("continuum", {}, asked.effects, asked.samples, asked.members)
+    train = rows[good & ~test]
+    fit(model, train)
+    with torch.no_grad():
+        train = train[model(train.states).status == Status.OK]
+    known = uncertainty(Problem(model, train))
+    place = [known.names.index(name) for name in model.declared]
+    covariance = known.covariance[np.ix_(place, place)]
+    accuracy = asked.accuracy
+    if accuracy is None:
+        accuracy = estimated(evaluated(model, train, model.vector().detach()), train).accuracy
+    bands = Bands.of(model, train, torch.ones(len(train), dtype=torch.bool), covariance, accuracy)
+    assert bands is not None
+    fresh = rows[good & test]
+    with torch.no_grad():
+        shown, status = model(fresh.states)
+    half = bands.half(fresh.states, shown)
+    missed = fresh.readings.missed(shown)
+    felt = fresh.readings.felt(shown) & (status == Status.OK)[:, None]
+    bed, out = fresh.states.bed, {}
+    for i, quantity in enumerate(bed.readings):
+        there = felt[:, i].numpy()
+        if quantity in bed.measured and there.any():
+            out[quantity.name] = np.c_[missed[:, i].numpy(), half[:, i]][there]
+    if asked.inverse:
+        out |= _inverse(model, train, fresh, bands)
+    return out
+
+
+def _inverse(model: Model, train: Rows, fresh: Rows, bands: Bands) -> dict[str, np.ndarray]:
+    """The same of places from loads and of pressures from places and loads."""
+    system, seen = System.of(model, fresh.states), System.of(model, train.states)
+    x, y = torch.stack(system.states.inputs(), dim=-1), fresh.readings.value
+    hung = not fresh.states.bed.loads
+    if hung:
+        y = torch.stack([fresh.states.force, fresh.states.moment], dim=-1)
+        x[:, :2] = fresh.readings.value + torch.stack([fresh.states.reference_length, 0 * x[:, 1]], dim=-1)
+        with torch.no_grad():
+            place = model(train.states).loads
+        rest = torch.stack([train.states.reference_length, torch.zeros(len(train), dtype=torch.float64)], dim=-1)
+        inputs = torch.cat([place + rest, torch.stack(seen.states.inputs(), dim=-1)[:, 2:]], dim=1)
+        seen = System(model, seen.states.with_inputs(inputs.unbind(-1)))
+    largest = seen.at(torch.stack(seen.states.inputs(), dim=-1)).loads.abs().amax(0).clamp_min(1e-6)
+    asker, out = Asker(Span.of(seen), largest, bands.miss, hung), {}
+    ask = {"place from loads": [0, 1]} if not hung else {}
+    ask["pressure 1 and length"] = [0, 2]
+    for name, blank in ask.items():
+        question = x.clone()
+        question[:, blank] = torch.nan
+        found = asker.answered(system, question, y)
+        fine = np.array([status == "ok" for status in found.status])
+        for i in blank:
+            both = torch.stack([found.x[:, i] - x[:, i], found.x_half[:, i]], dim=-1).numpy()[fine]
+            out[f"{name}: {system.inputs[i].name}"] = both
+    return out
+
+
+def coverage_table(title: str, sets: Iterator[Asked], console: Console) -> Table:
+    """One line for each kind of set and each quantity."""
+    gathered: dict[tuple[str, str], list[np.ndarray]] = {}
+    with console.status("fitting…") as status:
+        for asked in sets:
+            status.update(f"{asked.name}: {' + '.join(asked.effects) or 'plain'}")
+            for quantity, both in answered(asked).items():
+                gathered.setdefault((asked.name, quantity), []).append(both)
+    heads = ("sets", "measurements", "within the band", "lowest set", "σ told / σ found", "half width / largest miss")
+    shown = Table("data", "quantity", *heads, title=f"Coverage of the 95 % bands: {title}")
+    for (name, quantity), parts in gathered.items():
+        shown.add_row(name, quantity, *_line(parts))
+    return shown
+
+
+def _line(parts: Sequence[np.ndarray]) -> list[str]:
+    each = [part[np.isfinite(part).all(1)] for part in parts]
+    each = [part for part in each if len(part)]
+    if not each:
+        return ["0"] * 2 + ["–"] * 4
+    inside = [np.abs(part[:, 0]) <= part[:, 1] for part in each]
+    rates = [float(i.mean()) for i in inside]
+    # Each miss in its own σ, the half width as if of a normal distribution; sets count alike.
+    told = [1 / np.sqrt(((1.96 * part[:, 0] / part[:, 1]) ** 2).mean()) for part in each]
+    wide = [np.median(part[:, 1]) / np.abs(part[:, 0]).max() for part in each]
+    return [
+        str(len(each)),
+        str(sum(map(len, each))),
+        f"{100 * np.concatenate(inside).mean():.1f} %",
+        f"{100 * min(rates):.1f} %",
+        f"{np.median(told):.2f}",
+        f"{np.median(wide):.2f}",
+    ]
