@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test durations bench lint installed workbench clean
+.PHONY: setup demo test durations bench lint installed notebooks workbench clean
 
 setup: $(READY)
 
@@ -34,6 +34,10 @@ durations: setup
 # The wheel, built and run in an empty folder of a fresh environment.
 installed: setup
 	.ci/installed $(PYTHON)
+
+# The documentation's notebooks, with what they show.
+notebooks: setup
+	$(VENV)/bin/jupyter-execute --inplace docs/*.ipynb
 
 workbench: setup
 	$(RUN) -m freelearn.workbench

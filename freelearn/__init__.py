@@ -1,6 +1,7 @@
 """freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs).
 
-In Python: `freelearn.load(folder)` takes a fitted model up again.
+In Python: `freelearn.load(folder)` takes a fitted model up again, `freelearn.plan(folder, rows=12)` says what to measure
+next.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 from freelearn.package import VERSION
 
 if TYPE_CHECKING:
+    from freelearn.commands.plan import plan
     from freelearn.results.fitted_model import Answer, FittedModel, load
 
 __version__ = VERSION
-__all__ = ["Answer", "FittedModel", "__version__", "load"]
+__all__ = ["Answer", "FittedModel", "__version__", "load", "plan"]
 
 
 def __getattr__(name: str) -> Any:
@@ -22,4 +24,8 @@ def __getattr__(name: str) -> Any:
         from freelearn.results import fitted_model
 
         return getattr(fitted_model, name)
+    if name == "plan":
+        from freelearn.commands.plan import plan
+
+        return plan
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -16,9 +16,12 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(Path(__file__).parent), str(ROOT), str(ROOT / "experiments"), str(ROOT / "experiments/real_data")]
 
 import torch  # noqa: E402
+from commanded import commanded_picture, commanded_table, end_block, muscle  # noqa: E402
 from coverage import coverage_table, hidden_sets, real_sets, simulated_sets  # noqa: E402
 from rich.console import Console  # noqa: E402
 from round_trip import round_trip_table  # noqa: E402
+
+PARTS = ["round_trip", "simulated", "hidden", "real", "commanded"]
 
 
 def main() -> None:
@@ -27,9 +30,10 @@ def main() -> None:
     parser.add_argument("--data", type=Path, help="where the measured data lie; without it they are left out")
     parser.add_argument("--sets", type=int, default=30, help="data sets with a hidden effect")
     parser.add_argument("--seeds", type=int, default=5, help="splits of each measured or simulated set")
-    parser.add_argument("--only", choices=["round_trip", "simulated", "hidden", "real"], action="append")
+    parser.add_argument("--only", choices=PARTS, action="append")
+    parser.add_argument("--picture", type=Path, help="where the picture of what was commanded goes (PNG)")
     asked = parser.parse_args()
-    console, wanted = Console(width=170), asked.only or ["round_trip", "simulated", "hidden", "real"]
+    console, wanted = Console(width=170), asked.only or PARTS
     torch.set_num_threads(2)
     if "round_trip" in wanted:
         console.print(round_trip_table())
@@ -42,6 +46,12 @@ def main() -> None:
     for name, sets in parts.items():
         if name in wanted:
             console.print(coverage_table(name, sets(), console))
+    if "commanded" in wanted:
+        pressures = [muscle(), *([end_block(asked.data)] if asked.data else [])]
+        console.print(commanded_table(pressures))
+        if asked.picture:
+            asked.picture.parent.mkdir(parents=True, exist_ok=True)
+            commanded_picture(pressures).savefig(asked.picture, dpi=110)
 
 
 if __name__ == "__main__":

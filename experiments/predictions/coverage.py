@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +28,8 @@ from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty
 from freelearn.inference.white_fit import evaluated
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.beds import BEDS
+from freelearn.measurements.beds import BEDS, DEAD_LOAD
+from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.table import read_table
@@ -81,13 +85,6 @@ def hidden_sets(count: int) -> Iterator[Asked]:
 
 def real_sets(data: Path, seeds: int) -> Iterator[Asked]:
     """Measured sets that were taken in by their recipes."""
-    import subprocess
-    import sys
-    import tempfile
-
-    from sets import SETS
-
-    root = Path(__file__).resolve().parents[2]
     out = Path(tempfile.mkdtemp())
     asked = {
         "parallel_3": ("wall_thickness", "length_compliance", "sensor_crosstalk"),
@@ -96,21 +93,26 @@ def real_sets(data: Path, seeds: int) -> Iterator[Asked]:
         "festo_10mm": ("fiber_misalignment", "friction_hysteresis", "length_compliance", "fiber_tension_only"),
         "torsion_4angles": ("fiber_misalignment",),
     }
-    for each in SETS:
-        if each.recipe not in asked:
-            continue
-        command = [sys.executable, *each.commands(data.resolve(), out)[0]]
-        subprocess.run(command, cwd=root, check=True, capture_output=True)
-        beside = each.members_table(out)
-        members = read_members(beside) if beside else None
-        table = read_table(each.table(out), BEDS[each.bed], members).table
-        count = 0 if members is None else len(members)
+    for recipe, effects in asked.items():
+        table = taken_in(recipe, data, out)
+        count = len(members_in(table.columns))
         for seed in range(seeds):
-            repeats = each.recipe == "festo_10mm"
+            repeats = recipe == "festo_10mm"
             test = _repeats(table, seed) if repeats else _rows(table, seed)
-            name = f"{each.recipe}{', repeats of a state' if repeats else ''}"
-            inverse = each.recipe in ("parallel_3", "parallel_free_end")
-            yield Asked(name, table, asked[each.recipe], None, test, inverse, count)
+            name = f"{recipe}{', repeats of a state' if repeats else ''}"
+            inverse = recipe in ("parallel_3", "parallel_free_end")
+            yield Asked(name, table, effects, None, test, inverse, count)
+
+
+def taken_in(recipe: str, data: Path, out: Path) -> pd.DataFrame:
+    """The table of a measured set, by its recipe."""
+    from sets import SETS
+
+    each = next(s for s in SETS if s.recipe == recipe)
+    command = [sys.executable, *each.commands(data.resolve(), out)[0]]
+    subprocess.run(command, cwd=Path(__file__).resolve().parents[2], check=True, capture_output=True)
+    beside = each.members_table(out)
+    return read_table(each.table(out), BEDS[each.bed], read_members(beside) if beside else None).table
 
 
 def _states(table: pd.DataFrame, seed: int) -> np.ndarray:
@@ -138,31 +140,45 @@ def _repeats(table: pd.DataFrame, seed: int) -> np.ndarray:
     return test
 
 
-def fit(model: Model, rows: Rows) -> None:
-    """Least E; the model keeps the parameters."""
-    from left_out import fit as least
+def fitted(
+    rows: Rows, effects: Sequence[str], samples: Sequence[int], members: int, accuracy: Accuracy | None, by_states: bool
+) -> tuple[Model, Bands, Rows]:
+    """The model of least E over rows, its bands, and the rows that it answers. accuracy: None to judge it from them."""
+    from left_out import fit
 
-    least(model, rows, starts(model, rows, 1, torch.Generator().manual_seed(0))[0])
+    model = build_model("continuum", {}, effects, samples, members)
+    fit(model, rows, starts(model, rows, 1, torch.Generator().manual_seed(0))[0])
+    with torch.no_grad():
+        rows = rows[model(rows.states).status == Status.OK]
+    known = uncertainty(Problem(model, rows))
+    place = [known.names.index(name) for name in model.declared]
+    if accuracy is None:
+        accuracy = estimated(evaluated(model, rows, model.vector().detach()), rows).accuracy
+    seen = torch.ones(len(rows), dtype=torch.bool)
+    bands = Bands.of(model, rows, seen, known.covariance[np.ix_(place, place)], accuracy, by_states)
+    assert bands is not None
+    return model, bands, rows
+
+
+def asker_of(model: Model, rows: Rows, bands: Bands) -> Asker:
+    """Who answers for a model that was fitted on rows."""
+    seen, hung = System.of(model, rows.states), rows.states.bed is DEAD_LOAD
+    x = torch.stack(seen.states.inputs(), dim=-1)
+    if hung:
+        with torch.no_grad():
+            place = model(rows.states).loads
+        rest = torch.stack([rows.states.reference_length, torch.zeros_like(x[:, 1])], dim=-1)
+        x = torch.cat([place + rest, x[:, 2:]], dim=1)
+        seen = System(model, seen.states.with_inputs(x.unbind(-1)))
+    return Asker(Span.of(seen), seen.at(x).loads.abs().amax(0).clamp_min(1e-6), bands.miss, hung)
 
 
 def answered(asked: Asked) -> dict[str, np.ndarray]:
-    """Misses over half widths, and over σ where that is known, by what was predicted: (n, 2) each."""
+    """Misses and half widths, SI, by what was predicted: (n, 2) each."""
     rows = Rows.from_table(asked.table)
     good = torch.tensor(usable_rows(asked.table)) & rows.readings.present.any(-1)
     test = torch.as_tensor(asked.test)
-    model = build_model("continuum", {}, asked.effects, asked.samples, asked.members)
-    train = rows[good & ~test]
-    fit(model, train)
-    with torch.no_grad():
-        train = train[model(train.states).status == Status.OK]
-    known = uncertainty(Problem(model, train))
-    place = [known.names.index(name) for name in model.declared]
-    covariance = known.covariance[np.ix_(place, place)]
-    accuracy = asked.accuracy
-    if accuracy is None:
-        accuracy = estimated(evaluated(model, train, model.vector().detach()), train).accuracy
-    bands = Bands.of(model, train, torch.ones(len(train), dtype=torch.bool), covariance, accuracy)
-    assert bands is not None
+    model, bands, train = fitted(rows[good & ~test], asked.effects, asked.samples, asked.members, asked.accuracy, False)
     fresh = rows[good & test]
     with torch.no_grad():
         shown, status = model(fresh.states)
@@ -175,27 +191,19 @@ def answered(asked: Asked) -> dict[str, np.ndarray]:
         if quantity in bed.measured and there.any():
             out[quantity.name] = np.c_[missed[:, i].numpy(), half[:, i]][there]
     if asked.inverse:
-        out |= _inverse(model, train, fresh, bands)
+        out |= _inverse(asker_of(model, train, bands), model, fresh)
     return out
 
 
-def _inverse(model: Model, train: Rows, fresh: Rows, bands: Bands) -> dict[str, np.ndarray]:
+def _inverse(asker: Asker, model: Model, fresh: Rows) -> dict[str, np.ndarray]:
     """The same of places from loads and of pressures from places and loads."""
-    system, seen = System.of(model, fresh.states), System.of(model, train.states)
+    system = System.of(model, fresh.states)
     x, y = torch.stack(system.states.inputs(), dim=-1), fresh.readings.value
-    hung = not fresh.states.bed.loads
-    if hung:
+    if asker.hung:
         y = torch.stack([fresh.states.force, fresh.states.moment], dim=-1)
         x[:, :2] = fresh.readings.value + torch.stack([fresh.states.reference_length, 0 * x[:, 1]], dim=-1)
-        with torch.no_grad():
-            place = model(train.states).loads
-        rest = torch.stack([train.states.reference_length, torch.zeros(len(train), dtype=torch.float64)], dim=-1)
-        inputs = torch.cat([place + rest, torch.stack(seen.states.inputs(), dim=-1)[:, 2:]], dim=1)
-        seen = System(model, seen.states.with_inputs(inputs.unbind(-1)))
-    largest = seen.at(torch.stack(seen.states.inputs(), dim=-1)).loads.abs().amax(0).clamp_min(1e-6)
-    asker, out = Asker(Span.of(seen), largest, bands.miss, hung), {}
-    ask = {"place from loads": [0, 1]} if not hung else {}
-    ask["pressure 1 and length"] = [0, 2]
+    ask = {"pressure 1 and length": [0, 2]} | ({} if asker.hung else {"place from loads": [0, 1]})
+    out = {}
     for name, blank in ask.items():
         question = x.clone()
         question[:, blank] = torch.nan

@@ -23,12 +23,14 @@ from freelearn.answer.system import System
 @dataclass(frozen=True)
 class Asker:
     """Answers questions of a fitted model. span: where it looks; scale (2,): what outputs count in; miss: how far a
-    measurement may lie from the model, None without bands; hung: whether the bed hangs loads on the actuator."""
+    measurement may lie from the model, None where nobody knows; hung: whether the bed hangs loads on the actuator;
+    banded: whether answers have bands. What is answered does not depend on that."""
 
     span: Span
     scale: Tensor
     miss: Miss | None
     hung: bool
+    banded: bool = True
 
     def answered(self, system: System, x: Tensor, y: Tensor) -> Answered:
         """Fills the blanks, NaN, of inputs x (N, m) and outputs y (N, 2)."""
@@ -66,7 +68,7 @@ class Asker:
             out.status[row], out.why[row] = status, why
         slack = self._slack(system)
         out.extrapolated[rows] = self.span.outside(system, found.x, slack).any(-1)
-        if self.miss is not None:
+        if self.banded and self.miss is not None:
             half_x, half_y = self.miss.half_width(
                 system, found.x, found.slopes, pattern.asked, pattern.given, self.scale
             )
@@ -102,8 +104,8 @@ class Asker:
         grid = Grid(system, x, pattern.asked, pattern.given, self.span)
         some = self._roots(grid, pattern, y)
         shaky = _without(some[some.stable], len(x))
-        if len(shaky) and not grid.exact:
-            # What a table does not resolve, the model itself may.
+        if len(shaky):
+            # What a table does not resolve the model itself may, and at the edges of what it has an answer to.
             again = Grid(system[shaky], x[shaky], pattern.asked, pattern.given, self.span, always_exact=True)
             more = self._roots(again, pattern, y[shaky])
             some = Roots.joined([some, replace(more, row=shaky[more.row])])
@@ -117,7 +119,7 @@ class Asker:
         asked, given = list(pattern.asked), list(pattern.given)
         wanted, rows, begin = y[:, given], [], []
         for part, nodes in grid.parts():
-            row, place = starts(nodes, wanted[part])
+            row, place = starts(nodes, wanted[part], grid.always_exact)
             start = grid.x[part[row]]
             start[:, asked] = place
             rows.append(part[row])

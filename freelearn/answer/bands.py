@@ -30,14 +30,21 @@ class Bands:
 
     @classmethod
     def of(
-        cls, model: Model, rows: Rows, fitted: Tensor, covariance: np.ndarray, accuracy: Accuracy | None
+        cls,
+        model: Model,
+        rows: Rows,
+        fitted: Tensor,
+        covariance: np.ndarray,
+        accuracy: Accuracy | None,
+        by_states: bool = True,
     ) -> Bands | None:
         """Of a model fitted on some of the rows, fitted (N,) bool; None where no row tells how far it misses.
 
-        covariance: of the declared parameters, SI (k, k), NaN where one is not known. accuracy: of the measuring."""
+        covariance: of the declared parameters, SI (k, k), NaN where one is not known. accuracy: of the measuring.
+        by_states: whether a new measurement may be of a kinematic state that was not visited (see held_out)."""
         if not len(rows):
             return None
-        miss = Miss.of(model, rows, fitted, covariance, accuracy)
+        miss = Miss.of(model, rows, fitted, covariance, accuracy, by_states)
         return None if miss is None else cls(model, miss, _diameter(model, rows))
 
     def half(self, states: States, shown: Tensor) -> np.ndarray:

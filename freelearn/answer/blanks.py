@@ -71,4 +71,5 @@ def _why_not(system: System, asked: tuple[int, ...], given: tuple[int, ...]) -> 
     many = "one blank too many" if short == 1 else f"{short} blanks too many"
     if len(outputs) >= short:
         return f"{many} to find {names}: give {' and '.join(outputs[:short]) if short == 2 else ' or '.join(outputs)}"
-    return f"{many} to find {names}: give one of them"
+    left = {1: "one of them", 2: "two of them"}[short - len(outputs)]
+    return f"{many} to find {names}: give {' and '.join([*outputs, left])}"

@@ -13,12 +13,32 @@ MORE = 0.15
 STEPS, BEYOND = 4, 0.3
 
 
-def starts(nodes: Nodes, wanted: Tensor) -> tuple[Tensor, Tensor]:
+def starts(nodes: Nodes, wanted: Tensor, thorough: bool = False) -> tuple[Tensor, Tensor]:
     """Row (c,) and place (c, a) of every start. wanted: values (N, a) of as many outputs as inputs are asked for.
 
-    nodes.outputs: of these outputs alone, (N, n₁, …, a)."""
+    nodes.outputs: of these outputs alone, (N, n₁, …, a), NaN where there are none. thorough: whether there is a start
+    too in the middle of every cell that may hold the values, or of which only some corners have outputs: where these
+    bend sharply, or end, the corners do not tell."""
     miss = nodes.outputs - wanted.reshape(len(wanted), *[1] * len(nodes.axes), -1)
-    return _along(nodes, miss[..., 0]) if len(nodes.axes) == 1 else _across(nodes, miss)
+    row, place = _along(nodes, miss[..., 0]) if len(nodes.axes) == 1 else _across(nodes, miss)
+    if not thorough:
+        return row, place
+    cells = _at_edges(miss)
+    if len(nodes.axes) == 2:
+        cells = torch.cat([cells, _holding(miss)])
+    at = cells[:, 0]
+    middles = [(axis[at, i] + axis[at, i + 1]) / 2 for axis, i in zip(nodes.axes, cells[:, 1:].unbind(1), strict=True)]
+    return torch.cat([row, at]), torch.cat([place, torch.stack(middles, dim=-1)])
+
+
+def _at_edges(miss: Tensor) -> Tensor:
+    """Row and place (c, 1 + a) of the cells of which some corners have outputs and some have none."""
+    every = some = miss.isfinite().all(-1)
+    for k in range(1, miss.ndim - 1):
+        count = every.shape[k] - 1
+        every = every.narrow(k, 0, count) & every.narrow(k, 1, count)
+        some = some.narrow(k, 0, count) | some.narrow(k, 1, count)
+    return torch.nonzero(some & ~every)
 
 
 def _along(nodes: Nodes, miss: Tensor) -> tuple[Tensor, Tensor]:

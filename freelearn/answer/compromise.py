@@ -15,6 +15,7 @@ from freelearn.answer.nodes import Grid
 from freelearn.answer.roots import Roots, stays
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
+from freelearn.models.prediction import Status
 
 # A miss below this share of the largest output counts as none, where there are as many equations as unknowns; where
 # the least pressures are looked for, their small weight leaves some.
@@ -43,13 +44,15 @@ class Compromise:
         at = nearest(part, begin, asked, given, wanted, self.scale[given], (low, high))
         outputs, slopes = part.slopes(at)
         state = part.at(at).status
-        met = ((outputs[:, given] - wanted).abs() <= MET * self.scale[given]).all(-1)
+        balloons = state == Status.NO_EQUILIBRIUM
+        met = ((outputs[:, given] - wanted).abs() <= MET * self.scale[given]).all(-1) & ~balloons
         stable = stays(slopes, pattern.free(system, self.hung))
+        at[balloons[:, None] & _among(asked, x)], outputs[balloons] = torch.nan, torch.nan
         found.x[lost], found.outputs[lost], found.slopes[lost] = at, outputs, slopes
         found.count[lost] = met.long()
         for i, row in enumerate(lost.tolist()):
             found.status[row], found.why[row] = said(int(state[i]), bool(stable[i]))
-            if not met[i]:
+            if not met[i] and not balloons[i]:
                 found.status[row] = UNREACHABLE
                 found.why[row] = "nothing within the span looked through carries these loads: the nearest is given"
         return found
@@ -71,11 +74,13 @@ class Compromise:
         outputs, slopes = system.slopes(at)
         state = system.at(at).status
         stable = stays(slopes, pattern.free(system, self.hung))
-        agrees = self._agrees(system, at, slopes, outputs[:, given] - wanted, given, scale)
+        balloons = state == Status.NO_EQUILIBRIUM
+        agrees = self._agrees(system, at, slopes, outputs[:, given] - wanted, given, scale) & ~balloons
+        at[balloons[:, None] & _among(asked, x)], outputs[balloons] = torch.nan, torch.nan
         status, why = [], []
         for i in range(len(x)):
             word, text = said(int(state[i]), bool(stable[i]))
-            if not agrees[i]:
+            if not agrees[i] and not balloons[i]:
                 word, text = UNREACHABLE, "no value agrees with all that is given: the nearest is given"
             status.append(word)
             why.append(text)
@@ -92,11 +97,19 @@ class Compromise:
         covariance = self.miss.spread(system, x, slopes).covariance[:, given][:, :, given]
         # In units of what the outputs count in: well scaled.
         covariance = covariance / scale / scale[:, None] + 1e-18 * torch.eye(len(given), dtype=torch.float64)
+        # Where the model has no answer, nothing agrees.
+        told = covariance.isfinite().all(-1).all(-1) & miss.isfinite().all(-1)
+        covariance = torch.where(told[:, None, None], covariance, torch.eye(len(given), dtype=torch.float64))
         white = torch.linalg.solve_triangular(
             torch.linalg.cholesky(covariance), (miss / scale)[..., None], upper=False
         )[..., 0]  # fmt: skip
-        agrees: Tensor = exact | (white.square().sum(-1) <= AGREES * len(given))
+        agrees: Tensor = exact | (told & (white.square().sum(-1) <= AGREES * len(given)))
         return agrees
+
+
+def _among(asked: list[int], x: Tensor) -> Tensor:
+    """Which of the inputs (N, m) are asked for, (m,) bool."""
+    return torch.isin(torch.arange(x.shape[1]), torch.tensor(asked))
 
 
 def _best_node(grid: Grid, wanted: Tensor, scale: Tensor) -> Tensor:
@@ -104,7 +117,7 @@ def _best_node(grid: Grid, wanted: Tensor, scale: Tensor) -> Tensor:
     found = torch.empty(len(wanted), len(grid.asked), dtype=torch.float64)
     for rows, nodes in grid.parts():
         there = wanted[rows].reshape(len(rows), *[1] * len(nodes.axes), -1)
-        best = ((nodes.outputs - there) / scale).square().sum(-1).flatten(1).argmin(1)
+        best = ((nodes.outputs - there) / scale).square().sum(-1).flatten(1).nan_to_num(torch.inf).argmin(1)
         each = torch.arange(len(rows))
         for k in reversed(range(len(nodes.axes))):
             n = nodes.axes[k].shape[1]

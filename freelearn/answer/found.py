@@ -35,8 +35,9 @@ def direct(system: System, x: Tensor) -> Found:
     """Where nothing has to be found: the outputs at inputs x (n, m)."""
     outputs, slopes = system.slopes(x)
     state = system.at(x).status
-    status = [said(int(s), True)[0] for s in state]
-    lost = state == Status.NO_EQUILIBRIUM
+    # A number too large to be one is no answer either.
+    lost = (state == Status.NO_EQUILIBRIUM) | ~outputs.isfinite().all(-1)
+    status = [said(int(s), True)[0] for s in torch.where(lost, Status.NO_EQUILIBRIUM, state)]
     outputs = torch.where(lost[:, None], torch.nan, outputs)
     count = (~lost).long()
     return Found(x, outputs, slopes, count, status, [""] * len(x), Roots.none(x.shape[1]))

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from freelearn.answer.system import System
+from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
 from freelearn.measurements.beds import DEAD_LOAD, FORCE, MOMENT
 from freelearn.measurements.rows import Rows
@@ -17,8 +18,8 @@ from freelearn.models.prediction import Status
 
 # More rows tell no more of how far a model misses; whole kinematic states are drawn.
 MOST_ROWS = 3000
-# Fewer kinematic states for each parameter do not determine a model without one of them: then single rows are left out.
-STATES_A_PARAMETER = 3
+# Without one of few kinematic states a fit may end far off: then it is made in earnest, not by one linearized step.
+FEW_STATES, ITERATIONS = 12, 15
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,14 @@ class HeldOutRows:
         return len(self.x)
 
 
-def held_out(model: Model, rows: Rows, fitted: Tensor) -> HeldOutRows:
+def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldOutRows:
     """Residuals of rows of which the fit saw some, (N,) bool: a row that it saw is left out, with its kinematic state,
     by one Gauss-Newton step (see inference.crossval), which is exact for models linear in their parameters. Of a
-    network, which is not near that, the rows that it did not see speak alone, where there are any."""
+    network, which is not near that, the rows that it did not see speak alone, where there are any.
+
+    by_states: whether the next measurement may be of a state that was not visited. It matters where few were: then
+    each state is left out by a fit of its own, or else only single rows are.
+    """
     usable = _answered(model, rows)
     if model.needs_validation and bool((usable & ~fitted).any()):
         usable = usable & ~fitted
@@ -55,9 +60,12 @@ def held_out(model: Model, rows: Rows, fitted: Tensor) -> HeldOutRows:
     with torch.no_grad():
         residual = problem.residual(vector).reshape(-1, 2)
     if not model.needs_validation:
-        few = len(np.unique(some.state)) < STATES_A_PARAMETER * len(vector)
-        group = np.arange(len(some)) if few else some.state
-        residual = _without_own(residual, problem.jacobians(vector[None])[0], group, seen)
+        few = len(np.unique(some.state)) <= FEW_STATES
+        if few and by_states:
+            residual = _refitted(problem, vector, residual, seen)
+        else:
+            group = np.arange(len(some)) if few else some.state
+            residual = _without_own(problem, vector, residual, seen, group)
     residual = residual * problem.scale
     system = System.of(model, some.states)
     known = some.readings.present & some.readings.felt(problem.readings(vector))
@@ -97,11 +105,28 @@ def _drawn(state: np.ndarray, usable: np.ndarray) -> Tensor:
     return torch.as_tensor(np.flatnonzero(usable & np.isin(state, names)))
 
 
-def _without_own(residual: Tensor, jacobian: Tensor, group: np.ndarray, seen: Tensor) -> Tensor:
-    """Residuals (n, 2) in the fit's own units, of rows that were seen by a fit without their group (n,).
+def _refitted(problem: Problem, vector: Tensor, residual: Tensor, seen: Tensor) -> Tensor:
+    """As `_without_own` for kinematic states, by a fit without each. Of a single state nothing can be said so."""
+    rows, model = problem.rows, problem.model
+    residual, (lower, upper) = residual.clone(), model.raw_bounds()
+    for name in np.unique(rows.state):
+        own = torch.as_tensor(rows.state == name)
+        rest = Problem(model, rows[seen & ~own], problem.scale)
+        if 2 * len(rest.rows) <= len(vector) or not bool((own & seen).any()):
+            continue
+        solver = LevenbergMarquardt(
+            rest.residuals, rest.jacobians, lower=lower, upper=upper, max_iterations=ITERATIONS, batched=True
+        )
+        moved = solver.solve(vector[None]).member(0).x
+        with torch.no_grad():
+            left = Problem(model, rows[own & seen], problem.scale).residual(moved)
+        residual[own & seen] = left.reshape(-1, 2)
+    return residual
 
-    jacobian: (2n, p)."""
-    each = jacobian.reshape(len(residual), 2, -1)
+
+def _without_own(problem: Problem, vector: Tensor, residual: Tensor, seen: Tensor, group: np.ndarray) -> Tensor:
+    """Residuals (n, 2) in the fit's own units, of rows that were seen by a fit without their group, (n,)."""
+    each = problem.jacobians(vector[None])[0].reshape(len(residual), 2, -1)
     part = torch.where(seen[:, None, None], each, 0.0)
     normal = part.flatten(0, 1).T @ part.flatten(0, 1)
     length = normal.diagonal().sqrt().clamp_min(1e-300)

@@ -52,12 +52,18 @@ class Miss:
 
     @classmethod
     def of(
-        cls, model: Model, rows: Rows, fitted: Tensor, covariance: np.ndarray, accuracy: Accuracy | None
+        cls,
+        model: Model,
+        rows: Rows,
+        fitted: Tensor,
+        covariance: np.ndarray,
+        accuracy: Accuracy | None,
+        by_states: bool = True,
     ) -> Miss | None:
         """Of a model fitted on some of the rows, fitted (N,) bool; None where no row has an answer.
 
-        covariance: of the declared parameters, SI (k, k), NaN where one is not known."""
-        held = held_out(model, rows, fitted)
+        covariance: of the declared parameters, SI (k, k), NaN where one is not known. by_states: see `held_out`."""
+        held = held_out(model, rows, fitted, by_states)
         if not len(held):
             return None
         by_raw, undetermined = _raw(model, covariance)
@@ -111,9 +117,7 @@ class Miss:
         deviation = _deviations(maps, self.own_spread)
         # What was measured has to be all that an answer's miss is made of.
         lacking = ~held.known
-        shares = (maps @ held.slopes[:, :, :2]).abs() if held.under_load else maps.abs()
-        sizes = torch.diagonal(held.residual.T @ held.residual).sqrt() if not held.under_load else torch.ones(2)
-        shares = shares * sizes.clamp_min(1e-300)
+        shares = (maps @ held.slopes[:, :, :2]).abs() if held.under_load else maps.abs() * _sizes(held, scale)
         touched = (shares * lacking[:, None, :]).sum(-1) > NO_SHARE * shares.sum(-1)
         return torch.stack([
             _conformal((missed[:, i] / deviation[:, i])[~touched[:, i]]) for i in range(maps.shape[1])
@@ -129,12 +133,27 @@ def answer_maps(slopes: Tensor, asked: Sequence[int], given: Sequence[int], scal
     if not asked:
         return by_output.clone()
     rate = slopes[:, given][:, :, asked] / scale[given][:, None]
-    # Columns of like size, so that no unit decides what counts as nothing.
-    size = rate.square().sum(1).mean(0).sqrt().clamp_min(1e-300)
-    inverse = torch.linalg.pinv(rate / size, rtol=1e-10) / size[:, None]
+    # Columns of like size, so that no unit decides what counts as nothing; but pressures among themselves as they are,
+    # for the least of them are taken.
+    size = rate.square().sum(1).sqrt()
+    pressures = [k for k, i in enumerate(asked) if i >= 2]
+    if pressures:
+        size[:, pressures] = size[:, pressures].amax(1, keepdim=True)
+    # Where a model has no derivative an answer has no band.
+    told = rate.isfinite().flatten(1).all(-1)
+    size = torch.where(told[:, None], size, 1.0).clamp_min(1e-300)
+    rate = torch.where(told[:, None, None], rate / size[:, None, :], torch.nan)
+    inverse = torch.full_like(rate.transpose(1, 2), torch.nan)
+    inverse[told] = torch.linalg.pinv(rate[told], rtol=1e-10) / size[told][:, :, None]
     moved = -inverse @ (picked / scale[given][:, None])
     outputs = by_output + slopes[:, :, asked] @ moved
     return torch.cat([moved, outputs], dim=1)
+
+
+def _sizes(held: HeldOutRows, scale: Tensor) -> Tensor:
+    """What each output is missed by, (2,): of one that was never measured its scale, for nobody knows."""
+    missed = torch.where(held.known, held.residual, 0.0).square().sum(0) / held.known.sum(0).clamp_min(1)
+    return torch.where(held.known.any(0), missed.sqrt(), scale).clamp_min(1e-300)
 
 
 def _deviations(maps: Tensor, spread: Spread) -> Tensor:

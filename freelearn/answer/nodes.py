@@ -13,20 +13,23 @@ from torch import Tensor
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
 from freelearn.measurements.beds import PRESSURE, TWIST, Quantity
+from freelearn.models.prediction import Status
 from freelearn.units import DEG
 
 # Nodes along each input: as dense as the loads bend.
 LENGTHS, PRESSURES, TWISTS = 13, 9, 17
 # The turn that a twist's nodes are apart at most.
 TURN = 20 * DEG
-# Beyond so many evaluations a table over all inputs is made once for each actuator, and read between its nodes.
-DIRECT = 150_000
+# Beyond so many evaluations a table over all inputs is made once for each actuator, and read between its nodes: over
+# the inputs that are given with so many times as many of them, for what it is wrong by may hide an answer.
+DIRECT, FINER = 150_000, 4
 ROWS = 1024
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """axes: nodes of each input asked for, one (n, k) each, SI. outputs: there, those that are given, (n, k₁, …, b)."""
+    """axes: nodes of each input asked for, one (n, k) each, SI. outputs: those that are given there, (n, k₁, …, b), NaN
+    without an equilibrium."""
 
     axes: list[Tensor]
     outputs: Tensor
@@ -88,7 +91,7 @@ class Grid:
             across = [-1 if j == k else 1 for j in range(len(axes))]
             whole[..., i] = axis.reshape(len(x), *across).expand(len(x), *shape)
         each = rows.repeat_interleave(self.nodes_a_row)
-        return self.system[each].at(whole.reshape(-1, x.shape[1])).loads.reshape(len(x), *shape, 2)
+        return _told(self.system[each], whole.reshape(-1, x.shape[1])).reshape(len(x), *shape, 2)
 
     def _read(self, rows: Tensor, low: Tensor, high: Tensor) -> Tensor:
         """From a table for each actuator, linearly between the nodes of the inputs that are given."""
@@ -99,7 +102,7 @@ class Grid:
             inside = torch.nonzero(actuator == number)[:, 0]
             at = rows[inside]
             share = (self.x[at] - low[at]) / (high[at] - low[at])
-            places = [_places(self.shares[i], share[:, i]) for i in given]
+            places = [_places(self._finer[i], share[:, i]) for i in given]
             # The inputs given first, one after another taken away.
             table = self._tables[number]
             out[inside] = _between(table.permute(*given, *self.asked, table.ndim - 1), places)
@@ -116,16 +119,28 @@ class Grid:
         return number
 
     @cached_property
+    def _finer(self) -> list[Tensor]:
+        """Places of a table's nodes along each input: more of them along those that are given."""
+        more = [n if i in self.asked else FINER * (n - 1) + 1 for i, n in enumerate(map(len, self.shares))]
+        return [torch.linspace(0, 1, n, dtype=torch.float64) for n in more]
+
+    @cached_property
     def _tables(self) -> list[Tensor]:
         """Each actuator's outputs at all nodes of all inputs, (k₁, …, 2)."""
         low, high = self.span.box(self.system)
-        places = torch.stack(torch.meshgrid(*self.shares, indexing="ij"), dim=-1)
+        places = torch.stack(torch.meshgrid(*self._finer, indexing="ij"), dim=-1)
         tables = []
         for number in range(int(self._actuator.max()) + 1):
             row = torch.nonzero(self._actuator == number)[:1, 0]
-            x = low[row] + places.reshape(-1, len(self.shares)) * (high - low)[row]
-            tables.append(self.system[row].repeated(len(x)).at(x).loads.reshape(*places.shape[:-1], 2))
+            x = low[row] + places.reshape(-1, len(self._finer)) * (high - low)[row]
+            tables.append(_told(self.system[row].repeated(len(x)), x).reshape(*places.shape[:-1], 2))
         return tables
+
+
+def _told(system: System, x: Tensor) -> Tensor:
+    """Outputs (n, 2) at inputs (n, m), NaN without an equilibrium."""
+    outputs, status = system.at(x)
+    return torch.where((status == Status.NO_EQUILIBRIUM)[:, None], torch.nan, outputs)
 
 
 def _count(quantity: Quantity, span: float) -> int:

@@ -19,6 +19,12 @@ TOLERANCE = 1e-7
 LONGEST, SAME = 2.0, 1e-4
 # How far from an answer that gives way its partner is looked for, in cells.
 PARTNERS = (0.1, 0.4, 1.2)
+# So far beside an answer, in cells, it is seen how the derivatives change.
+ASIDE = 0.05
+
+
+# Rows, inputs, and the outputs' derivatives of some answers.
+Found = tuple[Tensor, Tensor, Tensor]
 
 
 @dataclass(frozen=True)
@@ -148,12 +154,13 @@ def roots(
     if not len(row):
         return Roots.none(x.shape[1])
     first = _settled(system, row, x, asked, given, wanted, size)
-    row, x, slopes = _also(first, _partners(*first, asked, given, size, free), system, asked, given, wanted, size)
+    row, x, slopes = _also(first, _partners(system, first, asked, given, size, free), system, asked, given, wanted, size)
     if not len(row):
         return Roots.none(x.shape[1])
     outputs, status = system[row].at(x)
     # A mount that snapped through, a tube that ballooned: numbers without a meaning are no answers.
-    return Roots(row, x, outputs, slopes, status, stays(slopes, free) & (status == Status.OK))
+    some = Roots(row, x, outputs, slopes, status, stays(slopes, free) & (status == Status.OK))
+    return some[status != Status.NO_EQUILIBRIUM]
 
 
 def _settled(
@@ -167,33 +174,33 @@ def _settled(
 
 
 def _partners(
-    row: Tensor,
-    x: Tensor,
-    slopes: Tensor,
-    asked: Sequence[int],
-    given: Sequence[int],
-    size: Tensor,
-    free: Sequence[int],
+    system: System, found: Found, asked: Sequence[int], given: Sequence[int], size: Tensor, free: Sequence[int]
 ) -> tuple[Tensor, Tensor]:
-    """Starts on either side of the answers that would not stay, along the way in which they give: where two branches
-    meet, the other one lies there, perhaps in the same cell."""
-    gives = torch.nonzero(~stays(slopes, free))[:, 0]
-    if not len(gives) or len(asked) != 2:
+    """Starts for the answers' partners: two branches meet where the determinant of the derivatives vanishes, and the
+    other's answer lies about as far beyond, along the way in which an answer gives most, perhaps in the same cell. Of
+    answers that would not stay, on either side besides."""
+    row, x, slopes = found
+    if not len(row) or len(asked) != 2:
         return row[:0], x[:0]
     asked, given = list(asked), list(given)
-    unit = size[row[gives]]
-    rate = slopes[gives][:, given][:, :, asked] * unit[:, None, :]
+    unit = size[row]
+    rate = slopes[:, given][:, :, asked] * unit[:, None, :]
     way = torch.linalg.svd(rate)[2][:, -1]
-    starts = []
-    for far in PARTNERS:
-        for side in (-far, far):
-            beside = x[gives].clone()
-            beside[:, asked] += side * way * unit
-            starts.append(beside)
-    return row[gives].repeat(len(starts)), torch.cat(starts)
 
+    def beside(cells: Tensor | float) -> Tensor:
+        moved = x.clone()
+        moved[:, asked] += cells * way * unit
+        return moved
 
-Found = tuple[Tensor, Tensor, Tensor]
+    part, each = system[row], []
+    for side in (-ASIDE, ASIDE):
+        _, there = part.slopes(beside(side))
+        each.append(torch.linalg.det(there[:, given][:, :, asked] * unit[:, None, :]))
+    beyond = -2 * torch.linalg.det(rate) * 2 * ASIDE / (each[1] - each[0])
+    near = torch.nonzero(beyond.abs() <= LONGEST)[:, 0]
+    gives = torch.nonzero(~stays(slopes, free))[:, 0]
+    starts = [beside(beyond[:, None])[near], *(beside(side * far)[gives] for far in PARTNERS for side in (-1, 1))]
+    return torch.cat([row[near], row[gives].repeat(2 * len(PARTNERS))]), torch.cat(starts)
 
 
 def _also(

@@ -22,7 +22,7 @@ from freelearn.commands.tables import load_table, seal
 from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.options import LEVENBERG_MARQUARDT
+from freelearn.fit.options import LEVENBERG_MARQUARDT, NORMAL
 from freelearn.inference.candidate import StepRecord, not_testable
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
@@ -123,6 +123,11 @@ def _check_fit(settings: DiscoverSettings) -> None:
     if settings.fit is None or settings.fit.name != LEVENBERG_MARQUARDT:
         name = settings.fit.name if settings.fit else "none"
         raise UserError(f"discover.py fits by {LEVENBERG_MARQUARDT}; fit={name} belongs to train.py.")
+    if settings.fit.intervals != NORMAL:
+        raise UserError(
+            f"discover.py tells {NORMAL} intervals; fit.intervals={settings.fit.intervals} belongs to train.py, which "
+            "fits the model that was found with its effects=[…]."
+        )
 
 
 def _check_ruled_out(settings: DiscoverSettings) -> None:

@@ -67,6 +67,7 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
         "model": settings.model.name,
         "train": settings.train,
         "given_effects": list(settings.effects),
+        "per_sample": settings.per_sample,
         "seed": settings.seed,
         "rows": len(kept),
         "left_out": left_out,
@@ -80,7 +81,7 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about)
     return Discovery(
         findings, seen, task.rows.states, measured.accuracy, failed, splits, screens, proposed, left, notes, content,
-        suspects,
+        suspects, settings.bands,
     )  # fmt: skip
 
 

@@ -6,7 +6,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,8 +17,6 @@ from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.beds import FORCE, MOMENT, bed_of
 from freelearn.measurements.states import kinematic_state
-from freelearn.models.base import Model
-from freelearn.models.build import load_model
 from freelearn.models.own import load_own_code
 from freelearn.render.png.admissible import admissible
 from freelearn.render.png.canvas import save
@@ -30,6 +27,7 @@ from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.curve_rows import curves_of
+from freelearn.results.fitted_model import FittedModel, load
 from freelearn.results.load_vectors import load_vector_table
 from freelearn.results.quantities import plane, pressures, told
 from freelearn.results.record import RunRecord, read_records
@@ -39,13 +37,15 @@ from freelearn.results.states import pick_states, places, rows_of_set, state_tit
 from freelearn.results.tables import DisplayTable
 
 
-def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | None, console: Console) -> None:
+def draw_folder(
+    folder: Path, out: Path, train: str, state: Sequence[float] | None, console: Console, banded: bool = True
+) -> None:
     """Writes admissible, load_vectors (of single actuators with both loads) and curves (.png and .csv), designs.csv and
     parameters.csv; prints the tables.
 
     folder: of a sweep or a run. train: the training set whose models are drawn, "" for the first one. state: sample,
-    elongation [mm] and twist [deg], or the loads [N, N·mm] under a dead load, None for the middling one. Raises
-    UserError.
+    elongation [mm] and twist [deg], or the loads [N, N·mm] under a dead load, None for the middling one. banded: the
+    curves with the 95 % bands of those models that the state's sample was compared with. Raises UserError.
     """
     load_own_code()
     records = _records(folder)
@@ -59,20 +59,22 @@ def draw_folder(folder: Path, out: Path, train: str, state: Sequence[float] | No
         save(load_vectors(table, simulated), load_vector_table(table), out / "load_vectors.png")
         drawn.insert(1, "load_vectors")
     train = train or records[0].train
-    models = _models(records, train)
+    fitted = _models(records, train)
     rows = _rows(table, state, train)
-    ((measured, lines),) = state_curves(models, table, [rows])
+    models = {name: each.model for name, each in fitted.items()}
+    bands = {name: each.bands for name, each in fitted.items()} if banded else {}
+    ((measured, lines),) = state_curves(models, table, [rows], bands=bands)
     title = f"fitted on {train}: {state_title(measured)}"
     save(curves(measured, lines, title, simulated), curve_numbers(measured, lines), out / "curves.png")
 
     designs = design_table(table)
     _write(designs, out / "designs.csv")
     console.print(_shown(designs, "designs"))
-    fitted = fitted_parameters(records)
-    _write(fitted, out / "parameters.csv")
-    if len(fitted):
-        console.print(_shown(fitted, "fitted parameters"))
-        moved = parameter_spread(fitted)
+    parameters = fitted_parameters(records)
+    _write(parameters, out / "parameters.csv")
+    if len(parameters):
+        console.print(_shown(parameters, "fitted parameters"))
+        moved = parameter_spread(parameters)
         console.print(_shown(moved, "how far they move between training sets"))
         _write(moved, out / "spread.csv")
     for name in drawn:
@@ -89,12 +91,12 @@ def _records(folder: Path) -> list[RunRecord]:
     return records
 
 
-def _models(records: Sequence[RunRecord], train: str) -> dict[str, Model[Any]]:
+def _models(records: Sequence[RunRecord], train: str) -> dict[str, FittedModel]:
     """One model per label that was fitted on the training set."""
-    models: dict[str, Model[Any]] = {}
+    models: dict[str, FittedModel] = {}
     for record in records:
         if record.train == train and record.title not in models:
-            models[record.title] = load_model(record.folder / "checkpoint.ckpt")
+            models[record.title] = load(record.folder)
     if not models:
         there = ", ".join(dict.fromkeys(record.train for record in records))
         raise UserError(f"No run was trained on {train!r}: there are {there}.")
@@ -150,8 +152,10 @@ def main() -> None:
         help="kinematic state of the curves, the nearest one measured; under a dead load its force [N] and moment "
         "[N·mm] in place of the last two (default: a middling one)",
     )  # fmt: skip
+    parser.add_argument("--no-bands", action="store_true", help="curves without their 95 %% bands")
     chosen = parser.parse_args()
+    out = chosen.out or chosen.folder / "figures"
     try:
-        draw_folder(chosen.folder, chosen.out or chosen.folder / "figures", chosen.train, chosen.state, Console())
+        draw_folder(chosen.folder, out, chosen.train, chosen.state, Console(), not chosen.no_bands)
     except UserError as mistake:
         sys.exit(f"error: {mistake}")

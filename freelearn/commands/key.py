@@ -12,7 +12,7 @@ from freelearn.fit.code_version import code_version
 from freelearn.models.own import own_files
 
 # Rooms of the package that results come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "bed", "fit", "inference", "results", "commands")
+ROOMS = ("measurements", "mechanics", "models", "bed", "fit", "inference", "answer", "results", "commands")
 
 
 def job_key(settings: Settings) -> str:

@@ -14,6 +14,7 @@ from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
 
 Chosen = TypeVar("Chosen", bound=Settings)
+Anything = TypeVar("Anything")
 
 
 def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
@@ -40,8 +41,13 @@ def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
 
 def parse_intake(config: Mapping[str, Any]) -> IntakeSettings:
     """Settings of intake from a composed configuration's plain values. Raises UserError with every mistake."""
+    return parsed(IntakeSettings, config)
+
+
+def parsed(kind: type[Anything], config: Mapping[str, Any]) -> Anything:
+    """Settings of a kind from plain values. Raises UserError with every mistake."""
     try:
-        return TypeAdapter(IntakeSettings).validate_python(dict(config))
+        return TypeAdapter(kind).validate_python(dict(config))
     except ValidationError as problem:
         raise mistakes_error([_sentence(error) for error in problem.errors(include_url=False)]) from None
 

@@ -75,6 +75,8 @@ def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Conso
     with console.status("answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
     check_folder(folder)
+    # Of an earlier run into the same folder.
+    (folder / SOLUTIONS).unlink(missing_ok=True)
     if len(answers.every):
         write_text(folder / SOLUTIONS, csv_text(answers.every, "%.10g"))
     write_text(folder / ANSWERS, csv_text(answers.table(), "%.10g"))

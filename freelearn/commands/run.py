@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,10 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.options import FitOptions
+from freelearn.fit.options import NORMAL, PROFILE, FitOptions
 from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.problem import Problem
+from freelearn.fit.profile import Told, profiled
 from freelearn.fit.store import FitStore, Fitted, fit_key, timed
 from freelearn.fit.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
@@ -47,12 +49,13 @@ def run(
     constituents: Mapping[str, float] = CONSTITUENT,
     shares: tuple[float, float] = SHARES,
     device: str = "cpu",
+    told: Told | None = None,
 ) -> Run:
     """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
 
     With one test set, rows of samples that are neither trained nor tested on are left out. store: where the fit is
     looked up before it is computed, and kept afterwards. constituents: parameters of train=constituent, SI. shares:
-    of training and of validation rows. device: where the fit computes.
+    of training and of validation rows. device: where the fit computes. told: of the search for profile intervals.
     """
     began = time.perf_counter()
     if tests != "every":
@@ -69,7 +72,9 @@ def run(
     if options is None and model.needs_validation:
         raise UserError("A network has no parameters before a fit: choose a fit other than none.")
     start: Tensor = model.vector().detach().clone()
-    fitted = _fitted(model, rows, labels, train, options, seed, folder, progress, device, store) if options else None
+    fitted = None
+    if options:
+        fitted = _fitted(model, rows, labels, train, options, seed, folder, progress, device, store, told)
 
     with torch.no_grad():
         loads, status = model.to(device)(rows.states.to(device))
@@ -104,8 +109,13 @@ def _fitted(
     progress: Progress | None,
     device: str,
     store: FitStore | None,
+    told: Told | None,
 ) -> Fitted:
-    """The fit, from the store or else made now; the model holds its parameters afterwards."""
+    """The fit, from the store or else made now; the model holds its parameters afterwards.
+
+    The fit is kept as one with normal intervals, and with those of profiles once more, under a key of its own: either
+    is found again by a run that needs it, and asking for profiles fits nothing anew.
+    """
     sample = rows.states.sample.numpy()
     inside = np.isin(sample, samples_of(train, sample))
     training = torch.as_tensor(np.flatnonzero(inside & (labels == TRAIN)))
@@ -114,16 +124,29 @@ def _fitted(
         raise UserError(f"Training set {train!r} has no rows to fit, all are buckled or left out: choose another one.")
     parts = rows[training], rows[validation]
 
+    def problem(outcome: FitOutcome) -> Problem:
+        return Problem(model, parts[0][torch.as_tensor(outcome.kept)])
+
     def compute() -> tuple[FitOutcome, Uncertainty]:
         # Lightning takes seconds to import, and a fit that was kept needs none of it.
         from freelearn.fit.fit import fit
 
         outcome = fit(model, *parts, options, seed, folder, progress() if progress else None, device)
-        return outcome, uncertainty(Problem(model, parts[0][torch.as_tensor(outcome.kept)]))
+        return outcome, uncertainty(problem(outcome))
 
-    if store is None:
-        return timed(compute)
-    return store.fitted(model, fit_key(model, *parts, options, seed), lambda: timed(compute))
+    def fitted() -> Fitted:
+        if store is None:
+            return timed(compute)
+        key = fit_key(model, *parts, replace(options, intervals=NORMAL), seed)
+        return store.fitted(model, key, lambda: timed(compute))
+
+    def with_profiles() -> Fitted:
+        made = fitted()
+        return replace(made, uncertainty=profiled(problem(made.outcome), made.uncertainty, told))
+
+    if options.intervals != PROFILE:
+        return fitted()
+    return store.fitted(model, fit_key(model, *parts, options, seed), with_profiles) if store else with_profiles()
 
 
 def _test_sets(table: pd.DataFrame, labels: np.ndarray, train: str, tests: Sequence[str] | str) -> list[str]:

@@ -73,12 +73,13 @@ def _hidden(value: Any) -> Any:
         return {name: {} for name in value}
     if isinstance(value, Mapping):
         numbers = {name: values or {} for name, values in value.items()}
-        if all(isinstance(v, Mapping) and all(_is_number(x) for x in v.values()) for v in numbers.values()):
+        if all(isinstance(v, Mapping) and all(is_number(x) for x in v.values()) for v in numbers.values()):
             return {str(name): {str(n): float(x) for n, x in v.items()} for name, v in numbers.items()}
     raise ValueError("give a list of effect names, for example [end_clamps], or random")
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether a value is a number and not a switch."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -92,7 +93,7 @@ def _effect_values(value: Any) -> Any:
             for effect, values in value.items()
         }
         every = [x for values in numbers.values() for x in values.values()]
-        if all(_is_number(x) or (isinstance(x, tuple) and all(map(_is_number, x))) for x in every):
+        if all(is_number(x) or (isinstance(x, tuple) and all(map(is_number, x))) for x in every):
             return numbers
     raise ValueError("give {effect: {parameter: SI value, or a list of one value per sample}}")
 
@@ -216,7 +217,8 @@ Device = Literal["cpu", "cuda", "auto"]
 class Settings:
     """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml.
 
-    per_sample: whether each of several samples, or members, has its own value of what building or mounting it sets."""
+    per_sample: whether each of several samples, or members, has its own value of what building or mounting it sets.
+    bands: whether pictures of curves have the 95 % bands."""
 
     model: Annotated[ModelSettings, BeforeValidator(_model)]
     data: Annotated[DataSettings, Field(discriminator="name")]
@@ -229,6 +231,7 @@ class Settings:
     per_sample: Switch
     seed: Seed
     figures: Switch
+    bands: Switch
     device: Device
 
 

@@ -18,6 +18,8 @@ from freelearn.commands.run import Progress, run
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
+from freelearn.fit.options import NORMAL
+from freelearn.fit.profile import Told
 from freelearn.fit.store import FitStore
 from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
@@ -31,11 +33,12 @@ from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
 from freelearn.models.effects.registry import missing_columns
 from freelearn.models.own import load_own_code
-from freelearn.results.curve import StateCurves, state_curves
+from freelearn.render.terminal.profile_progress import ProfileProgress
+from freelearn.results.curve import StateCurves
 from freelearn.results.origin import Origin
 from freelearn.results.run import CONSTITUENT_SET, Run
+from freelearn.results.run_curves import run_curves
 from freelearn.results.run_files import check_folder, predictions, training_samples, write_run
-from freelearn.results.states import pick_states
 from freelearn.threads import one_thread
 
 if TYPE_CHECKING:
@@ -78,7 +81,8 @@ def train(
     one_thread()
     task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None
-    outcome = _run(task, folder, _bar(console, settings, progress), store)
+    with ProfileProgress(console) as told:
+        outcome = _run(task, folder, _bar(console, settings, progress), store, told=told)
     predicted = predictions(outcome)
     own = training_samples(outcome, predicted)
     outcome, notes = _judged(task, outcome, own, folder, store)
@@ -123,16 +127,20 @@ def _run(
     store: FitStore | None,
     with_effects: bool = True,
     by_states: bool | None = None,
+    told: Told | None = None,
 ) -> Run:
-    """One model, fitted and evaluated as the settings say; by_states: instead of the settings' split."""
+    """One model, fitted and evaluated as the settings say. by_states: instead of the settings' split, for errors."""
     settings = task.settings
-    split = settings.split
+    split, fit = settings.split, settings.fit
+    if fit and by_states is not None:
+        # Of a comparison nobody sees the intervals.
+        fit = replace(fit, intervals=NORMAL)
     return run(
         task.build(with_effects),
         task.loaded.table,
         settings.train,
         settings.test,
-        settings.fit,
+        fit,
         settings.seed,
         by_states=split.by_states if by_states is None else by_states,
         shares=(split.train, split.validation),
@@ -141,6 +149,7 @@ def _run(
         store=store,
         constituents=task.constituents,
         device=task.device,
+        told=told,
     )
 
 
@@ -167,7 +176,8 @@ def _judged(
     measured = measuring(outcome.model, own, settings.data.accuracy)
     if measured is None:
         return outcome, notes
-    return replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy)), [*measured.notes, *notes]
+    judged = replace(outcome, misfit=misfit(outcome.model, own, measured.accuracy), accuracy=measured.accuracy)
+    return judged, [*measured.notes, *notes]
 
 
 def _origin(task: _Task, notes: list[str], key: str) -> Origin:
@@ -197,7 +207,7 @@ def _write(
         # matplotlib costs a second to import: only when there is something to draw.
         from freelearn.render.tensorboard.figures import log_figures
 
-        shown = state_curves({outcome.model.name: outcome.model}, own, pick_states(own))
+        shown = run_curves(outcome, own, task.settings.bands, task.settings.split.by_states)
         log_figures(outcome, own, shown, folder, origin.provenance.simulated)
     report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown)
     write_run(outcome, predicted, folder, origin)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 from torch import Tensor
 
+from freelearn.fit.options import NORMAL
 from freelearn.fit.problem import Problem
 from freelearn.models.base import Model
 
 # Directions whose effect on the residuals is this much weaker than the strongest one's count as undetermined.
 RANK_TOLERANCE = 1e-9
+# Square of a parameter's share in such directions from which it is undetermined itself.
+DETERMINED = 1e-6
 # Probability that an interval covers the true value.
 COVERAGE = 0.95
 
@@ -28,9 +31,11 @@ class Uncertainty:
     stderr allows any correlation among the rows of one kinematic state (they share a position error) and any
     size of the misfit: the cluster-robust sandwich estimate (Liang & Zeger 1986). stderr_independent is the textbook
     one, s² (JᵀJ)⁻¹, that lmfit and SciPy users know; it is right only if all residuals are independent.
-    low, high: ends of the 95 % intervals, see `interval`. freedom: kinematic states less parameters, at least 1; what
-    Student's t has in those intervals. covariance: (p, p), the one behind `stderr`. chi_square: sum of squared
-    residuals of n readings, two a row where none is blank. rows: that have a reading.
+    low, high: ends of the 95 % intervals: see `interval`, or fit.profile, where an end may be infinite. freedom:
+    kinematic states less parameters, at least 1; what Student's t has in those intervals. covariance: (p, p), the one
+    behind `stderr`. chi_square: sum of squared residuals of n readings, two a row where none is blank. rows: that have
+    a reading. kinds: normal or profile, of each interval; words: what should be known of each, "" for nothing; remark:
+    of all of them.
     """
 
     names: list[str]
@@ -44,6 +49,14 @@ class Uncertainty:
     chi_square: float
     residuals: int
     rows: int
+    kinds: list[str] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        """Fills in what is not said: normal intervals, of which nothing is to be known."""
+        object.__setattr__(self, "kinds", self.kinds or [NORMAL] * len(self.names))
+        object.__setattr__(self, "words", self.words or [""] * len(self.names))
 
 
 def quantile(freedom: int) -> float:
@@ -95,14 +108,15 @@ def uncertainty(problem: Problem) -> Uncertainty:
     inverse = torch.where(strong, 1 / torch.where(strong, singular, 1.0), 0.0)
     half = (right.T * inverse) / torch.where(moved, length, 1.0)[:, None]
     bread = half @ half.T  # (JᵀJ)⁻¹
-    determined = moved & ((right[~strong] ** 2).sum(0) < 1e-6)
+    determined = moved & ((right[~strong] ** 2).sum(0) < DETERMINED)
 
     rank = int(strong.sum())
     chi_square = float(residual.square().sum())
     count = problem.rows.readings.count
     independent = to_physical @ (bread * (chi_square / max(count - rank, 1))) @ to_physical.T
-    meat, states = _meat(jacobian, residual, problem.rows.state)
-    robust = to_physical @ (bread @ meat @ bread) @ to_physical.T * _small_sample(states, rank)
+    scores = state_scores(jacobian, residual, problem.rows.state)
+    states = len(scores)
+    robust = to_physical @ (bread @ (scores.T @ scores) @ bread) @ to_physical.T * small_sample(states, rank)
 
     known = ((to_physical.abs() @ (~determined).double()) == 0).numpy()
 
@@ -133,17 +147,16 @@ def _flat(model: Model[Any], vector: Tensor) -> Tensor:
     return torch.cat([v.reshape(-1) for v in values.values()])
 
 
-def _meat(jacobian: Tensor, residual: Tensor, state: np.ndarray) -> tuple[Tensor, int]:
-    """Σ over kinematic states of the outer product of their score, (p, p), and how many states there are."""
+def state_scores(jacobian: Tensor, residual: Tensor, state: np.ndarray) -> Tensor:
+    """Each kinematic state's part of Jᵀr, (states, p): what its rows say together. jacobian: (2N, p); residual: (2N,);
+    state: (N,)."""
     _, cluster = np.unique(state, return_inverse=True)
-    count = int(cluster.max()) + 1
     scores = (jacobian * residual[:, None]).reshape(len(state), 2, -1).sum(1)
-    total = torch.zeros(count, jacobian.shape[1], dtype=jacobian.dtype)
-    total.index_add_(0, torch.as_tensor(cluster), scores)
-    return total.T @ total, count
+    total = torch.zeros(int(cluster.max()) + 1, jacobian.shape[1], dtype=jacobian.dtype)
+    return total.index_add_(0, torch.as_tensor(cluster), scores)
 
 
-def _small_sample(states: int, rank: int) -> float:
+def small_sample(states: int, rank: int) -> float:
     """G/(G−p): a fit's residuals are smaller than its errors. As for independent residuals (HC1; MacKinnon & White
     1985), but counting every kinematic state once, because all its rows may share one error."""
     return states / max(states - rank, 1)

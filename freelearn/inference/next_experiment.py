@@ -43,16 +43,23 @@ class NextState:
     pressures_kpa: tuple[float, ...] = ()
 
 
-def reach(table: pd.DataFrame) -> pd.DataFrame:
-    """Measurement columns on a grid over all that the bed went to, for each sample; rising pressure."""
+def reach(
+    table: pd.DataFrame, pressures_each: int = PRESSURES, limits: Mapping[str, tuple[float, float]] | None = None
+) -> pd.DataFrame:
+    """Measurement columns on a grid over all that the bed went to, for each sample; rising pressure.
+
+    pressures_each: of every place, whose rows follow each other. limits: column → lowest and highest that the bed can
+    impose, where it can do more or less than it went to."""
     parts = []
     low, high = table.min(numeric_only=True), table.max(numeric_only=True)
+    for name, ends in (limits or {}).items():
+        low[name], high[name] = ends
     first, second = (quantity.column for quantity in bed_of(table).state)
     # An end block's actuators are inflated one at a time, or all at once.
     pressures = [pressure_column(m) for m in members_in(table.columns)] or ["pressure_kpa"]
     alone = [[name] for name in pressures] if len(pressures) > 1 else []
     axes = [np.linspace(low[name], high[name], n) for name, n in ((first, FIRSTS), (second, SECONDS))]
-    share = np.linspace(0, 1, PRESSURES)
+    share = np.linspace(0, 1, pressures_each)
     places = [a.ravel() for a in np.meshgrid(*(np.unique(axis) for axis in axes), share, indexing="ij")]
     for _, rows in table.groupby("sample"):
         for inflated in [*alone, pressures]:
@@ -63,7 +70,7 @@ def reach(table: pd.DataFrame) -> pd.DataFrame:
             if len(pressures) > 1:
                 part["pressure_kpa"] = part[pressures].mean(axis=1)
             # Rows of one state follow each other in rising pressure.
-            part["step"] = np.tile(np.arange(PRESSURES), len(part) // PRESSURES)
+            part["step"] = np.tile(np.arange(pressures_each), len(part) // pressures_each)
             parts.append(part)
     return pd.concat(parts, ignore_index=True)
 

@@ -94,7 +94,7 @@ class Whitener:
         self.own = torch.stack([force, moment], dim=-1).sqrt()
         if scatter is not None:
             self.own = self.own / scatter.reading.sqrt()
-        self.shared = self._rows(position)
+        self.shared = self.apart(position)
         size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
@@ -133,7 +133,7 @@ class Whitener:
     def __call__(self, loads: Tensor) -> Tensor:
         """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
         columns = loads if loads.ndim == 3 else loads[..., None]
-        white = self._rows(columns)
+        white = self.apart(columns)
         # Everything in place and element by element: products of many 2 × 2 matrices would cost three times as much.
         by_force, by_moment = self.shared[:, 0, :, None], self.shared[:, 1, :, None]
         common = white[:, :1] * by_force
@@ -144,8 +144,8 @@ class Whitener:
             white[:, 1].addcmul_(common[:, j], by_moment[:, j], value=-1)
         return white if loads.ndim == 3 else white[..., 0]
 
-    def _rows(self, columns: Tensor) -> Tensor:
-        """L⁻¹ times (N, 2, k)."""
+    def apart(self, columns: Tensor) -> Tensor:
+        """L⁻¹ times (N, 2, k): each row in units of its own errors, with the position error still in it."""
         rows = torch.empty(columns.shape, dtype=columns.dtype)
         torch.div(columns[:, 0], self.force[:, None], out=rows[:, 0])
         torch.div(columns[:, 1], self.moment[:, None], out=rows[:, 1])

@@ -41,7 +41,7 @@ class Prepared:
 
     def whitener(self, step: Step) -> Whitener:
         """Of the noise that the step's own stiffness implies, and of the scatter about its model."""
-        return _whitener(step.fit, self.rows, self.question.accuracy, step.whiten.scatter)
+        return whitener(step.fit, self.rows, self.question.accuracy, step.whiten.scatter)
 
     def step(self, effects: list[str], fit: WhiteFit, whiten: Whitener) -> Step:
         """The step of a fitted model."""
@@ -83,7 +83,7 @@ def prepare(question: Question) -> tuple[Prepared, Step]:
         if int(answered.sum()) > 2 * len(fit.vector) and not torch.equal(answered, kept):
             rows, kept, found = question.rows[torch.nonzero(answered)[:, 0]], answered, None
             fit = evaluated(model, rows, fit.vector)
-        whiten = _whitener(fit, rows, question.accuracy, found)
+        whiten = whitener(fit, rows, question.accuracy, found)
         found = whiten.scatter
         fit = white_fit(model, rows, whiten, fit.vector)
     assert found is not None
@@ -105,7 +105,7 @@ def _first_fit(model: Model, rows: Rows, start: Tensor) -> WhiteFit:
     return fit
 
 
-def _whitener(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | None) -> Whitener:
+def whitener(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | None = None) -> Whitener:
     """Of the noise that the model's own stiffness implies, and of the scatter about it."""
     sensitivity, state = sensitivities(fit.model, rows.states), torch.as_tensor(rows.state)
     found = scatter(

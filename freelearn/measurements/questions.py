@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -14,9 +14,9 @@ from freelearn.errors import UserError
 from freelearn.measurements.beds import DIAMETER, ELONGATION, FORCE, MOMENT, TWIST
 from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.design import design_rules
-from freelearn.measurements.faults import Fault, TableError, faults_by_rules
+from freelearn.measurements.faults import Fault, Rule, TableError, faults_by_rules
 from freelearn.measurements.members import DESIGN, SECOND
-from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
 from freelearn.measurements.schema import RULES, number_rules
 
 # Two columns of places and two of loads, whatever the bed; the pressures join them.
@@ -41,6 +41,7 @@ def read_questions(path: str | Path, columns: Columns) -> Questions:
     records = read_records(path)
     header = [name.strip() for name in records.header]
     known_names = (*columns.pressures, *ASKED, "sample", *DESIGN, SECOND, *INTEGERS, *OPTIONAL)
+    refuse_separators(path, header, known_names)
     if not set(header) & {*columns.pressures, *ASKED}:
         near = [m for name in header for m in get_close_matches(name, (*columns.pressures, *ASKED), n=1)]
         hint = f" Is {near[0]} meant by one of them?" if near else ""
@@ -70,12 +71,15 @@ def _faults(
     numbers: pd.DataFrame, text: dict[str, Sequence[str]], header_line: int, known: Sequence[str]
 ) -> list[Fault]:
     """Cells that are no numbers, and designs that are none. Any cell may be blank."""
-    kept = [rule for rule in RULES if rule.column not in ("step", "buckled", "slack", "left_out") and rule.column]
-    rules = [*number_rules(known, text, known), *design_rules(), *kept]
-    # A comparison with a blank is never true, but a blank sample is no positive integer.
-    rules = [rule for rule in rules if rule.column != "sample" or numbers.get("sample", pd.Series(1.0)).notna().all()]
+    kept = [_of_given(rule) for rule in (*design_rules(), *RULES) if rule.column]
+    rules = [*number_rules(known, text, known), *kept]
     types: dict[str, tuple[str | None, bool]] = dict.fromkeys(known, ("float64", False))
     return faults_by_rules(numbers, text, header_line, rules, types, lambda name, head: "")
+
+
+def _of_given(rule: Rule) -> Rule:
+    """The same rule for cells that are not blank."""
+    return replace(rule, bad=lambda table: rule.bad(table) & table[rule.column].notna())
 
 
 def _unused(header: Sequence[str], known: Sequence[str], columns: Columns) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,8 @@ import numpy as np
 from freelearn.errors import UserError
 from freelearn.measurements.faults import Fault
 from freelearn.measurements.text_file import read_text
+
+SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,14 @@ def read_records(path: str | Path) -> Records:
     except csv.Error as error:
         raise UserError(f"{path} is not valid CSV at line {start}: {error}. Look for a stray quote.") from error
     return Records(lines[0], rows[0], lines[1:], rows[1:])
+
+
+def refuse_separators(path: str | Path, header: Sequence[str], known: Collection[str]) -> None:
+    """Raises UserError where a header holds more of the known names once it is cut at anything but commas."""
+    for separator, name in SEPARATORS.items():
+        parts = {part.strip() for part in separator.join(header).split(separator)}
+        if len(parts & set(known)) > len(set(known).intersection(header)):
+            raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
 
 
 def header_faults(header: list[str], line: int) -> list[Fault]:

@@ -12,12 +12,11 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.faults import TableError
-from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.records import SEPARATORS, header_faults, numbers_of, odd_rows, read_records
 from freelearn.measurements.specimen_modes import MODES, mode_name
 from freelearn.measurements.specimen_schema import COLUMNS, OPTIONAL, find_faults
 from freelearn.measurements.specimen_stresses import Stresses
 from freelearn.measurements.specimen_suspicions import suspicions
-from freelearn.measurements.table import SEPARATORS
 
 # Headings of tables in the literature, and ours.
 ALIASES = {"lambda": "stretch", "P_MPa": "stress_mpa"}

@@ -16,13 +16,19 @@ from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.faults import TableError
 from freelearn.measurements.members import with_members
 from freelearn.measurements.plausibility import unit_warnings
-from freelearn.measurements.records import Records, header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.records import (
+    Records,
+    header_faults,
+    numbers_of,
+    odd_rows,
+    read_records,
+    refuse_separators,
+)
 from freelearn.measurements.rows import Readings
 from freelearn.measurements.schema import find_faults
 from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows
 
 BLANK_MARKS = (LEFT_OUT, SLACK)
-SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 @dataclass(frozen=True)
@@ -116,11 +122,7 @@ def _unmeasured(header: list[str], columns: Columns) -> list[str]:
 
 
 def _refuse_other_formats(path: str | Path, header: list[str], columns: Columns) -> None:
-    required = set(columns.required)
-    for separator, name in SEPARATORS.items():
-        parts = {part.strip() for part in separator.join(header).split(separator)}
-        if len(parts & required) > len(required.intersection(header)):
-            raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
+    refuse_separators(path, header, columns.required)
     if not np.isnan(numbers_of(header)).any():
         raise UserError(f"{path} has no header: its first line must name the columns {', '.join(columns.listed)}.")
 

@@ -13,6 +13,9 @@ from freelearn.mechanics.sensitivity import modulus_rates
 from freelearn.mechanics.tube import Tube
 from freelearn.mechanics.wall import WallSum
 
+# Radii below this share of the reference (of squares) are of no tube, but of moduli that a search tried too far out.
+COLLAPSED = 1e-2
+
 
 class SameTubes:
     """N tubes at fixed states with the paper's wall: what does not depend on the moduli is made once.
@@ -44,7 +47,14 @@ class SameTubes:
     def _at(self, moduli: Tensor) -> Inflated:
         if self.moduli is None or not torch.equal(moduli, self.moduli):
             wall = WallSum([self.rubber.scaled(moduli[0]), self.fiber.scaled(moduli[1])])
-            near = None if self.moduli is None else self.inflated.u
-            self.inflated = balance(wall, self.tube, self.reference, self.pressure, near)
+            self.inflated = balance(wall, self.tube, self.reference, self.pressure, self._near())
             self.moduli = moduli.clone()
         return self.inflated
+
+    def _near(self) -> Tensor | None:
+        """Where the radii are looked for first: where they were last, unless nothing led back from there."""
+        if self.moduli is None:
+            return None
+        last = self.inflated.u
+        # What is not a number is not larger either.
+        return torch.where(last > COLLAPSED * self.reference, last, self.tube.unloaded_u)

@@ -83,11 +83,11 @@ def answers(
     for."""
     columns = [*columns_of(system, answered), *([diameter] if diameter else [])]
     filled, asked = questions.copy(), []
-    lost = np.array([status == UNANSWERED for status in answered.status])
+    lost = np.array([status == UNANSWERED for status in answered.status], dtype=bool)
     for column in columns:
         given = _given(questions, column.name)
         fill = ~given & ~lost
-        if column.name not in questions and not (fill & np.isfinite(column.value)).any():
+        if column.name not in questions and not fill.any():
             continue
         if given.all():
             continue

@@ -12,6 +12,7 @@ import pandas as pd
 from freelearn.measurements.beds import FORCE, MOMENT, PRESSURE, Quantity, bed_of
 from freelearn.measurements.states import pressure_direction
 from freelearn.measurements.usable import SLACK, usable_rows
+from freelearn.results.curve_bands import ends
 from freelearn.results.formats import number
 from freelearn.results.quantities import pressures, told
 from freelearn.results.sweep import sweep
@@ -32,8 +33,14 @@ class CurvePanel(NamedTuple):
     @property
     def title(self) -> str:
         """F–P has the force up and the pressure across, F–M the force across and the moment up."""
-        shown = (self.y, self.x) if self.x.unit == PRESSURE.unit else (self.x, self.y)
+        shown = (self.y, self.x) if self.banded else (self.x, self.y)
         return "–".join(quantity.symbol for quantity in shown)
+
+    @property
+    def banded(self) -> bool:
+        """Whether it has room for bands: over the pressure. With a reading on either axis a band would be an area
+        along a line, of whose width nothing could be read off."""
+        return self.x.unit == PRESSURE.unit
 
 
 def panels_over(pressure: Quantity, measured: tuple[Quantity, ...]) -> tuple[CurvePanel, ...]:
@@ -96,6 +103,9 @@ def suspected_points(points: pd.DataFrame, curves: Mapping[str, pd.DataFrame], p
     places, beyond = {}, np.full(int(aside.sum()), "", dtype=object)
     for axis, quantity, line in zip(("across", "up"), (panel.x, panel.y), panel.line, strict=True):
         drawn = [points.loc[~aside, quantity.column], *(curve[line] for curve in curves.values())]
+        if axis == "up" and panel.banded:
+            # At the edge of a band, not on it.
+            drawn += [curve[end] for curve in curves.values() for end in ends(line) if end in curve]
         others = np.concatenate([values.to_numpy(dtype=np.float64) for values in drawn])
         others = others[np.isfinite(others)]
         low, high = (others.min(), others.max()) if len(others) else (-np.inf, np.inf)
@@ -108,7 +118,7 @@ def suspected_points(points: pd.DataFrame, curves: Mapping[str, pd.DataFrame], p
 
 def curve_numbers(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """What the panels show, as one table: the column `what` says measured, slack, suspected reading, or the model's
-    name.
+    name; of a model's rows force_n_low and force_n_high are the ends of its band, where it has one.
 
     curves: frames of curve.model_curve, by the model's name."""
     points = measured_points(measured)
@@ -118,8 +128,11 @@ def curve_numbers(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) ->
     columns = [name for name in points if str(name).startswith("pressure") or name in {q.column for q in shown}]
     rows = points[columns].assign(what=what)
     names = {q.predicted: q.column for q in shown}
+    names |= dict(pair for q in shown for pair in zip(ends(q.predicted), ends(q.column), strict=True))
     parts = [rows, *(curve.rename(columns=names).assign(what=name) for name, curve in curves.items())]
-    return pd.concat(parts, ignore_index=True)[["what", *columns, "extrapolated"]] if curves else rows
+    whole = pd.concat(parts, ignore_index=True)
+    bands = [end for q in shown for end in ends(q.column) if end in whole]
+    return whole[["what", *columns, *bands, "extrapolated"]] if curves else rows
 
 
 def mark(quantity: Quantity) -> str:

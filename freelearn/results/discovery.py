@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.answer.bands import Bands
 from freelearn.inference.candidate import Candidate
 from freelearn.inference.covariance import parameter_covariance
 from freelearn.inference.crossval import HELDOUT_IS
@@ -38,7 +39,7 @@ from freelearn.results.suspects import SuspectedReading, flagged
 class Discovery:
     """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
     findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails.
-    suspects: readings that slipped, perhaps, the worst first."""
+    suspects: readings that slipped, perhaps, the worst first. banded: whether curves are drawn with the 95 % bands."""
 
     findings: Findings
     table: pd.DataFrame
@@ -52,13 +53,13 @@ class Discovery:
     notes: list[str]
     content: dict[str, Any]
     suspects: list[SuspectedReading] = field(default_factory=list)
+    banded: bool = True
 
     @cached_property
     def predictions(self) -> dict[str, pd.DataFrame]:
         """The rows looked at, with the loads of the first model (before) and of the last one (after), in the columns
         of a run's predictions.csv."""
-        ends = {"before": self.findings.steps[0], "after": self.findings.final}
-        return {when: _predicted(self.table, self.states, step.fit.model) for when, step in ends.items()}
+        return {when: _predicted(self.table, self.states, step.fit.model) for when, step in self._ends.items()}
 
     @cached_property
     def trusted(self) -> dict[str, pd.DataFrame]:
@@ -69,7 +70,7 @@ class Discovery:
     def curves(self) -> list[StateCurves]:
         """Curves of the first and the last model at a middling and at the worst state of the first, and at that of the
         worst suspect."""
-        models = {"before": self.findings.steps[0].fit.model, "after": self.findings.final.fit.model}
+        models = {when: step.fit.model for when, step in self._ends.items()}
         table = self.trusted["before"]
         picked = pick_states(table)[1:]
         if self.findings.suspects:
@@ -78,7 +79,23 @@ class Discovery:
                 curve = curves_of(table, kinematic_state(table))
                 picked.append(np.flatnonzero(curve == curve[worst.row]))
         # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
-        return state_curves(models, table, picked, self.states)
+        bands = self._bands() if self.banded else {}
+        return state_curves(models, table, picked, self.states, bands)
+
+    @property
+    def _ends(self) -> dict[str, Step]:
+        return {"before": self.findings.steps[0], "after": self.findings.final}
+
+    def _bands(self) -> dict[str, Bands | None]:
+        """How far a new measurement may lie from what the first and the last model say, fitted on all rows."""
+        rows = self.findings.rows
+        fitted = torch.ones(len(rows), dtype=torch.bool)
+
+        def of(step: Step) -> Bands | None:
+            return Bands.of(step.fit.model, rows, fitted, parameter_covariance(step).numpy(), self.accuracy)
+
+        before, last = of(self.findings.steps[0]), self.findings.final
+        return {"before": before, "after": before if last is self.findings.steps[0] else of(last)}
 
 
 def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFrame:
@@ -105,6 +122,7 @@ def document(
         "says": verdict_in_words(findings),
         "effects": findings.effects,
         "classes": classes_of(findings),
+        "alternatives": [{name: _rebuilt(step) for name, step in members.items()} for members in findings.classes],
         "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
         "trail": [_entry(step, previous) for previous, step in pairs],
@@ -114,6 +132,7 @@ def document(
         "suspects": [s.plain() for s in suspects],
         "screens": [vars(s) for s in screens],
         "remainder": vars(left) if left else None,
+        "covariance": parameter_covariance(last).tolist(),
         "noise_scale": noise_scale(last),
         "structure_p_value": last.left.p_value,
         "notes": notes,
@@ -157,6 +176,13 @@ def _entry(step: Step, previous: Step | None) -> dict[str, Any]:
         "noise_floor": step.floor,
         "structure_p_value": step.left.p_value,
     }
+
+
+def _rebuilt(step: Step) -> dict[str, Any]:
+    """What builds the step's model again, with its raw parameters by label: each member of a class has a fit."""
+    known = step.fit.model.description()
+    vector = dict(zip(step.fit.model.labels(), step.fit.vector.tolist(), strict=True))
+    return {name: known[name] for name in ("effects", "samples", "members")} | {"vector": vector}
 
 
 def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from freelearn.fit.options import NORMAL, PROFILE
 from freelearn.fit.uncertainty import Uncertainty, interval
 from freelearn.models.parameter import Parameter
 from freelearn.results.formats import finite, number, percent
@@ -19,7 +20,8 @@ HEADINGS = ("value", "± stderr", "95 % from", "to")
 class Estimate:
     """One parameter in its unit (SI). stderr, low, high (95 %), independent: NaN where the rows do not determine it.
 
-    independent: the standard error under independent residuals, NaN where none was computed.
+    low, high: infinite where a profile has no end. independent: the standard error under independent residuals, NaN
+    where none was computed. kind: of the interval, normal or profile, "" without one; note: what to know of it.
     """
 
     name: str
@@ -29,11 +31,16 @@ class Estimate:
     low: float = math.nan
     high: float = math.nan
     independent: float = math.nan
+    kind: str = ""
+    note: str = ""
 
     @classmethod
     def from_plain(cls, name: str, entry: Mapping[str, Any]) -> Estimate:
         """The estimate whose entry `plain` wrote."""
-        keys = {"stderr": "stderr", "low": "low", "high": "high", "independent": "stderr_independent"}
+        keys = {
+            "stderr": "stderr", "low": "low", "high": "high", "independent": "stderr_independent",
+            "kind": "interval", "note": "interval_note",
+        }  # fmt: skip
         known = {field: entry[key] for field, key in keys.items() if entry.get(key) is not None}
         return cls(name, entry["value"], entry["unit"], **known)
 
@@ -46,6 +53,8 @@ class Estimate:
             "low": finite(self.low),
             "high": finite(self.high),
             "stderr_independent": finite(self.independent),
+            "interval": self.kind or None,
+            "interval_note": self.note or None,
         }
 
 
@@ -54,9 +63,12 @@ def fitted_estimates(uncertainty: Uncertainty, declared: Mapping[str, Parameter]
     u = uncertainty
     columns = (u.values, u.stderr, u.low, u.high, u.stderr_independent)
     units = [declared[name].unit if name in declared else "" for name in uncertainty.names]
+    numbers = (map(float, entry) for entry in zip(*columns, strict=True))
     return [
-        Estimate(name, float(value), unit, float(stderr), float(low), float(high), float(independent))
-        for name, unit, value, stderr, low, high, independent in zip(uncertainty.names, units, *columns, strict=True)
+        Estimate(name, value, unit, stderr, low, high, independent, kind, words)
+        for name, unit, (value, stderr, low, high, independent), kind, words in zip(
+            u.names, units, numbers, u.kinds, u.words, strict=True
+        )
     ]
 
 
@@ -75,7 +87,7 @@ def searched_estimates(
     for name, value in values.items():
         error = stderr.get(name, math.nan)
         low, high = interval([value], [error], [declared[name].log], freedom)
-        entries.append(Estimate(name, value, declared[name].unit, error, float(low[0]), float(high[0])))
+        entries.append(Estimate(name, value, declared[name].unit, error, float(low[0]), float(high[0]), kind=NORMAL))
     return entries
 
 
@@ -85,7 +97,16 @@ def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTa
     for e in estimates:
         cells = [number(e.value), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
         rows.append([e.name, *cells, e.unit])
-    return DisplayTable.of(["parameter"], HEADINGS, rows, title, last=["unit"])
+    return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last=["unit"])
+
+
+def intervals_caption(estimates: Sequence[Estimate]) -> str:
+    """Which kind of intervals these are, where some are not the usual, normal ones; else nothing."""
+    normal = [e.name for e in estimates if e.kind == NORMAL]
+    if not any(e.kind == PROFILE for e in estimates):
+        return ""
+    rest = f"; of {', '.join(normal)}: normal" if normal else ""
+    return f"95 % intervals: profile likelihood{rest}"
 
 
 def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:

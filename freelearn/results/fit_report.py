@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from torch import Tensor
 
+from freelearn.fit.options import PROFILE
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.beds import FORCE, MOMENT, Quantity
 from freelearn.models.base import Model
-from freelearn.results.estimate import fitted_estimates, long_parameter_table
+from freelearn.results.estimate import fitted_estimates, intervals_caption, long_parameter_table
 from freelearn.results.formats import ascii_minus
-from freelearn.results.notes import correlations, effect_notes, notes
+from freelearn.results.notes import correlations, effect_notes, interval_notes, notes
 
 SHOW_CORRELATION = 0.1
 MOST_CORRELATIONS = 20
@@ -76,12 +77,21 @@ def _statistics(
 
 
 def _variables(model: Model[Any], uncertainty: Uncertainty) -> str:
-    table = long_parameter_table(fitted_estimates(uncertainty, model.declared))
+    estimates = fitted_estimates(uncertainty, model.declared)
+    table = long_parameter_table(estimates)
+    freedom = f"Student's t with {uncertainty.freedom} degrees of freedom, kinematic states less parameters"
     explained = [
         "stderr allows rows of one kinematic state to err together; 'independent' is the textbook figure.",
-        f"95 % intervals: Student's t with {uncertainty.freedom} degrees of freedom, kinematic states less parameters;",
+        f"95 % intervals: {freedom};",
         "on the logarithmic scale where the logarithm is fitted.",
     ]
+    if PROFILE in uncertainty.kinds:
+        explained[1:] = [
+            f"{intervals_caption(estimates)}.",
+            "They hold the values at which the least sum of squares over all other parameters is not much higher:",
+            "by t² times the rise that one standard error makes where the model is linear. t:",
+            f"{freedom}.",
+        ]
     return "\n".join(["[[Variables]]", table.text("    "), *(f"    {line}" for line in explained)])
 
 
@@ -103,10 +113,13 @@ def _correlations(uncertainty: Uncertainty) -> str:
 
 
 def _warnings(model: Model[Any], uncertainty: Uncertainty, start: Tensor) -> str:
-    lines = [f"    {note}" for note in [*notes(model, start), *effect_notes(model, uncertainty)]]
-    undetermined = [n for n, e in zip(uncertainty.names, uncertainty.stderr, strict=True) if not math.isfinite(e)]
-    if undetermined:
-        more = len(undetermined) - MOST_UNDETERMINED
-        shown = ", ".join(undetermined[:MOST_UNDETERMINED]) + (f" and {more} more" if more > 0 else "")
-        lines.append(f"    not determined by these rows: {shown}")
+    said = [*notes(model, start), *effect_notes(model, uncertainty), *interval_notes(uncertainty)]
+    lines = [f"    {note}" for note in said]
+    told = zip(uncertainty.names, uncertainty.stderr, uncertainty.kinds, strict=True)
+    unknown = [(name, kind) for name, error, kind in told if not math.isfinite(error)]
+    for what, profiled in (("not determined by these rows", False), ("determined by bounds and curvature alone", True)):
+        names = [name for name, kind in unknown if (kind == PROFILE) is profiled]
+        more = len(names) - MOST_UNDETERMINED
+        shown = ", ".join(names[:MOST_UNDETERMINED]) + (f" and {more} more" if more > 0 else "")
+        lines += [f"    {what}: {shown}"] if names else []
     return "\n".join(["[[Warnings]]", *lines]) if lines else ""

@@ -25,6 +25,7 @@ from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 from freelearn.results.answers import SOLUTIONS, Answers, Column, answers
+from freelearn.results.asked_rows import as_numbers, leaves_length, with_design
 from freelearn.results.run_folder import RunFolder, read_run
 
 WORDS = np.array([status.name.lower() for status in Status])
@@ -104,7 +105,7 @@ class FittedModel:
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from what the model says; None where no row tells it."""
         seen = torch.as_tensor(self.run.seen[self.run.own])
-        return Bands.of(self.model, self.rows, seen, self.covariance, self.run.accuracy)
+        return Bands.of(self.model, self.rows, seen, self.covariance, self.run.accuracy, self.run.by_states)
 
     @cached_property
     def asker(self) -> Asker:
@@ -151,21 +152,27 @@ class FittedModel:
         cannot be answered says why.
         """
         questions = questions.reset_index(drop=True)
-        complete, alone = self._complete(questions, blanks=True), "step" not in questions
+        complete = self._complete(questions, blanks=True)
+        alone = "step" not in questions or pd.to_numeric(questions["step"]).isna().any()
         states = States.from_table(_neutral(complete))
-        if alone:
-            # Each question stands for itself: an actuator that has stood still.
-            still = torch.zeros(len(states), dtype=torch.float64)
-            states = states.replace(
-                moved_length=still, moved_twist=still, dwell=still, clock=still, past_severity=states.severity
-            )
+        # Each question stands for itself, an actuator that has stood still, unless steps say how it came there.
+        states = _standing(states) if alone else _undirected(states, complete)
         system = System.of(self.model, states)
         x, y = _blanked(system, complete)
-        asker = self.asker if bands else replace(self.asker, miss=None)
+        y[:, self._never_shown] = torch.nan
+        asker = replace(self.asker, banded=bands)
         answered = asker.answered(system, x, y)
+        answered.y[:, self._never_shown] = torch.nan
         known = np.isin(complete["sample"], np.unique(self.rows.states.sample.numpy())) & self._same_design(complete)
         found = answers(questions, system, answered, known, self._diameter(questions, system, answered.x, bands))
         return self._beside(found, system, x, y)
+
+    @cached_property
+    def _never_shown(self) -> list[int]:
+        """Outputs that mean nothing: a network was never shown one of them."""
+        if self.model.family != "mlp":
+            return []
+        return [i for i, there in enumerate(self.rows.readings.present.any(0).tolist()) if not there]
 
     def _beside(self, found: Answers, system: System, x: Tensor, y: Tensor) -> Answers:
         """Beside the places at which a network carries given loads, what one trained the other way says of them."""
@@ -173,8 +180,10 @@ class FittedModel:
         if self.model.family != "mlp" or not system.mechanical or not bool(asked.any()):
             return found
         rows = torch.nonzero(asked)[:, 0]
+        # Fitted outside: a fit needs derivatives.
+        network = self._backwards
         with torch.no_grad():
-            place = self._backwards(under_load(system.states[rows], y[rows])).loads
+            place = network(under_load(system.states[rows], y[rows])).loads
         table = found.filled.copy()
         for i, quantity in enumerate(system.inputs[:2]):
             column = np.full(len(table), np.nan)
@@ -200,8 +209,10 @@ class FittedModel:
             values = system.values
             with torch.no_grad():
                 swollen = self.model.swollen(self.model.imposed(states, values), values)
-            value[there] = swollen.numpy() / DIAMETER.factor
-            half[there] = self.bands.diameter / DIAMETER.factor if bands and self.bands else np.nan
+            # As numbers of rows: a tensor of one would be taken for a single place.
+            place = there.numpy()
+            value[place] = swollen.numpy() / DIAMETER.factor
+            half[place] = self.bands.diameter / DIAMETER.factor if bands and self.bands else np.nan
         return Column(DIAMETER.column, value, half)
 
     def _same_design(self, table: pd.DataFrame) -> np.ndarray:
@@ -216,51 +227,56 @@ class FittedModel:
 
     def _complete(self, table: pd.DataFrame, blanks: bool = False) -> pd.DataFrame:
         """The table with the columns that States need. blanks: whether what is imposed may be blank or absent."""
-        design = [str(name) for name in self.design if name != "sample"]
         members = [pressure_column(m) for m in self.members]
-        pressures = members or ["pressure_kpa"]
-        imposed = [*(quantity.column for quantity in self.bed.state), *pressures]
+        imposed = [*(quantity.column for quantity in self.bed.state), *(members or ["pressure_kpa"])]
+        table = as_numbers(table, [str(name) for name in self.design], self.members)
         lacking = [name for name in imposed if name not in table]
         if lacking and not blanks:
             raise UserError(f"The table of states lacks the columns {', '.join(lacking)}: add them.")
-        table = table.reset_index(drop=True)
-        needed = [name for name in design if not name.startswith(SECOND.split("_")[0])]
-        if not set(needed) <= set(table) or table[needed].isna().any(axis=None):
-            table = self._with_design(table, design)
-        elif SECOND in design and SECOND not in table:
-            table = table.assign(**{SECOND: np.nan})
+        table = with_design(table, self.design)
         # Each row is a visit of its own unless the table says otherwise.
-        missing: dict[str, Any] = {name: 0 for name in ("sample", "step") if name not in table}
+        missing: dict[str, Any] = {}
         for name in ("sample", "step"):
-            if name in table:
-                missing[name] = table[name].fillna(0).astype(np.int64)
+            missing[name] = table[name].fillna(0).astype(np.int64) if name in table else 0
         if blanks:
+            leaves_length(table, self.members)
             every = (*imposed, *(q.column for q in (*self.bed.state, *self.bed.readings, *KINEMATIC.readings)))
             missing |= {name: np.nan for name in (*every, *(q.column for q in KINEMATIC.state)) if name not in table}
+            if "time_s" in table and table["time_s"].isna().any():
+                table = table.drop(columns="time_s")
         table = table.assign(**missing)
         more: dict[str, Any] = {"pressure_kpa": table[members].mean(axis=1, skipna=True)} if members else {}
         if self.bed is not KINEMATIC:
             more[BED] = self.bed.name
         return table.assign(**more)
 
-    def _with_design(self, table: pd.DataFrame, design: list[str]) -> pd.DataFrame:
-        if "sample" not in table and len(self.design) > 1:
-            known = ", ".join(str(n) for n in self.design["sample"])
-            raise UserError(f"The run has the samples {known}: say in a column sample which is meant.")
-        sample = table["sample"] if "sample" in table else self.design["sample"].iloc[0]
-        table = table.drop(columns=[name for name in design if name in table]).assign(sample=sample)
-        unknown = sorted(set(table["sample"].dropna()) - set(self.design["sample"]))
-        if table["sample"].isna().any():
-            raise UserError("A row names no sample: fill in the column sample, or give the design in each row.")
-        if unknown:
-            raise UserError(f"The run has no sample {unknown[0]:g}: give the design's columns {', '.join(design)}.")
-        return table.merge(self.design, on="sample", how="left")
-
 
 def _neutral(table: pd.DataFrame) -> pd.DataFrame:
     """The table with something in the place of every blank, so that States can be made of it."""
     blank = [name for name in table if str(name).startswith(("elongation", "twist", "pressure", "force", "moment"))]
     return table.fillna(dict.fromkeys(blank, 0.0))
+
+
+def _standing(states: States) -> States:
+    """The states as of actuators that nothing has moved, and that remember nothing but where they are."""
+    still = torch.zeros(len(states), dtype=torch.float64)
+    named = ("direction", "moved_length", "moved_twist", "dwell", "clock")
+    alone = states.replace(**dict.fromkeys(named, still), past_severity=states.severity)
+    return replace(alone, members=tuple(_standing(member) for member in states.members))
+
+
+def _undirected(states: States, table: pd.DataFrame) -> States:
+    """The states without a direction of the pressure where one of the two that tell it is blank."""
+    members = tuple(
+        _directed(member, table[pressure_column(i)]) for i, member in enumerate(states.members, start=1)
+    )  # fmt: skip
+    return replace(_directed(states, table["pressure_kpa"]), members=members)
+
+
+def _directed(states: States, pressure: pd.Series) -> States:
+    blank = pressure.isna().to_numpy()
+    lost = torch.as_tensor(blank | np.r_[False, blank[:-1]])
+    return states.replace(direction=torch.where(lost, 0.0, states.direction))
 
 
 def _blanked(system: System, table: pd.DataFrame) -> tuple[Tensor, Tensor]:

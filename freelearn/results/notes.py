@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.fit.options import PROFILE
 from freelearn.fit.uncertainty import Uncertainty, quantile
 from freelearn.models.base import Model
 
@@ -45,14 +46,22 @@ def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
     reach = quantile(uncertainty.freedom)
     for name, spec in model.declared.items():
         i = place[name]
-        if spec.none is None or not math.isfinite(error[i]):
+        profiled = uncertainty.kinds[i] == PROFILE
+        if spec.none is None or not (profiled or math.isfinite(error[i])):
             continue
-        if abs(uncertainty.values[i] - spec.none) < reach * error[i]:
+        inside = uncertainty.low[i] <= spec.none <= uncertainty.high[i]
+        if inside if profiled else abs(uncertainty.values[i] - spec.none) < reach * error[i]:
             said.append(f"{name} is not significantly different from no effect: the rows do not ask for it.")
         twins = [n for n, j in place.items() if j != i and abs(correlation[i, j]) > STRONG_CORRELATION]
         if twins:
             said.append(f"{name} is strongly correlated with {', '.join(twins)}: these rows hardly tell them apart.")
     return said
+
+
+def interval_notes(uncertainty: Uncertainty) -> list[str]:
+    """Sentences on profile intervals: of all of them, and of those parameters of which something should be known."""
+    said = [f"{name}: {words}." for name, words in zip(uncertainty.names, uncertainty.words, strict=True) if words]
+    return [*filter(None, [uncertainty.remark]), *said]
 
 
 def correlations(uncertainty: Uncertainty) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pandas as pd
 from torch import Tensor
 
 from freelearn.fit.uncertainty import Uncertainty
+from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import Error
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.models.base import Model
@@ -35,7 +37,7 @@ class Run:
     vector (p,) before the fit. history: epoch, training and validation error. seconds: of this run; fit_seconds: of the
     fit, which an earlier run made when it is `reused`. comparison: by test set, without and with the effects; empty
     where there are none. misfit: where the model fails and how small its error could be; None without a stated
-    accuracy.
+    accuracy. accuracy: of the measuring, stated or judged from the residuals, None where nothing tells it.
     """
 
     model: Model[Any]
@@ -54,11 +56,23 @@ class Run:
     reused: bool = False
     comparison: Mapping[str, Compared] | None = None
     misfit: Misfit | None = None
+    accuracy: Accuracy | None = None
 
     @property
     def title(self) -> str:
         """Model and effects."""
         return " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Of the declared parameters, in their order, SI (k, k); NaN where one is not known, as in a run that fitted
+        nothing. A network's weights are left out."""
+        declared = list(self.model.declared)
+        if self.uncertainty is None:
+            return np.full((len(declared), len(declared)), np.nan)
+        place = [self.uncertainty.names.index(name) for name in declared]
+        known: np.ndarray = self.uncertainty.covariance[np.ix_(place, place)]
+        return np.where(np.isfinite(known), known, np.nan)
 
     def estimates(self) -> list[Estimate]:
         """The physical parameters; of a network its weights and biases, as far as they were fitted."""

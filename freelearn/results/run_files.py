@@ -11,7 +11,6 @@ import pandas as pd
 from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.beds import bed_of
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
@@ -75,19 +74,15 @@ def results(run: Run, origin: Origin) -> dict[str, Any]:
     }  # fmt: skip
     if run.uncertainty:
         content["freedom"] = run.uncertainty.freedom
-        content["covariance"] = _covariance(run.uncertainty, list(run.model.declared))
+        content["covariance"] = [[finite(value) for value in row] for row in run.covariance]
     if run.comparison:
         content["comparison"] = {name: pair.plain() for name, pair in run.comparison.items()}
+    if run.accuracy:
+        content["accuracy"] = vars(run.accuracy)
     if run.misfit:
         content["noise_floor"] = run.misfit.noise_floor
         content["failures"] = all_finite([failure.numbers() for failure in run.misfit.failures])
     return content
-
-
-def _covariance(uncertainty: Uncertainty, declared: list[str]) -> list[list[float | None]]:
-    """Covariance of the physical parameters (SI), in the order of `parameters`; a network's weights are left out."""
-    place = [uncertainty.names.index(name) for name in declared]
-    return [[finite(uncertainty.covariance[i, j]) for j in place] for i in place]
 
 
 def report(run: Run) -> str:

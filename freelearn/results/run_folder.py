@@ -46,6 +46,11 @@ class RunFolder:
         return shown
 
     @property
+    def by_states(self) -> bool:
+        """Whether whole kinematic states were held out, so that bands are those of a state that was not visited."""
+        return str(self.content.get("split", "states")) == "states"
+
+    @property
     def seen(self) -> np.ndarray:
         """Rows that the fit saw, (N,) bool."""
         if self.content["train"] == CONSTITUENT_SET:

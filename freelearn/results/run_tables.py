@@ -6,7 +6,7 @@ from freelearn.measurements.beds import bed_of
 from freelearn.measurements.usable import SLACK
 from freelearn.results.estimate import parameter_table
 from freelearn.results.formats import percent, sentence
-from freelearn.results.notes import effect_notes, notes
+from freelearn.results.notes import effect_notes, interval_notes, notes
 from freelearn.results.run import Run
 from freelearn.results.tables import DisplayTable
 
@@ -55,7 +55,10 @@ def run_parameters(run: Run) -> DisplayTable | str:
 
 def parameter_notes(run: Run) -> list[str]:
     """Sentences on the fitted parameters; none where nothing was fitted."""
-    return [*notes(run.model, run.start), *effect_notes(run.model, run.uncertainty)] if run.uncertainty else []
+    if run.uncertainty is None:
+        return []
+    known = run.uncertainty
+    return [*notes(run.model, run.start), *effect_notes(run.model, known), *interval_notes(known)]
 
 
 def row_counts(run: Run) -> str:

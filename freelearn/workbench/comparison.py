@@ -36,6 +36,8 @@ class Comparison:
         self.slider = Slider(start=0, end=1, step=1, value=0, show_value=False, title="kinematic state", width=560)
         self.labels: dict[int, str] = {}
         self.fixed = Tick("map colors as in the first fit", 220, lambda _: self._draw_map(), ticked=True)
+        self.banded = Tick("95 % bands", 220, session.show_bands, ticked=session.banded)
+        self.drawn_banded = session.banded
         self.curves, self.maps = CurveCharts([FIRST, NOW], WIDTH, HEIGHT), ResidualCharts(WIDTH, HEIGHT, tap=True)
         self.curves_view, self.maps_view = pn.Row(), pn.Row()
         self._place_curves()
@@ -44,7 +46,7 @@ class Comparison:
         self.slider.on_change("value", lambda attr, old, new: self._draw_curves())
         self.view = pn.Column(
             self.title,
-            pn.Row(self.sample, pn.pane.Bokeh(self.slider), self.fixed.view),
+            pn.Row(self.sample, pn.pane.Bokeh(self.slider), pn.Column(self.fixed.view, self.banded.view)),
         )
 
     def _place_curves(self) -> None:
@@ -69,6 +71,13 @@ class Comparison:
             own = samples_of(runs[-1]["question"].train, self.now.table["sample"].to_numpy())
             self.sample.param.update(options=samples, value=int(own[0]))
         self._sample_chosen()
+
+    def show_bands(self) -> None:
+        """Shows the bands or hides them, as was chosen here or in another tab."""
+        if self.banded.ticked != self.session.banded:
+            self.banded.show(self.session.banded, visible=True, disabled=False)
+        if self.drawn_banded != self.session.banded:
+            self._draw_curves()
 
     def _fitted(self, run: dict[str, Any]) -> Fitted:
         folder = self.session.folder / run["folder"]
@@ -123,9 +132,10 @@ class Comparison:
         rows = self.now.rows(curve)
         measured = self.now.table.iloc[rows]
         self.slider.title = f"kinematic state ({self.labels[curve]})"
-        curves = {NOW: self.now.predicted(rows)}
+        self.drawn_banded = self.session.banded
+        curves = {NOW: self.now.predicted(rows, self.drawn_banded)}
         if self.first is not self.now:
-            curves[FIRST] = self.first.predicted(rows)
+            curves[FIRST] = self.first.predicted(rows, self.drawn_banded)
         shown = panels_of(measured)
         if tuple(self.curves.shown) != shown:
             self.curves = CurveCharts([FIRST, NOW], WIDTH, HEIGHT, shown)

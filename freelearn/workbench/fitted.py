@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.answer.bands import Bands
 from freelearn.measurements.beds import Quantity, bed_of
 from freelearn.measurements.states import States, kinematic_state
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.models.predicted import usable
-from freelearn.results.curve import model_curve
+from freelearn.results.curve import model_curve, taut_rows
 from freelearn.results.curve_rows import curves_of
+from freelearn.results.fitted_model import load
 from freelearn.results.quantities import misses, plane, told
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, fields, place_text, places
@@ -31,10 +33,11 @@ class Fitted:
     (N,)."""
 
     def __init__(self, folder: Path) -> None:
+        self.folder = folder
         self.model: Model = load_model(folder / "checkpoint.ckpt")
         self.table = pd.read_csv(folder / "predictions.csv")
         self.states = States.from_table(self.table)
-        self.usable = usable_rows(self.table)
+        self.usable, self.taut = usable_rows(self.table), taut_rows(self.table)
         state = kinematic_state(self.table)
         self.curve = curves_of(self.table, state)
         first = np.unique(self.curve, return_index=True)[1]
@@ -74,9 +77,16 @@ class Fitted:
         size = (each.mean().abs() / self.missed.abs().max().replace(0.0, 1.0)).sum(axis=1)
         return int(size.reindex(enough).fillna(0.0).idxmax())
 
-    def predicted(self, rows: np.ndarray) -> pd.DataFrame:
-        """What the model predicts along the pressures of these rows (see results.curve.model_curve)."""
-        return model_curve(self.model, self.states[torch.as_tensor(rows)], self.usable[rows])
+    @cached_property
+    def bands(self) -> Bands | None:
+        """How far a new measurement may lie from the model; None where no row tells it."""
+        return load(self.folder).bands
+
+    def predicted(self, rows: np.ndarray, banded: bool = False) -> pd.DataFrame:
+        """What the model predicts along the pressures of these rows (see results.curve.model_curve). banded: with its
+        bands."""
+        states, bands = self.states[torch.as_tensor(rows)], self.bands if banded else None
+        return model_curve(self.model, states, self.usable[rows], self.taut[rows], bands)
 
 
 @lru_cache(8)

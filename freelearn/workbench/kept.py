@@ -19,7 +19,8 @@ class Kept:
     question: what is chosen. table: what table.json says of the data. raw: a laboratory's file that is no table: its
     {path, name}, guess.json as `guess`, and whether its columns are being mapped (`open`). made: the table that intake
     made of it, see Session. confirmed: name of a stored table → suspicions about its units that the user knows better.
-    runs: each {folder, question}, in the order of fitting. search: {folder, question} of the latest discovery.
+    runs: each {folder, question}, in the order of fitting. search: {folder, question} of the latest discovery. banded:
+    whether curves are shown with their 95 % bands.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -31,6 +32,7 @@ class Kept:
         self.confirmed: dict[str, list[str]] = {}
         self.runs: list[Run] = []
         self.search: Run | None = None
+        self.banded = True
         self._load()
 
     def _load(self) -> None:
@@ -42,7 +44,7 @@ class Kept:
         self.problem = content["problem"]
         # A session of former times knows none of these.
         self.raw, self.made = content.get("raw", {}), content.get("made", {})
-        self.confirmed = content.get("confirmed", {})
+        self.confirmed, self.banded = content.get("confirmed", {}), content.get("banded", True)
         self.runs, self.search = [_read(r) for r in content["runs"]], _read(content["search"])
 
     def save(self) -> None:
@@ -57,6 +59,7 @@ class Kept:
             "confirmed": self.confirmed,
             "runs": [_plain(r) for r in self.runs],
             "search": _plain(self.search),
+            "banded": self.banded,
         }
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / "state.json", json.dumps(content, indent=1) + "\n")

@@ -40,6 +40,7 @@ class Results:
         if drawn != self.drawn:
             self.drawn = drawn
             self.comparison.refresh()
+        self.comparison.show_bands()
         self._staircase()
         self.effects.refresh()
         self.suspects.refresh()

@@ -52,6 +52,12 @@ class Session(Running):
         self.settle()
         self.save()
 
+    def show_bands(self, banded: bool) -> None:
+        """Takes over whether curves are shown with their 95 % bands: no question, and so nothing is computed anew."""
+        if banded != self.banded:
+            self.banded = banded
+            self.save()
+
     def upload(self, name: str, content: bytes) -> None:
         """Stores a table, or what is to become one, and has it checked; a recipe is used."""
         if self._refused(content):

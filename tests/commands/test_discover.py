@@ -265,6 +265,8 @@ def test_the_command_itself(tmp_path):
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     assert "Named: friction_hysteresis was missing" in done.stdout
+    curves = pd.read_csv(tmp_path / "out" / "curves_1.csv")
+    assert all(curves.loc[curves["what"] == when, "force_n_low"].notna().any() for when in ("before", "after"))
     for name in ("staircase", "ranking", "likeness", "residuals_before", "residuals_after", "curves_1"):
         assert (tmp_path / "out" / f"{name}.png").stat().st_size > 5000
         assert (tmp_path / "out" / f"{name}.csv").exists()

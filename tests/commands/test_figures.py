@@ -29,7 +29,11 @@ def test_every_picture_has_its_numbers_and_the_tables_are_those_of_the_runs(swee
     for name in ("admissible", "load_vectors", "curves"):
         assert (tmp_path / f"{name}.png").stat().st_size > 5000
         assert len(pd.read_csv(tmp_path / f"{name}.csv"))
-    assert set(pd.read_csv(tmp_path / "curves.csv")["what"]) == {"measured", "continuum", "linear"}
+    drawn = pd.read_csv(tmp_path / "curves.csv")
+    assert set(drawn["what"]) == {"measured", "continuum", "linear"}
+    inside = drawn[(drawn["extrapolated"] == False) & (drawn["what"] != "measured")]  # noqa: E712
+    assert (inside["force_n_low"] < inside["force_n"]).all()
+    assert (inside["force_n"] < inside["force_n_high"]).all()
     assert list(pd.read_csv(tmp_path / "designs.csv")["sample"]) == [3, 6]
     fitted = pd.read_csv(tmp_path / "parameters.csv")
     assert len(fitted) == 2 * 2 + 2 * 3
@@ -47,7 +51,8 @@ def test_a_chosen_state_is_the_nearest_one_and_a_single_run_will_do(sweep, tmp_p
     wanted = table[table["sample"] == 6].iloc[35]
     state = [6, wanted["elongation_mm"] + 1e-3, wanted["twist_deg"] - 1e-2]
     with open(tmp_path / "terminal.txt", "w") as file:
-        draw_folder(sweep / "0", tmp_path, "", state, Console(file=file))
+        draw_folder(sweep / "0", tmp_path, "", state, Console(file=file), banded=False)
+    assert "force_n_low" not in pd.read_csv(tmp_path / "curves.csv")
     shown = pd.read_csv(tmp_path / "curves.csv").query("what == 'measured'")
     own = table[(table["sample"] == 6) & (table["twist_deg"] == wanted["twist_deg"])]
     np.testing.assert_allclose(shown["force_n"], own["force_n"], rtol=1e-6)

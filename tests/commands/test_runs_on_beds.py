@@ -90,6 +90,13 @@ def test_it_is_told_in_the_quantities_of_the_bed(found):
         assert "moment residual" not in text
     curves = pd.read_csv(folder / "curves_1.csv")
     assert curves["what"].isin(["measured", "slack", "before", "after"]).all()
+    # What the bed measures has bands, and the better model the narrower ones.
+    column = "elongation_mm" if bed == "dead_load" else "force_n"
+    wide, narrow = (
+        (own[f"{column}_high"] - own[f"{column}_low"]).mean()
+        for own in (curves[curves["what"] == when] for when in ("before", "after"))
+    )
+    assert wide > narrow > 0
     for name in ("staircase", "residuals_before", "residuals_after", "curves_1"):
         assert (folder / f"{name}.png").stat().st_size > 5000
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
 
 from freelearn.inference.suspects import Suspect
 from freelearn.render.html.charts.curves import CurveCharts
@@ -13,6 +14,7 @@ from freelearn.render.png.canvas import save, to_rgb
 from freelearn.render.png.curves import curves
 from freelearn.render.png.parity import parity
 from freelearn.render.png.residual_map import residual_map
+from freelearn.results.curve_bands import BAND, SHORT
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.parity import SHOWN
 from freelearn.results.residuals import residual_table
@@ -42,6 +44,19 @@ def curve() -> pd.DataFrame:
     pressure = np.linspace(0, 8, 17)
     curve = pd.DataFrame({"pressure_kpa": pressure, "force_pred_n": pressure, "moment_pred_nmm": pressure**2})
     return curve.assign(extrapolated=(pressure < 2) | (pressure > 4))
+
+
+def with_band(curve: pd.DataFrame, **half: float) -> pd.DataFrame:
+    """The curve with a band of a quantity for each half of one, where it is not extrapolated."""
+    for name, off in half.items():
+        there = curve[name].where(~curve["extrapolated"])
+        curve = curve.assign(**{f"{name}_low": there - off, f"{name}_high": there + off})
+    return curve
+
+
+def filled(axes) -> int:
+    """How many bands a panel shows."""
+    return sum(isinstance(patch, PathPatch) for patch in axes.patches)
 
 
 def drawn(figure: Figure, label: str, panel: int = 0) -> int:
@@ -168,8 +183,70 @@ def test_charts_draw_suspected_readings_apart_as_pictures_do(predictions, curve)
         legend = {item.label.value: item.visible for item in charts.panels[0].legend[0].items}
         assert legend == {
             **{"model": True, "measured": True, "falling pressure": False},
-            **{"slack": False, "suspected reading": bool(count)},
+            **{"slack": False, "suspected reading": bool(count), SHORT: False},
         }
+
+
+def test_bands_are_filled_over_the_pressure_and_named_once(predictions, curve):
+    banded = with_band(curve, force_pred_n=1.0, moment_pred_nmm=3.0)
+    figure = curves(predictions[:5], {"before": banded, "after": banded}, "title", simulated=False)
+    assert [filled(axes) for axes in figure.axes] == [2, 2, 0]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels.count(BAND) == 1
+    # As far as the pressures were measured, and as high as the band.
+    extent = figure.axes[0].patches[0].get_path().get_extents()
+    assert (extent.x0, extent.x1, extent.y0, extent.y1) == (2, 4, 1, 5)
+    # Nothing where nothing is known: of one quantity, or of all.
+    some = curves(predictions[:5], with_band(curve, force_pred_n=1.0, moment_pred_nmm=np.nan), "", True)
+    assert [filled(axes) for axes in some.axes] == [1, 0, 0]
+    for blank in (with_band(curve, force_pred_n=np.nan, moment_pred_nmm=np.nan), curve):
+        none = curves(predictions[:5], blank, "", True)
+        assert [filled(axes) for axes in none.axes] == [0, 0, 0]
+        assert BAND not in [text.get_text() for text in none.legends[0].get_texts()]
+        assert to_rgb(none).std() > 5
+
+
+def test_a_band_that_lies_on_itself_is_as_light_as_any(predictions, curve):
+    """Up and down again the model of no memory fills the same area twice."""
+    up = with_band(curve.assign(extrapolated=False), force_pred_n=1.0)
+    images = [
+        to_rgb(curves(predictions[:5], shown, "", True)) for shown in (up, pd.concat([up, up[::-1]], ignore_index=True))
+    ]
+    light = [np.unique(image.reshape(-1, 3), axis=0, return_counts=True) for image in images]
+    for colors, counts in light:
+        # The commonest color but for the paper's.
+        order = np.argsort(counts)
+        assert tuple(colors[order[-1]]) == (255, 255, 255)
+        assert tuple(colors[order[-2]]) == (214, 232, 242)
+
+
+def test_charts_fill_bands_as_pictures_do(predictions, curve):
+    charts = CurveCharts(["before", "after"])
+    banded = with_band(curve, force_pred_n=1.0, moment_pred_nmm=np.nan)
+    charts.show(predictions[:5], {"after": banded})
+    areas = [{name: len(source.data["across"]) for name, source in panel.items()} for panel in charts.bands]
+    assert areas == [{"before": 0, "after": 16}, {"before": 0, "after": 0}, {}]
+    legends = [{item.label.value: item.visible for item in panel.legend[0].items} for panel in charts.panels]
+    assert [legend.get(SHORT) for legend in legends] == [True, False, None]
+    # The entry hides all of a panel's bands, and nothing else.
+    entry = next(item for item in charts.panels[0].legend[0].items if item.label.value == SHORT)
+    assert {type(renderer.glyph).__name__ for renderer in entry.renderers} == {"VArea"}
+    assert len(entry.renderers) == 2
+    assert charts.panels[0].legend[0].click_policy == "hide"
+    # Below every line.
+    assert charts.panels[0].renderers[:2] == entry.renderers
+    charts.show(predictions[:5], {"after": curve})
+    assert not len(charts.bands[0]["after"].data["across"])
+    assert not entry.visible
+
+
+def test_a_suspected_reading_stands_beside_a_band_and_not_on_it(predictions, curve):
+    visit = predictions[:5]
+    visit.loc[1, "force_n"] = 2500.0
+    marked = flagged(visit, [Suspect(1, "force", 0.0, 0.0, 9.0, "", (1,))])
+    figure = curves(marked, with_band(curve, force_pred_n=40.0), "", True)
+    cross = next(line for line in figure.axes[0].lines if line.get_label() == "suspected reading")
+    assert cross.get_ydata()[0] > 44
 
 
 def test_the_legend_of_a_chart_says_what_open_squares_are(predictions, curve):

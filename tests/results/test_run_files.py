@@ -76,7 +76,7 @@ def test_what_nothing_determines_is_null_and_has_no_interval(table):
     measured = read_table(table).table
     outcome = evaluate(build_model("continuum", {}, []), measured, "constituent", "every", None, 0)
     entries = results(outcome, Origin(Provenance("virtual", True, 0), 0, "rows", (0.64, 0.16)))
-    unknown = dict.fromkeys(("stderr", "low", "high", "stderr_independent"))
+    unknown = dict.fromkeys(("stderr", "low", "high", "stderr_independent", "interval", "interval_note"))
     assert entries["parameters"]["C1"] == {"value": pytest.approx(5e5), "unit": "Pa"} | unknown
     assert "covariance" not in entries
     assert "(nothing was fitted)" in report(outcome)

@@ -245,6 +245,20 @@ def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, hidden):
     title += ".map(m => m.text).find(t => t.startsWith('F–P'))"
     tab.wait_for_function(f"({title})() !== undefined")
     before = tab.evaluate(title)
+    # Bands are hidden and shown by a box, which is remembered.
+    areas = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'GlyphRenderer'"
+    areas += " && m.glyph.type === 'VArea' && m.data_source.get_length() > 0).length"
+    bands = tab.get_by_label("95 % bands", exact=True)
+    assert bands.is_checked()
+    assert tab.evaluate(areas) == 2
+    bands.focus()
+    tab.keyboard.press("Space")
+    tab.wait_for_function(f"({areas})() === 0")
+    tab.reload()
+    tab.wait_for_function(f"({title})() !== undefined")
+    assert not bands.is_checked()
+    bands.click()
+    tab.wait_for_function(f"({areas})() === 2")
     handle = tab.locator(".noUi-handle").first
     handle.focus()
     handle.press("Home")

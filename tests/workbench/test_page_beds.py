@@ -28,6 +28,11 @@ def table_text(name, **changes):
     return beds.TABLES[name]({}).assign(**changes).to_csv(index=False).encode()
 
 
+def _filled(page):
+    """Whether any band is drawn."""
+    return any(len(source.data["across"]) for panel in page.curves.bands for source in panel.values())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(beds.TABLES))
 def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
@@ -65,6 +70,17 @@ def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, fi
         page.sample.value = sample
         assert page.curves.panels[0].title.text.startswith(f"{page.curves.shown[0].title}: sample {sample}")
     page.sample.value = 1
+    # The bands go and come back without a fit.
+    assert page.banded.ticked
+    assert _filled(page)
+    page.banded.view.value = []
+    page.show_bands()
+    assert not session.banded
+    assert not _filled(page)
+    session.show_bands(True)
+    page.show_bands()
+    assert page.banded.ticked
+    assert _filled(page)
     # A click on the map moves to a state of that cell.
     page.maps.source.selected.indices = [len(page.shown) - 1]
     inside = (page.now.field == page.shown[-1]) & page.now.usable

@@ -31,6 +31,22 @@ def test_two_sessions_do_not_share_what_was_chosen_and_a_restart_finds_it_again(
     assert restarted.question == first.question
 
 
+def test_bands_are_hidden_until_they_are_asked_for_again_and_nothing_is_computed_anew(sessions, tmp_path):
+    name, session = sessions.get("")
+    asked, version = session.question, session.version
+    assert session.banded
+    session.show_bands(True)
+    assert session.version == version
+    session.show_bands(False)
+    assert session.version == version + 1
+    assert (session.question, session.job) == (asked, None)
+    assert not Sessions(tmp_path / "work").get(name)[1].banded
+    # A session of former times knows nothing of them.
+    state = session.folder / "state.json"
+    state.write_text(json.dumps({k: v for k, v in json.loads(state.read_text()).items() if k != "banded"}))
+    assert Sessions(tmp_path / "work").get(name)[1].banded
+
+
 def test_a_file_that_is_too_large_is_refused_in_words(sessions, monkeypatch):
     monkeypatch.setattr("freelearn.workbench.session.LARGEST_CSV", 1000)
     session = sessions.get("")[1]

@@ -53,5 +53,5 @@ def report_run(
 def _parameters(run: Run) -> Section:
     table = run_parameters(run)
     if isinstance(table, str):
-        return Section("Parameters", [table])
+        return Section("Parameters", [table, *parameter_notes(run)])
     return Section("Parameters", parameter_notes(run), [table])

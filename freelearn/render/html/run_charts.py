@@ -13,6 +13,7 @@ from freelearn.render.html.charts.residual_strip import residual_strips
 from freelearn.render.html.charts.residuals import ResidualCharts
 from freelearn.render.html.page import Section
 from freelearn.results.curve import StateCurves
+from freelearn.results.curve_bands import has_band
 from freelearn.results.curve_panels import LOOSE, SUSPECTED, curve_numbers, panels_of
 from freelearn.results.formats import sentence
 from freelearn.results.parity import parity_numbers
@@ -44,6 +45,9 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], wh
     name = "curves_" + "".join(plain.get(letter, letter) for letter in where) + ".csv"
     numbers = curve_numbers(measured, curves)
     note = "Squares: measured, open where the pressure fell. Faint lines: beyond the measured pressures."
+    banded = [line.line[1] for line in charts.shown if line.banded]
+    if any(has_band(curve, column) for curve in curves.values() for column in banded):
+        note += " Shaded: where a new measurement lies with 95 % probability; nothing tells it beyond those pressures."
     if sweep(measured).held:
         note += " The other actuators' pressures are those imposed: where they wander, a line has a kink."
     if (numbers["what"] == LOOSE).any():

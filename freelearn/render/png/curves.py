@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
+from freelearn.results.curve_bands import BAND, ends, strip
 from freelearn.results.curve_panels import (
     LOOSE,
     SUSPECTED,
@@ -28,6 +32,8 @@ PANEL = 4.0  # inches
 # Dashes are taken by extrapolation, so models differ by color and by a few sparse marks. None of them is a square.
 MARKS = ("", "o", "^", "D", "v", "P", "*")
 MARKS_ON_A_CURVE = 6
+# Of a band: two of them on each other stay lighter than a line.
+FILL, EDGE = 0.16, 0.5
 
 
 def curves(
@@ -40,7 +46,7 @@ def curves(
     those in which the tube hangs loose as hollow diamonds, and suspected readings (see suspects.flagged) as hollow
     crosses, at the edge with their values where they lie beyond it. models: by name (or one alone, then called
     "model"), frames of model_curve, drawn in their own order; the line is solid over the measured pressures and dashed
-    beyond them.
+    beyond them, and where the frame has a band, that is filled in the line's color over the pressure.
     """
     named = {"model": models} if isinstance(models, pd.DataFrame) else models
     shown, panels = measured_points(measured), panels_of(measured)
@@ -55,6 +61,8 @@ def curves(
         _points(axes, shown, named, panel)
         for (name, curve), color, mark in zip(named.items(), cycle(COLORS), cycle(MARKS), strict=False):
             _line(axes, curve, *panel.line, name, color, mark)
+            if panel.banded and _band(axes, curve, *panel.line, color):
+                entries[BAND] = Patch(color="gray", alpha=2 * FILL, lw=0)
         finish(axes, panel.x.label, panel.y.label)
         axes.locator_params(nbins=6)
         if number == 1 and any(curve["extrapolated"].any() for curve in named.values()):
@@ -62,6 +70,9 @@ def curves(
         # A suspected moment is in no panel of the force alone.
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
+    if BAND in entries:
+        # What was measured first, then the models: that which goes with each of them behind.
+        entries[BAND] = entries.pop(BAND)
     _legend_below(figure, entries)
     return figure
 
@@ -115,6 +126,24 @@ def _line(axes: Axes, curve: pd.DataFrame, x: str, y: str, name: str, color: str
     axes.plot(solid, up, "-", color=color, lw=1.8, marker=mark, ms=6, mfc="white", markevery=every, label=name)
     for part in _stretches(outside):
         axes.plot(across[part], up[part], "--", color=color, lw=1.3)
+
+
+def _band(axes: Axes, curve: pd.DataFrame, x: str, y: str, color: str) -> bool:
+    """Fills one model's band, below every line; whether there is any. Its thin edge is what tells it from another
+    model's in print without color."""
+    across, one, other = strip(curve, x, y).T
+    if not len(across):
+        return False
+    around = np.r_[np.c_[across, one], np.c_[across, other][::-1]]
+    axes.add_patch(PathPatch(Path(around), facecolor=(color, FILL), lw=0, zorder=1))
+    for end in ends(y):
+        axes.plot(curve[x], curve[end], "-", color=_lighter(color), lw=0.7, zorder=1)
+    return True
+
+
+def _lighter(color: str) -> tuple[float, ...]:
+    """Not transparent: the edges of the way up and of the way down may lie on each other."""
+    return tuple(1 - EDGE * (1 - part) for part in to_rgb(color))
 
 
 def _stretches(outside: np.ndarray) -> list[slice]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 import pandas as pd
-from bokeh.models import ColumnDataSource
+from bokeh.models import ColumnDataSource, LegendItem
 from bokeh.plotting import figure
 
 from freelearn.render.html.charts.canvas import chart, hover, legend_below
 from freelearn.render.palette import COLORS
+from freelearn.results.curve_bands import SHORT, strip
 from freelearn.results.curve_panels import (
     LOOSE,
     PANELS,
@@ -25,6 +27,8 @@ from freelearn.results.curve_panels import (
 # In legends: filled squares, and open ones.
 MEASURED, FALLING = "measured", "falling pressure"
 DASHES = ("solid", "dotdash", "dotted")
+# From this width on a chart has room for three entries of the legend beside each other [px].
+WIDE = 400
 
 
 class CurveCharts:
@@ -40,6 +44,9 @@ class CurveCharts:
         # A row may slip in one of its readings alone: each panel draws others of them apart.
         self.rows, self.fallen, self.slack, self.suspects = ([ColumnDataSource(empty) for _ in shown] for _ in range(4))
         self.lines = {name: ColumnDataSource(self._columns(None)) for name in models}
+        # Of each panel with room for bands, one for each model.
+        area: dict[str, list[float]] = {"across": [], "one": [], "other": []}
+        self.bands = [{name: ColumnDataSource(area) for name in models if panel.banded} for panel in shown]
         self.panels = [self._panel(number, width, height) for number in range(len(shown))]
 
     def _panel(self, number: int, width: int, height: int) -> figure:
@@ -47,8 +54,14 @@ class CurveCharts:
         x, y = about.x, about.y
         across, up = about.line
         panel = chart(about.title, x.label, y.label, width, height)
+        colors = dict(zip(self.models, cycle(COLORS), strict=False))
+        # First, so that they lie below every line.
+        bands = [
+            panel.varea("across", "one", "other", source=source, fill_color=colors[name], fill_alpha=0.18)
+            for name, source in self.bands[number].items()
+        ]
         for i, name in enumerate(self.models):
-            color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
+            color, dash = colors[name], DASHES[i % len(DASHES)]
             # Faint where the pressure was not measured.
             panel.line(across, up, source=self.lines[name], color=color, alpha=0.35, width=2)
             inside = f"{across}_in", f"{up}_in"
@@ -76,12 +89,15 @@ class CurveCharts:
         hover(panel, [(MEASURED, "@direction"), *places], squares)
         hover(panel, [(LOOSE, "@direction"), *places], [hanging])
         hover(panel, [(SUSPECTED, "@direction"), *places], [crosses])
+        if bands:
+            panel.legend[0].items.append(LegendItem(label=SHORT, renderers=bands))
         legend_below(panel)
         return panel
 
     def show(self, measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> None:
         """measured: one state's rows in time order; buckled and left-out ones are not drawn, those in which the tube
-        hangs loose and suspected readings (see suspects.flagged) apart. curves: frames of model_curve."""
+        hangs loose and suspected readings (see suspects.flagged) apart. curves: frames of model_curve, with the bands
+        that are drawn."""
         points = measured_points(measured)
         for number, (about, panel) in enumerate(zip(self.shown, self.panels, strict=True)):
             crosses, hanging = suspected_points(points, curves, about), points[loose(points, about)]
@@ -93,14 +109,24 @@ class CurveCharts:
             self.suspects[number].data = _marked(crosses, self.columns)
             named = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
             named[MEASURED] = (shown & ~fallen).any()
+            named[SHORT] = self._fill(number, about, curves)
             entries = {*curves, *(name for name, some in named.items() if some)}
             legend = panel.legend[0]
             for item in legend.items:
                 item.visible = item.label.value in entries
-            # More of them in a row would run out of a small chart.
-            legend.ncols = "auto" if len(entries) < 4 else 3 if len(entries) == 4 else 2
+            # More of them in a row would run out of a small chart; four fill two rows of two.
+            legend.ncols = "auto" if len(entries) < 4 else 3 if len(entries) > 4 and panel.width >= WIDE else 2
         for name in self.models:
             self.lines[name].data = self._columns(curves.get(name))
+
+    def _fill(self, number: int, about: CurvePanel, curves: Mapping[str, pd.DataFrame]) -> bool:
+        """Draws a panel's bands; whether there are any."""
+        some = False
+        for name, source in self.bands[number].items():
+            area = strip(curves[name], *about.line) if name in curves else np.empty((0, 3))
+            source.data = dict(zip(("across", "one", "other"), area.T, strict=True))
+            some = some or len(area) > 0
+        return some
 
     def _columns(self, curve: pd.DataFrame | None) -> dict[str, np.ndarray]:
         """A line's columns; `…_in` is blank beyond the measured pressures."""

@@ -1,0 +1,74 @@
+"""A plan of the user's own, from its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from freelearn.errors import UserError
+from freelearn.measurements.beds import BED, bed_of
+from freelearn.measurements.columns import Columns
+from freelearn.measurements.faults import Fault, TableError
+from freelearn.measurements.members import members_in
+from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
+
+# What else of a row counts, where the file says it.
+NEEDED = ("sample", "step")
+# How far a row may lie outside what the bed went to, as a share of that.
+OUTSIDE = 1e-6
+
+
+def read_plan(path: Path, measured: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a plan in the columns of a measured table: where to measure is the file's, what the sample is the
+    table's. Raises UserError."""
+    records = read_records(path)
+    header = [name.strip() for name in records.header]
+    columns = Columns(bed_of(measured), len(members_in(measured.columns)))
+    wanted = [*NEEDED, *(q.column for q in columns.bed.state), *columns.pressures]
+    if lacking := [name for name in wanted if name not in header]:
+        raise UserError(f"{path} lacks the columns {', '.join(lacking)}: a plan says where to measure.")
+    if not records.rows:
+        raise UserError(f"{path} holds no rows: there is only a header.")
+    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
+    if not faults:
+        cells = dict(zip(header, zip(*records.rows, strict=True), strict=True))
+        numbers = pd.DataFrame({name: numbers_of(cells[name]) for name in wanted})
+        for name in wanted:
+            for i in np.flatnonzero(numbers[name].isna()):
+                faults.append(Fault(records.lines[i], name, cells[name][i], "is no number: say where to measure"))
+    if faults:
+        raise TableError(path, sorted(faults, key=lambda fault: fault.line))
+    return _completed(path, numbers, measured)
+
+
+def _completed(path: Path, numbers: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
+    known = measured.drop_duplicates("sample").set_index("sample")
+    unknown = sorted(set(numbers["sample"]) - set(known.index))
+    if unknown:
+        there = ", ".join(str(n) for n in known.index)
+        raise UserError(f"{path} plans sample {unknown[0]:g}, which the run has not: it has {there}.")
+    rows = known.loc[numbers["sample"]].reset_index()
+    for name in numbers:
+        rows[name] = numbers[name].to_numpy()
+    pressures = [f"pressure_{m}_kpa" for m in members_in(measured.columns)]
+    if pressures:
+        rows["pressure_kpa"] = rows[pressures].mean(axis=1)
+    rows = rows.drop(columns=[name for name in ("time_s",) if name in rows])
+    return rows.astype({"sample": np.int64, "step": np.int64})[[c for c in measured if c in rows or c == BED]]
+
+
+def outside_reach(rows: pd.DataFrame, candidates: pd.DataFrame) -> list[str]:
+    """A sentence for every column in which a plan goes beyond what the bed went to."""
+    members = len(members_in(rows.columns))
+    columns = Columns(bed_of(rows), members)
+    notes = []
+    for name in (*(q.column for q in columns.bed.state), *columns.pressures):
+        low, high = float(candidates[name].min()), float(candidates[name].max())
+        room = OUTSIDE * max(high - low, abs(high), abs(low))
+        count = int(((rows[name] < low - room) | (rows[name] > high + room)).sum())
+        if count:
+            where = f"{low:g} … {high:g}, where the bed went"
+            notes.append(f"{count} of {len(rows)} rows lie outside the reach: {name} is not within {where}")
+    return notes
