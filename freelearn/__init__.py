@@ -1,7 +1,7 @@
 """freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs).
 
-In Python: `freelearn.load(folder)` takes a fitted model up again, `freelearn.plan(folder, rows=12)` says what to measure
-next.
+In Python: `freelearn.load(folder)` takes a fitted model up again, `freelearn.plan(folder, rows=12)` says what to
+measure next.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Data are made by a bed apart from the package, hidden effects in the literature's forms: a first look at two actuators,
 few and gentle states, which ends in a class of two effects that holds the true one. Then rows are measured as `plan`
 says, as many at a time as are expected to do, until one member is ahead by 9 in χ² after refitting both; and as a grid
-over the bed's reach has them, in order and at random. Prints what came out and writes it to outputs/plan_experiment, where what was done before
-is not done again.
+over the bed's reach has them, in order and at random. Prints what came out and writes it to outputs/plan_experiment,
+where what was done before is not done again.
 """
 
 from __future__ import annotations

@@ -154,7 +154,9 @@ def roots(
     if not len(row):
         return Roots.none(x.shape[1])
     first = _settled(system, row, x, asked, given, wanted, size)
-    row, x, slopes = _also(first, _partners(system, first, asked, given, size, free), system, asked, given, wanted, size)
+    row, x, slopes = _also(
+        first, _partners(system, first, asked, given, size, free), system, asked, given, wanted, size
+    )
     if not len(row):
         return Roots.none(x.shape[1])
     outputs, status = system[row].at(x)
