@@ -226,22 +226,21 @@ def test_where_a_model_misfits_they_are_as_wide_as_refits_to_other_states_scatte
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "name", "truth", "least"),
-    [(Decay, "k", 1.0, 0.93), (Line, "b", 0.03, 0.93), (Sum, "B", 0.01, 0.92)],
+    ("kind", "name", "truth", "count"), [(Decay, "k", 1.0, 200), (Line, "b", 0.03, 200), (Sum, "B", 0.01, 120)]
 )
-def test_they_cover_the_truth_as_often_as_they_say(kind, name, truth, least):
+def test_they_cover_the_truth_as_often_as_they_say(kind, name, truth, count):
     """A logarithm that is well known, a bounded parameter 1 σ from its bound, a positive one that may be nothing."""
     states, rows, covered = 20, 3, []
     x = np.linspace(0, 3, states * rows)
     state = np.arange(states * rows) // rows
     force = {Decay: 2 * np.exp(-x), Line: 1 + 0.03 * x, Sum: 1 + 0.01 * x**2}[kind]
-    for seed in range(200):
+    for seed in range(count):
         generator = np.random.default_rng(seed)
         noise = 0.1 * (generator.normal(size=states)[state] + 0.5 * generator.normal(size=len(x)))
         _, told = both(fitted(kind(), forces(x, force + noise, state)))
         low, high = ends(told, name)
         covered.append(low <= truth <= high)
-    assert least <= np.mean(covered) <= 0.98
+    assert 0.92 <= np.mean(covered) <= 0.99
 
 
 # --- bounds, open sides, what rows do not tell ---------------------------------------------------------------------
