@@ -21,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(Path(__file__).parent), str(ROOT)]
 
 from arteries import arteries_table  # noqa: E402
+from free_end import free_end_table  # noqa: E402
+from hung_torque import hung_torque_table  # noqa: E402
 from left_out import left_out_table  # noqa: E402
 from questions import QUESTIONS  # noqa: E402
 from rich.console import Console  # noqa: E402
@@ -56,6 +58,10 @@ def main() -> None:
                 console.print(left_out_table(question, each, out))
         if each.recipe == "vessels":
             console.print(arteries_table(each, out))
+        if each.recipe == "parallel_free_end":
+            console.print(free_end_table(each, out))
+        if each.recipe == "torsion_4angles":
+            console.print(hung_torque_table(each, out))
     console.print(f"reports: {out}")
 
 

@@ -43,7 +43,7 @@ Predict = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def free_end_table(chosen: RealSet, out: Path) -> Table:
-    """RMSE of elongation and rotation, in and out of the fit, and what repeats leave; lines as the models of PHYSICAL."""
+    """RMSE of elongation and rotation, in and out of the fit: polynomials, the models of PHYSICAL, and repeats."""
     beside = chosen.members_table(out)
     table = read_table(chosen.table(out), BEDS[chosen.bed], read_members(beside) if beside else None).table
     rows, pressures = Rows.from_table(table), table[list(PRESSURES)].to_numpy(float)
@@ -53,7 +53,7 @@ def free_end_table(chosen: RealSet, out: Path) -> Table:
     everywhere = np.ones(len(table), dtype=bool)
 
     def row(name: str, count: int, predict: Predict, values: Callable[[], str] = str) -> None:
-        missed = [(predict(everywhere, everywhere) - pose)]
+        missed = [predict(everywhere, everywhere) - pose]
         told = values()
         missed.append(predict(~corner, corner) - pose[corner])
         folds = [predict(tenth != k, tenth == k) - pose[tenth == k] for k in range(TENTHS)]
@@ -71,10 +71,11 @@ def free_end_table(chosen: RealSet, out: Path) -> Table:
 
 
 def repeats(raw: pd.DataFrame, pose: np.ndarray) -> dict[str, np.ndarray]:
-    """What no function of the pressures can tell: σ-sized differences (n, 2) of poses at neighboring commands.
+    """What no smooth function of the pressures can tell: differences (n, 2) of poses at neighboring commands.
 
     No command was given twice. Of four poses at the corners of a rectangle of neighboring commands, two pressures one
-    step apart, f(1,1) − f(2,1) − f(1,2) + f(2,2) knows no slope, and has twice the scatter of one of them.
+    step apart, f(1,1) − f(2,1) − f(1,2) + f(2,2) knows no slope, and has twice the scatter of one of them. Half
+    of it is given.
     """
     level = np.stack([np.unique(raw[name].round(), return_inverse=True)[1] for name in COMMANDED], axis=1)
     place = {tuple(at): i for i, at in enumerate(level.tolist())}
@@ -89,7 +90,7 @@ def repeats(raw: pd.DataFrame, pose: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _corner(pressures: np.ndarray) -> np.ndarray:
-    """The block left out, chosen before any model had been looked at: all three high, or the third without the first."""
+    """The block left out, chosen before any model was looked at: all three high, or the third without the first."""
     high = (pressures > np.percentile(pressures, 60, axis=0)).all(1)
     third, first = pressures[:, 2], pressures[:, 0]
     crossed: np.ndarray = high | ((third > np.percentile(third, 75)) & (first < np.percentile(first, 25)))

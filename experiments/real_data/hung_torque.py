@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +22,12 @@ DEGREES = 180 / np.pi
 MODELS = ((), ("end_clamps",), ("fiber_misalignment", "end_clamps"))
 # Pressures at which an inverse looks [Pa], and how near two readings count as a repeat [Pa].
 SEARCHED, NEAR = np.linspace(0.0, 1.1e5, 23), 1e3
+# A tube alone has several places to end a fit in.
+STARTS = 4
 
 
 def hung_torque_table(chosen: RealSet, out: Path) -> Table:
-    """One column an angle. Root mean square errors in degrees, or kPa (degrees that they make) of an inverse."""
+    """One column an angle. Root mean square errors in degrees (parameters, SI), or kPa (degrees) of an inverse."""
     rows = Rows.from_table(read_table(chosen.table(out), BEDS[chosen.bed]).table)
     angle = (rows.states.fiber_angle * DEGREES).round().numpy()
     angles = np.unique(angle)
@@ -36,12 +39,12 @@ def hung_torque_table(chosen: RealSet, out: Path) -> Table:
         alone, unseen, inverse = [], [], []
         for a in angles:
             own, others = rows[torch.as_tensor(angle == a)], rows[torch.as_tensor(angle != a)]
-            error = _error(_fitted(model, own), own)
-            values = model.scalars()
-            alone.append(f"{error:.1f} (C1 {values['C1'] / 1e3:.0f}, C2 {values['C2'] / 1e3:.0f} kPa)")
+            error, values = _alone(model, own)
+            told = ", ".join(f"{name.split('.')[-1]} {value:.2g}" for name, value in values.items())
+            alone.append(f"{error:.1f} ({told})")
             unseen.append(f"{_error(_fitted(model, others), own):.1f}")
             inverse.append(_inverse(model, own))
-        shown.add_row(f"{name}, fitted to this angle alone", *alone)
+        shown.add_row(f"{name}, fitted to this tube's twist alone", *alone)
         shown.add_row(f"{name}, fitted to the others", *unseen)
         shown.add_row("    pressure that gives the twist", *inverse)
     return shown
@@ -50,6 +53,18 @@ def hung_torque_table(chosen: RealSet, out: Path) -> Table:
 def _fitted(model: Model, rows: Rows) -> Model:
     fit(model, rows, starts(model, rows, 1, torch.Generator())[0])
     return model
+
+
+def _alone(model: Model, rows: Rows) -> tuple[float, dict[str, float]]:
+    """The least error in twist that fits to the twist alone end with, and the parameters of that fit."""
+    present = rows.readings.present.clone()
+    present[:, 0] = False
+    twists = replace(rows, readings=replace(rows.readings, present=present))
+    ends = []
+    for start in [*starts(model, twists, STARTS, torch.Generator()), _fitted(model, rows).vector().detach().clone()]:
+        fit(model, twists, start)
+        ends.append((_error(model, twists), model.scalars()))
+    return min(ends, key=lambda end: end[0])
 
 
 def _twist(model: Model, rows: Rows, pressure: float | None = None) -> np.ndarray:

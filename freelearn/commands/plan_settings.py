@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
+from freelearn.commands.predict_settings import RunPath
 from freelearn.commands.settings import STRICT, Deviation, OptionalPath, Seed, Switch, is_number
-
-
-def _run(value: Any) -> Any:
-    if value in (None, "", "???"):
-        raise ValueError("run is missing: add run=FOLDER, the folder of a run of discover or train")
-    return Path(str(value))
 
 
 def _limits(value: Any) -> Any:
@@ -46,7 +40,7 @@ class PlanSettings:
     class where there is one, else halves the widest interval. per_state: rows of each mounting; None: the best for what
     a mounting costs, mounting_rows rows. reach: of the bed, by column, where it is not what the table went to."""
 
-    run: Annotated[Path, PlainValidator(_run)]
+    run: RunPath
     rows: Count | None = None
     goal: Literal["auto", "split", "settle", "halve"] = "auto"
     effect: str | None = None
