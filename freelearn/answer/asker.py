@@ -105,21 +105,30 @@ class Asker:
         some = self._roots(grid, pattern, y)
         shaky = _without(some[some.stable], len(x))
         if len(shaky):
-            # What a table does not resolve the model itself may, and at the edges of what it has an answer to.
-            again = Grid(system[shaky], x[shaky], pattern.asked, pattern.given, self.span, always_exact=True)
-            more = self._roots(again, pattern, y[shaky])
-            some = Roots.joined([some, replace(more, row=shaky[more.row])])
-            some = some[different(some.row, some.x[:, list(pattern.asked)] / grid.size[some.row])]
+            # Where the loads bend sharply, or end, the corners of a cell do not tell all.
+            some = self._with(some, self._roots(grid, pattern, y, shaky), grid)
         lost = _without(some, len(x))
+        if len(lost) and not grid.exact:
+            # What a table does not resolve the model itself may.
+            own = Grid(system[lost], x[lost], pattern.asked, pattern.given, self.span, always_exact=True)
+            more = self._roots(own, pattern, y[lost], torch.arange(len(lost)))
+            some = self._with(some, replace(more, row=lost[more.row]), grid)
+            lost = _without(some, len(x))
         found = taken(some, *chosen(self.span, system, pattern, x, y, some), x)
         return self._compromise.reached(system, pattern, x, y, found, lost) if len(lost) else found
 
-    def _roots(self, grid: Grid, pattern: Pattern, y: Tensor) -> Roots:
-        """All roots within the span looked through."""
+    @staticmethod
+    def _with(some: Roots, more: Roots, grid: Grid) -> Roots:
+        """Both, each once."""
+        both = Roots.joined([some, more])
+        return both[different(both.row, both.x[:, list(grid.asked)] / grid.size[both.row])]
+
+    def _roots(self, grid: Grid, pattern: Pattern, y: Tensor, thorough: Tensor | None = None) -> Roots:
+        """All roots within the span looked through, of all rows; or of some (n,), from more starts."""
         asked, given = list(pattern.asked), list(pattern.given)
         wanted, rows, begin = y[:, given], [], []
-        for part, nodes in grid.parts():
-            row, place = starts(nodes, wanted[part], grid.always_exact)
+        for part, nodes in grid.parts(thorough):
+            row, place = starts(nodes, wanted[part], thorough is not None)
             start = grid.x[part[row]]
             start[:, asked] = place
             rows.append(part[row])

@@ -74,10 +74,12 @@ class Grid:
         several = bool(self.system.states.members)
         return self.always_exact or several or len(self.x) * self.nodes_a_row <= DIRECT
 
-    def parts(self) -> Iterator[tuple[Tensor, Nodes]]:
-        """Rows (n,) int64 with their nodes, a few at a time: what is compared then stays in the processor's cache."""
+    def parts(self, some: Tensor | None = None) -> Iterator[tuple[Tensor, Nodes]]:
+        """Rows (n,) int64 with their nodes, a few at a time: what is compared then stays in the processor's cache.
+
+        some: of these rows alone, (m,) int64."""
         low, high = self.span.box(self.system)
-        for rows in torch.arange(len(self.x)).split(ROWS):
+        for rows in (torch.arange(len(self.x)) if some is None else some).split(ROWS):
             between = high[rows] - low[rows]
             axes = [low[rows][:, [i]] + self.shares[i] * between[:, [i]] for i in self.asked]
             outputs = self._own(rows, axes) if self.exact else self._read(rows, low, high)
