@@ -19,6 +19,9 @@ from freelearn.answer.roots import Roots, different, roots
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
 
+# Starts nearer to each other than this many cells are one.
+ONE_START = 0.2
+
 
 @dataclass(frozen=True)
 class Asker:
@@ -133,8 +136,11 @@ class Asker:
             start[:, asked] = place
             rows.append(part[row])
             begin.append(start)
+        row, start = torch.cat(rows), torch.cat(begin)
+        # Neighboring cells tell of one place.
+        once = different(row, start[:, asked] / grid.size[row], ONE_START)
         free = pattern.free(grid.system, self.hung)
-        some = roots(grid.system, (torch.cat(rows), torch.cat(begin)), asked, given, wanted, grid.size, free)
+        some = roots(grid.system, (row[once], start[once]), asked, given, wanted, grid.size, free)
         return some[_inside(some, self.span.box(grid.system), asked)]
 
 

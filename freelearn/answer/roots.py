@@ -112,7 +112,7 @@ def newton(
     return x, slopes, settled
 
 
-def different(row: Tensor, place: Tensor) -> Tensor:
+def different(row: Tensor, place: Tensor, same_within: float = SAME) -> Tensor:
     """Which of the answers (c,) are not another one of their row again, (c,) bool. place: (c, a) in cells."""
     keep = torch.ones(len(row), dtype=torch.bool)
     order = torch.argsort(row, stable=True)
@@ -121,7 +121,7 @@ def different(row: Tensor, place: Tensor) -> Tensor:
         same = there[behind:] == there[:-behind]
         if not bool(same.any()):
             break
-        near = same & ((at[behind:] - at[:-behind]).abs() <= SAME).all(-1)
+        near = same & ((at[behind:] - at[:-behind]).abs() <= same_within).all(-1)
         keep[order[behind:][near]] = False
     return keep
 
