@@ -15,12 +15,12 @@ from freelearn.answer.compromise import Compromise
 from freelearn.answer.found import BANDED, UNANSWERED, Found, direct, taken
 from freelearn.answer.miss import Miss
 from freelearn.answer.nodes import Grid
-from freelearn.answer.roots import Roots, different, roots
+from freelearn.answer.roots import Equations, Roots, different
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
 
-# Starts nearer to each other than this many cells are one.
-ONE_START = 0.2
+# Starts nearer to each other than this many cells are one: with more, two answers in neighboring cells may be lost.
+ONE_START = 0.7
 
 
 @dataclass(frozen=True)
@@ -139,9 +139,12 @@ class Asker:
         row, start = torch.cat(rows), torch.cat(begin)
         # Neighboring cells tell of one place.
         once = different(row, start[:, asked] / grid.size[row], ONE_START)
-        free = pattern.free(grid.system, self.hung)
-        some = roots(grid.system, (row[once], start[once]), asked, given, wanted, grid.size, free)
-        return some[_inside(some, self.span.box(grid.system), asked)]
+        low, high = (edge[:, asked] for edge in self.span.box(grid.system))
+        equations = Equations(grid.system, asked, given, wanted, grid.size, (low, high))
+        some = equations.roots(row[once], start[once], pattern.free(grid.system, self.hung))
+        room = 1e-6 * (high - low)
+        at = some.x[:, asked]
+        return some[((at >= (low - room)[some.row]) & (at <= (high + room)[some.row])).all(-1)]
 
 
 def _without(some: Roots, count: int) -> Tensor:
@@ -149,12 +152,3 @@ def _without(some: Roots, count: int) -> Tensor:
     there = torch.zeros(count, dtype=torch.bool)
     there[some.row] = True
     return torch.nonzero(~there)[:, 0]
-
-
-def _inside(some: Roots, box: tuple[Tensor, Tensor], asked: list[int]) -> Tensor:
-    """Which roots lie within the span looked through, (c,) bool."""
-    low, high = box[0][some.row][:, asked], box[1][some.row][:, asked]
-    room = 1e-6 * (high - low)
-    at = some.x[:, asked]
-    inside: Tensor = ((at >= low - room) & (at <= high + room)).all(-1)
-    return inside

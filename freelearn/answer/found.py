@@ -51,10 +51,12 @@ def taken(some: Roots, chosen: Tensor, count: Tensor, x: Tensor) -> Found:
     at[there], outputs[there], slopes[there] = (
         values[chosen[there]] for values in (some.x, some.outputs, some.slopes)
     )  # fmt: skip
-    status, why = [UNREACHABLE] * len(x), [""] * len(x)
-    for row in torch.nonzero(there)[:, 0].tolist():
-        root = int(chosen[row])
-        status[row], why[row] = said(int(some.status[root]), bool(some.stable[root]))
+    words = [(UNREACHABLE, "")] * len(x)
+    root = chosen[there]
+    each = zip(torch.nonzero(there)[:, 0].tolist(), some.status[root].tolist(), some.stable[root].tolist(), strict=True)
+    for row, state, stable in each:
+        words[row] = said(state, stable)
+    status, why = [word for word, _ in words], [text for _, text in words]
     return Found(at, outputs, slopes, count, status, why, some[count[some.row] > 1])
 
 

@@ -36,7 +36,7 @@ def nearest(
     """Inputs (N, m) of least Σ ((y − wanted)/scale)² within a box, from starts x (N, m); of several those with the
     least inputs `light`.
 
-    given: the outputs that are wanted, (N, b); scale: what each counts in, (N, b) or (b,). box: least and largest
+    given: the outputs that are wanted, (N, b); scale: what each counts in, (b,). box: least and largest
     inputs, (N, m) each. Gauss and Newton's method, each step a least-squares problem in the box, shortened until it
     helps.
     """
@@ -52,8 +52,8 @@ def nearest(
             break
         part, at = system[going], x[going]
         outputs, slopes = part.slopes(at)
-        miss = (outputs[:, given] - wanted[going]) / _of(scale, going)
-        rate = slopes[:, given][:, :, asked] * size[going][:, None, :] / _of(scale, going)[:, :, None]
+        miss = (outputs[:, given] - wanted[going]) / scale
+        rate = slopes[:, given][:, :, asked] * size[going][:, None, :] / scale[:, None]
         share = (at[:, asked] - low[going]) / size[going]
         rest = -low[going] / size[going]
         curvature = rate.transpose(1, 2) @ rate + torch.diag(weight**2)
@@ -64,30 +64,28 @@ def nearest(
         slope = (rate * miss[:, :, None]).sum(1) + weight**2 * (share - rest)
         step = _in_box(curvature, slope, -share, 1 - share)
         before = miss.square().sum(-1) + (weight * (share - rest)).square().sum(-1)
-        length, left = torch.ones(len(going), dtype=x.dtype), torch.arange(len(going))
-        moved, after = at.clone(), before.clone()
-        for _ in range(HALVINGS):
-            trial = at[left]
-            trial[:, asked] += length[left, None] * step[left] * size[going[left]]
-            now = (part[left].at(trial).loads[:, given] - wanted[going[left]]) / _of(scale, going[left])
-            new = share[left] + length[left, None] * step[left] - rest[left]
+        # The longest of the step's halvings that helps, all tried at once where the whole step does not.
+        moved, after, length = at.clone(), before.clone(), torch.zeros(len(going), dtype=x.dtype)
+        for halvings in (torch.zeros(1, dtype=x.dtype), torch.arange(1.0, HALVINGS, dtype=x.dtype)):
+            left = torch.nonzero(length == 0)[:, 0]
+            each, tried = left.repeat_interleave(len(halvings)), torch.exp2(-halvings).repeat(len(left))
+            trial = at[each]
+            trial[:, asked] += tried[:, None] * step[each] * size[going[each]]
+            now = (part[each].at(trial).loads[:, given] - wanted[going[each]]) / scale
+            new = share[each] + tried[:, None] * step[each] - rest[each]
             value = now.square().sum(-1) + (weight * new).square().sum(-1)
-            better = value <= before[left]
-            moved[left[better]], after[left[better]] = trial[better], value[better]
-            left = left[~better]
-            if not len(left):
-                break
-            length[left] /= 2
+            better = (value <= before[each]).reshape(-1, len(halvings))
+            # Of each row the first that helps.
+            first = torch.arange(len(left)) * len(halvings) + better.long().argmax(1)
+            helps = better.any(1)
+            for whole, some in ((moved, trial), (after, value), (length, tried)):
+                whole[left[helps]] = some[first[helps]]
         x[going] = moved
         small = (length[:, None] * step).abs().amax(-1) <= TOLERANCE
         # At an answer the miss falls by orders of magnitude; where it hardly falls, the nearest is as good as found.
         stalls = before - after <= STALL * before
         going = going[~small & ~stalls]
     return x
-
-
-def _of(scale: Tensor, rows: Tensor) -> Tensor:
-    return scale[rows] if scale.ndim == 2 else scale[None]
 
 
 def _in_box(curvature: Tensor, slope: Tensor, low: Tensor, high: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from freelearn.answer.roots import newton
+from freelearn.answer.roots import Equations
 from freelearn.answer.system import System
 
 STEPS = 16
@@ -37,6 +37,6 @@ def path_end(system: System, x: Tensor, asked: Sequence[int], given: Sequence[in
         share = k / STEPS
         here = rest + share * (goal - rest)
         here[:, asked] = at[:, asked]
-        moved, _, settled = newton(system, row, here, asked, given, share * wanted, size, ROUGHLY, MOST)
+        moved, _, settled = Equations(system, asked, given, share * wanted, size).newton(row, here, ROUGHLY, MOST)
         at = torch.where(settled[:, None], moved, at)
     return at

@@ -10,9 +10,12 @@ from torch import Tensor
 
 from freelearn.measurements.beds import FORCE, KINEMATIC, MOMENT, PRESSURE, Bed, Quantity
 from freelearn.measurements.states import States
-from freelearn.models.base import BLOCK, Model
+from freelearn.models.base import Model
 from freelearn.models.prediction import Prediction
 from freelearn.models.row_derivatives import rows_jacobian
+
+# Rows that are worked on at once: with a few derivatives for each, more than in a fit.
+BLOCK = 32_768
 
 
 @dataclass(frozen=True)
