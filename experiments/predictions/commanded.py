@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from coverage import asker_of, fitted, taken_in
+from coverage import asked_of, fitted, taken_in
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from freelearn.answer.system import System
+from freelearn.answer.asker import Asker
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
@@ -41,7 +41,7 @@ def muscle() -> Commanded:
     effects = ("fiber_misalignment", "small_strain_stiffness", "end_taper")
     part = table["elongation_mm"].round(1).to_numpy()
     taut = (table["slack"] == 0).to_numpy()
-    return _commanded("DMSP-20-300: pressure for a length and a force", table, effects, 0, part, taut, [2], None)
+    return _commanded("DMSP-20-300: pressure for a length and a force", table, effects, 0, part, taut, [2], True)
 
 
 def end_block(data: Path) -> Commanded:
@@ -50,30 +50,24 @@ def end_block(data: Path) -> Commanded:
     part = np.random.default_rng(0).integers(0, TENTHS, len(table))
     effects = ("off_axis", "small_strain_stiffness")
     every = np.ones(len(table), dtype=bool)
-    return _commanded("free end block: pressures 2 and 3 for a pose", table, effects, 3, part, every, [3, 4], 0)
+    return _commanded("free end block: pressures 2 and 3 for a pose", table, effects, 3, part, every, [3, 4], False)
 
 
 def _commanded(
     name: str, table, effects: Sequence[str], members: int, part: np.ndarray, asked: np.ndarray, blank: list[int],
-    hung: int | None,
+    by_states: bool,
 ) -> Commanded:  # fmt: skip
     rows, found = Rows.from_table(table), []
     for number in np.unique(part):
         out = torch.as_tensor(part == number)
-        model, bands, train = fitted(rows[~out], effects, (), members, None, by_states=hung is None)
+        model, bands, train = fitted(rows[~out], effects, (), members, None, by_states)
         fresh = rows[out & torch.tensor(asked)]
         if not len(fresh):
             continue
-        system = System.of(model, fresh.states)
-        x = torch.stack(system.states.inputs(), dim=-1)
-        y = torch.where(fresh.readings.present, fresh.readings.value, torch.nan)
-        if hung is not None:
-            rest = torch.stack([fresh.states.reference_length, 0 * x[:, 1]], dim=-1)
-            x[:, :2] = fresh.readings.value + rest
-            y = torch.stack([fresh.states.force, fresh.states.moment], dim=-1)
+        system, x, y = asked_of(model, fresh)
         question = x.clone()
         question[:, blank] = torch.nan
-        answered = asker_of(model, train, bands).answered(system, question, y)
+        answered = Asker.of(model, train, bands.miss).answered(system, question, y)
         fine = np.array([status == "ok" for status in answered.status])
         for i in blank:
             values = (x[:, i], answered.x[:, i], answered.x_half[:, i])

@@ -14,10 +14,10 @@ import pandas as pd
 import torch
 from rich.console import Console
 from rich.table import Table
+from torch import Tensor
 
 from freelearn.answer.asker import Asker
 from freelearn.answer.bands import Bands
-from freelearn.answer.span import Span
 from freelearn.answer.system import System
 from freelearn.bed.virtual import simulate
 from freelearn.commands.accuracy import estimated
@@ -28,7 +28,7 @@ from freelearn.fit.starts import starts
 from freelearn.fit.uncertainty import uncertainty
 from freelearn.inference.white_fit import evaluated
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.beds import BEDS, DEAD_LOAD
+from freelearn.measurements.beds import BEDS
 from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.rows import Rows
@@ -160,19 +160,6 @@ def fitted(
     return model, bands, rows
 
 
-def asker_of(model: Model, rows: Rows, bands: Bands) -> Asker:
-    """Who answers for a model that was fitted on rows."""
-    seen, hung = System.of(model, rows.states), rows.states.bed is DEAD_LOAD
-    x = torch.stack(seen.states.inputs(), dim=-1)
-    if hung:
-        with torch.no_grad():
-            place = model(rows.states).loads
-        rest = torch.stack([rows.states.reference_length, torch.zeros_like(x[:, 1])], dim=-1)
-        x = torch.cat([place + rest, x[:, 2:]], dim=1)
-        seen = System(model, seen.states.with_inputs(x.unbind(-1)))
-    return Asker(Span.of(seen), seen.at(x).loads.abs().amax(0).clamp_min(1e-6), bands.miss, hung)
-
-
 def answered(asked: Asked) -> dict[str, np.ndarray]:
     """Misses and half widths, SI, by what was predicted: (n, 2) each."""
     rows = Rows.from_table(asked.table)
@@ -191,17 +178,20 @@ def answered(asked: Asked) -> dict[str, np.ndarray]:
         if quantity in bed.measured and there.any():
             out[quantity.name] = np.c_[missed[:, i].numpy(), half[:, i]][there]
     if asked.inverse:
-        out |= _inverse(asker_of(model, train, bands), model, fresh)
+        out |= _inverse(Asker.of(model, train, bands.miss), model, fresh)
     return out
+
+
+def asked_of(model: Model, rows: Rows) -> tuple[System, Tensor, Tensor]:
+    """Equations at rows, with what was measured of their inputs x (n, m) and outputs y (n, 2), NaN where blank."""
+    seen = rows.as_loads
+    system = System.of(model, seen.states)
+    return system, system.x, torch.where(seen.readings.present, seen.readings.value, torch.nan)
 
 
 def _inverse(asker: Asker, model: Model, fresh: Rows) -> dict[str, np.ndarray]:
     """The same of places from loads and of pressures from places and loads."""
-    system = System.of(model, fresh.states)
-    x, y = torch.stack(system.states.inputs(), dim=-1), fresh.readings.value
-    if asker.hung:
-        y = torch.stack([fresh.states.force, fresh.states.moment], dim=-1)
-        x[:, :2] = fresh.readings.value + torch.stack([fresh.states.reference_length, 0 * x[:, 1]], dim=-1)
+    system, x, y = asked_of(model, fresh)
     ask = {"pressure 1 and length": [0, 2]} | ({} if asker.hung else {"place from loads": [0, 1]})
     out = {}
     for name, blank in ask.items():

@@ -18,6 +18,10 @@ from freelearn.answer.nodes import Grid
 from freelearn.answer.roots import Equations, Roots, different
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
+from freelearn.measurements.beds import DEAD_LOAD
+from freelearn.measurements.rows import Rows
+from freelearn.models.base import Model
+from freelearn.models.prediction import Status
 
 # Starts nearer to each other than this many cells are one: with more, two answers in neighboring cells may be lost.
 ONE_START = 0.7
@@ -34,6 +38,16 @@ class Asker:
     miss: Miss | None
     hung: bool
     banded: bool = True
+
+    @classmethod
+    def of(cls, model: Model, rows: Rows, miss: Miss | None) -> Asker:
+        """Of a model that was fitted on rows."""
+        with torch.no_grad():
+            system = System.placed(model, rows.states, model(rows.states).loads)
+        shown = system.at(system.x)
+        size = shown.loads[shown.status == Status.OK].abs().nan_to_num(0.0)
+        largest = size.amax(0).clamp_min(1e-9) if len(size) else torch.ones(2, dtype=torch.float64)
+        return cls(Span.of(system), largest, miss, rows.states.bed is DEAD_LOAD)
 
     def answered(self, system: System, x: Tensor, y: Tensor) -> Answered:
         """Fills the blanks, NaN, of inputs x (N, m) and outputs y (N, 2)."""

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.answer.held_out import held_out
 from freelearn.answer.miss import COVERAGE, Miss
 from freelearn.answer.system import System
 from freelearn.measurements.accuracy import Accuracy
@@ -44,21 +45,17 @@ class Bands:
         by_states: whether a new measurement may be of a kinematic state that was not visited (see held_out)."""
         if not len(rows):
             return None
-        miss = Miss.of(model, rows, fitted, covariance, accuracy, by_states)
-        return None if miss is None else cls(model, miss, _diameter(model, rows))
+        held = held_out(model, rows, fitted, by_states)
+        return cls(model, Miss.of(held, covariance, accuracy), _diameter(model, rows)) if len(held) else None
 
     def half(self, states: States, shown: Tensor) -> np.ndarray:
         """Half of the band of what the bed measures, (N, 2) SI; NaN where nothing tells it. shown: (N, 2), what the
         model says of it."""
-        system = System.of(self.model, states)
-        x = torch.stack(system.states.inputs(), dim=-1)
-        hung = states.bed is DEAD_LOAD and system.mechanical
-        if hung:
-            # Its place is what a bed measures that hangs loads: found from them.
-            place = torch.stack([states.reference_length + shown[:, 0], shown[:, 1]], dim=-1)
-            x = torch.cat([place, x[:, 2:]], dim=1)
+        system = System.placed(self.model, states, shown)
+        x, both = system.x, (0, 1)
         _, slopes = system.slopes(x)
-        both = (0, 1)
+        # Its place is what a bed measures that hangs loads: found from them.
+        hung = states.bed is DEAD_LOAD and system.mechanical
         inputs, outputs = self.miss.half_width(system, x, slopes, both if hung else (), both, SAME)
         half: np.ndarray = (inputs if hung else outputs).numpy()
         if states.bed is INFLATION:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -43,19 +44,9 @@ class Compromise:
         low, high = self.span.box(part)
         at = nearest(part, begin, asked, given, wanted, self.scale[given], (low, high))
         outputs, slopes = part.slopes(at)
-        state = part.at(at).status
-        balloons = state == Status.NO_EQUILIBRIUM
-        met = ((outputs[:, given] - wanted).abs() <= MET * self.scale[given]).all(-1) & ~balloons
-        stable = stays(slopes, pattern.free(system, self.hung))
-        at[balloons[:, None] & _among(asked, x)], outputs[balloons] = torch.nan, torch.nan
-        found.x[lost], found.outputs[lost], found.slopes[lost] = at, outputs, slopes
-        found.count[lost] = met.long()
-        for i, row in enumerate(lost.tolist()):
-            found.status[row], found.why[row] = said(int(state[i]), bool(stable[i]))
-            if not met[i] and not balloons[i]:
-                found.status[row] = UNREACHABLE
-                found.why[row] = "nothing within the span looked through carries these loads: the nearest is given"
-        return found
+        met = ((outputs[:, given] - wanted).abs() <= MET * self.scale[given]).all(-1)
+        why = "nothing within the span looked through carries these loads: the nearest is given"
+        return found.filled(lost, self._told(part, pattern, at, outputs, slopes, met, why))
 
     def agreed(self, system: System, pattern: Pattern, x: Tensor, y: Tensor) -> Found:
         """More equations than inputs asked for, or fewer: the best agreement, by the least pressures."""
@@ -72,20 +63,24 @@ class Compromise:
                 begin[:, i] = rest if i == 0 and system.mechanical else low[:, i].clamp_min(0.0)
         at = nearest(system, begin, asked, given, wanted, scale, (low, high), light)
         outputs, slopes = system.slopes(at)
-        state = system.at(at).status
-        stable = stays(slopes, pattern.free(system, self.hung))
+        agrees = self._agrees(system, at, slopes, outputs[:, given] - wanted, given, scale)
+        why = "no value agrees with all that is given: the nearest is given"
+        return self._told(system, pattern, at, outputs, slopes, agrees, why)
+
+    def _told(
+        self, system: System, pattern: Pattern, x: Tensor, outputs: Tensor, slopes: Tensor, good: Tensor, why: str
+    ) -> Found:
+        """What is said of inputs x (n, m) that were found: whether they solve their row, good (n,) bool, and why else
+        they are no answer."""
+        state, stable = system.at(x).status, stays(slopes, pattern.free(system, self.hung))
         balloons = state == Status.NO_EQUILIBRIUM
-        agrees = self._agrees(system, at, slopes, outputs[:, given] - wanted, given, scale) & ~balloons
-        at[balloons[:, None] & _among(asked, x)], outputs[balloons] = torch.nan, torch.nan
-        status, why = [], []
-        for i in range(len(x)):
-            word, text = said(int(state[i]), bool(stable[i]))
-            if not agrees[i] and not balloons[i]:
-                word, text = UNREACHABLE, "no value agrees with all that is given: the nearest is given"
-            status.append(word)
-            why.append(text)
-        none = Roots.none(x.shape[1])
-        return Found(at, outputs, slopes, agrees.long(), status, why, none)
+        good = good & ~balloons
+        x[balloons[:, None] & _among(pattern.asked, x)], outputs[balloons] = torch.nan, torch.nan
+        words = [said(*each) for each in zip(state.tolist(), stable.tolist(), strict=True)]
+        for row in torch.nonzero(~good & ~balloons)[:, 0].tolist():
+            words[row] = UNREACHABLE, why
+        status, reasons = [word for word, _ in words], [text for _, text in words]
+        return Found(x, outputs, slopes, good.long(), status, reasons, Roots.none(x.shape[1]))
 
     def _agrees(
         self, system: System, x: Tensor, slopes: Tensor, miss: Tensor, given: list[int], scale: Tensor
@@ -107,7 +102,7 @@ class Compromise:
         return agrees
 
 
-def _among(asked: list[int], x: Tensor) -> Tensor:
+def _among(asked: Sequence[int], x: Tensor) -> Tensor:
     """Which of the inputs (N, m) are asked for, (m,) bool."""
     return torch.isin(torch.arange(x.shape[1]), torch.tensor(asked))
 

@@ -30,6 +30,21 @@ class Found:
     why: list[str]
     every: Roots
 
+    def filled(self, rows: Tensor, more: Found) -> Found:
+        """With more answers in the place of those of some rows (k,); they have no further solutions."""
+        status, why = list(self.status), list(self.why)
+        for row, word, text in zip(rows.tolist(), more.status, more.why, strict=True):
+            status[row], why[row] = word, text
+        return Found(
+            self.x.index_copy(0, rows, more.x),
+            self.outputs.index_copy(0, rows, more.outputs),
+            self.slopes.index_copy(0, rows, more.slopes),
+            self.count.index_copy(0, rows, more.count),
+            status,
+            why,
+            self.every,
+        )
+
 
 def direct(system: System, x: Tensor) -> Found:
     """Where nothing has to be found: the outputs at inputs x (n, m)."""

@@ -26,20 +26,19 @@ FEW_STATES, ITERATIONS = 12, 15
 class HeldOutRows:
     """n rows with what the equations y = f(x) miss there.
 
-    system: of the rows; x (n, m): inputs; slopes (n, 2, m): derivatives of the outputs there. residual (n, 2): f(x) − y
+    system: of the rows, at their places; slopes (n, 2, m): derivatives of the outputs there. residual (n, 2): f(x) − y
     by a fit without the row's kinematic state; known (n, 2) bool: where one was measured. under_load: whether what was
     measured is the place x₁, x₂ and not y: then `known` says which of the two, and the residual is what its error makes
     of y."""
 
     system: System
-    x: Tensor
     slopes: Tensor
     residual: Tensor
     known: Tensor
     under_load: bool
 
     def __len__(self) -> int:
-        return len(self.x)
+        return len(self.system)
 
 
 def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldOutRows:
@@ -67,27 +66,18 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
             group = np.arange(len(some)) if few else some.state
             residual = _without_own(problem, vector, residual, seen, group)
     residual = residual * problem.scale
-    system = System.of(model, some.states)
-    known = some.readings.present & some.readings.felt(problem.readings(vector))
+    shown = problem.readings(vector)
+    known = some.readings.present & some.readings.felt(shown)
+    system = System.placed(model, some.states, shown)
+    _, slopes = system.slopes(system.x)
     under_load = some.states.bed is DEAD_LOAD and system.mechanical
-    x = torch.stack(system.states.inputs(), dim=-1)
-    if under_load:
-        shown = problem.readings(vector)
-        x = torch.cat([(shown + _rest(some))[:, :2], x[:, 2:]], dim=1)
-    _, slopes = system.slopes(x)
     if under_load:
         residual = -(slopes[:, :, :2] @ residual[..., None])[..., 0]
     elif system.mechanical and some.states.bed.readings != (FORCE, MOMENT):
         # A diameter is no load.
         known = known & torch.tensor([q is FORCE for q in some.states.bed.readings])
         residual = torch.where(known, residual, 0.0)
-    return HeldOutRows(system, x, slopes, residual, known, under_load)
-
-
-def _rest(rows: Rows) -> Tensor:
-    """The place of the unloaded actuator, (N, 2)."""
-    reference = rows.states.reference_length
-    return torch.stack([reference, torch.zeros_like(reference)], dim=-1)
+    return HeldOutRows(system, slopes, residual, known, under_load)
 
 
 def _answered(model: Model, rows: Rows) -> Tensor:

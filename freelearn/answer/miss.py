@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.answer.held_out import HeldOutRows, held_out
+from freelearn.answer.held_out import HeldOutRows
+from freelearn.answer.raw_covariance import RawCovariance, Spread
 from freelearn.answer.system import System
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
 
 COVERAGE = 0.95
 # Residuals beyond so many times the middling one say nothing of how the others scatter.
@@ -27,48 +25,27 @@ FEW, NORMAL = 40, 1.96
 NO_SHARE = 1e-6
 
 
-class Spread(NamedTuple):
-    """covariance (N, 2, 2) of two outputs' misses; lost (N, 2) bool: outputs that hang on a parameter which nobody
-    knows."""
-
-    covariance: Tensor
-    lost: Tensor
-
-
 @dataclass(frozen=True)
 class Miss:
     """What separates a measurement from y = f(x): parameters, measuring, and what the model does not know.
 
-    held: rows that the fit did not see, or as if. by_raw: covariance of the model's raw vector (p, p), zero where it is
-    not known; undetermined (p,) bool: which are not. accuracy: of the measuring, None where nobody knows it. beyond:
-    (2, 2) covariance of what is missed besides, equal everywhere.
+    held: rows that the fit did not see, or as if. parameters: how well these are known. accuracy: of the measuring,
+    None where nobody knows it. beyond: (2, 2) covariance of what is missed besides, equal everywhere.
     """
 
     held: HeldOutRows
-    by_raw: Tensor
-    undetermined: Tensor
+    parameters: RawCovariance
     accuracy: Accuracy | None
     beyond: Tensor
 
     @classmethod
-    def of(
-        cls,
-        model: Model,
-        rows: Rows,
-        fitted: Tensor,
-        covariance: np.ndarray,
-        accuracy: Accuracy | None,
-        by_states: bool = True,
-    ) -> Miss | None:
-        """Of a model fitted on some of the rows, fitted (N,) bool; None where no row has an answer.
+    def of(cls, held: HeldOutRows, covariance: np.ndarray, accuracy: Accuracy | None) -> Miss:
+        """As the held-out rows, at least one, tell it.
 
-        covariance: of the declared parameters, SI (k, k), NaN where one is not known. by_states: see `held_out`."""
-        held = held_out(model, rows, fitted, by_states)
-        if not len(held):
-            return None
-        by_raw, undetermined = _raw(model, covariance)
-        known = cls(held, by_raw, undetermined, accuracy, torch.zeros(2, 2, dtype=torch.float64))
-        return cls(held, by_raw, undetermined, accuracy, _beyond(held, known.own_spread.covariance))
+        covariance: of the model's declared parameters, SI (k, k), NaN where one is not known."""
+        parameters = RawCovariance.of(held.system.model, covariance)
+        known = cls(held, parameters, accuracy, torch.zeros(2, 2, dtype=torch.float64))
+        return replace(known, beyond=_beyond(held, known.own_spread.covariance))
 
     def spread(self, system: System, x: Tensor, slopes: Tensor) -> Spread:
         """Of f(x) − y where all of x and y was measured. slopes: (N, 2, m) at x."""
@@ -79,18 +56,15 @@ class Miss:
             errors = torch.tensor([getattr(self.accuracy, q.error) for q in system.inputs], dtype=torch.float64)
             spread = slopes * errors
             total = total + spread @ spread.transpose(1, 2)
-        if bool((self.by_raw != 0).any()) or bool(self.undetermined.any()):
-            rate = system.by_parameters(x)
-            total = total + rate @ self.by_raw @ rate.transpose(1, 2)
-            lost = (rate[:, :, self.undetermined].abs() > 0).any(-1)
-        else:
-            lost = torch.zeros(len(x), 2, dtype=torch.bool)
-        return Spread(total, lost)
+        if self.parameters.silent:
+            return Spread(total, torch.zeros(len(x), 2, dtype=torch.bool))
+        known = self.parameters.spread(system.by_parameters(x))
+        return Spread(total + known.covariance, known.lost)
 
     @cached_property
     def own_spread(self) -> Spread:
         """Of the held-out rows."""
-        return self.spread(self.held.system, self.held.x, self.held.slopes)
+        return self.spread(self.held.system, self.held.system.x, self.held.slopes)
 
     def half_width(
         self, system: System, x: Tensor, slopes: Tensor, asked: Sequence[int], given: Sequence[int], scale: Tensor
@@ -173,24 +147,6 @@ def _conformal(scores: Tensor) -> Tensor:
     if n < FEW or rank > n:
         return scores[-1].clamp_min(NORMAL)
     return scores[rank - 1]
-
-
-def _raw(model: Model, covariance: np.ndarray) -> tuple[Tensor, Tensor]:
-    """Covariance of the raw vector from that of the declared parameters, and which of them nobody knows."""
-    vector = model.vector().detach()
-    total = torch.zeros(len(vector), len(vector), dtype=torch.float64)
-    undetermined = torch.zeros(len(vector), dtype=torch.bool)
-    count = len(model.declared)
-    if not count or not np.isfinite(covariance).any():
-        return total, undetermined
-    known = np.isfinite(np.diagonal(covariance))
-    # d value / d raw: the value itself where its logarithm was fitted.
-    values = model.scalars()
-    rate = torch.tensor([values[n] if p.log else 1.0 for n, p in model.declared.items()], dtype=torch.float64)
-    inside = torch.as_tensor(np.where(known[:, None] & known, covariance, 0.0))
-    total[-count:, -count:] = inside / rate.clamp_min(1e-300)[:, None] / rate.clamp_min(1e-300)
-    undetermined[-count:] = torch.as_tensor(~known)
-    return total, undetermined
 
 
 def _beyond(held: HeldOutRows, known: Tensor) -> Tensor:

@@ -31,7 +31,7 @@ class Span:
     @classmethod
     def of(cls, system: System) -> Span:
         """From the states that a model was fitted on."""
-        x = relative(system, torch.stack(system.states.inputs(), dim=-1))
+        x = relative(system, system.x)
         low, high = x.amin(0), x.amax(0)
         lower, upper = low.clone(), high.clone()
         for i, quantity in enumerate(system.inputs):

@@ -9,6 +9,8 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.beds import FORCE, KINEMATIC, MOMENT, PRESSURE, Bed, Quantity
+from freelearn.measurements.columns import Columns
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.prediction import Prediction
@@ -36,6 +38,13 @@ class System:
         direct = model.family == "mlp"
         return cls(model, states if direct else replace(states, bed=KINEMATIC))
 
+    @classmethod
+    def placed(cls, model: Model, states: States, shown: Tensor) -> System:
+        """The same, with states whose own inputs are where the actuators are. shown: (N, 2) SI, what the bed shows,
+        measured or predicted: under a dead load it is the place."""
+        direct = model.family == "mlp"
+        return cls.of(model, states if direct else Rows.whole(states, shown).as_loads.states)
+
     def __len__(self) -> int:
         return len(self.states)
 
@@ -60,6 +69,17 @@ class System:
     def inputs(self) -> tuple[Quantity, ...]:
         """The quantity of each input, (m)."""
         return (*self.bed.state, *[PRESSURE] * self.pressures)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The column of each input and output in a measurement table, (m + 2)."""
+        imposed = Columns(self.bed, len(self.states.members)).imposed
+        return (*imposed, *(quantity.column for quantity in self.bed.readings))
+
+    @property
+    def x(self) -> Tensor:
+        """The states' own inputs, (N, m)."""
+        return torch.stack(self.states.inputs(), dim=-1)
 
     @property
     def pressures(self) -> int:

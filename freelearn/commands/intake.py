@@ -5,23 +5,18 @@ from __future__ import annotations
 import os
 import re
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import hydra
-from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
 from freelearn.commands.command_line import program
-from freelearn.commands.configuration import CONF
 from freelearn.commands.intake_files import PROVENANCE, beside, check_out, write_intake
-from freelearn.commands.parse import parse_intake
+from freelearn.commands.parse import parsed
 from freelearn.commands.settings import IntakeSettings
-from freelearn.errors import UserError
-from freelearn.files import remove_empty, write_text
+from freelearn.commands.small_app import small_app
+from freelearn.files import write_text
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.convert import convert
 from freelearn.measurements.intake.draft import draft
@@ -35,22 +30,11 @@ from freelearn.render.terminal.intake import show_guess, show_intake
 
 def intake_app() -> None:
     """`intake`, from the words of the command line."""
-    hydra.main(version_base="1.3", config_path=str(CONF), config_name="intake")(_intake)()
+    small_app("intake", _intake, "the table was written")
 
 
-def _intake(config: DictConfig) -> None:
-    folder = Path(HydraConfig.get().runtime.output_dir)
-    try:
-        content: Any = OmegaConf.to_container(config, resolve=True)
-        settings = parse_intake(content)
-        take_in(settings, folder, Console())
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        sys.exit("error: interrupted before the table was written.")
-    finally:
-        # With out=FILE, or after a mistake, there is nothing in the run's folder.
-        remove_empty(folder)
+def _intake(content: Any, folder: Path) -> None:
+    take_in(parsed(IntakeSettings, content), folder, Console())
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:

@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
-from freelearn.measurements.beds import BED, bed_of
+from freelearn.measurements.beds import BED
 from freelearn.measurements.columns import Columns
 from freelearn.measurements.faults import Fault, TableError
-from freelearn.measurements.members import members_in
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
 
 # What else of a row counts, where the file says it.
@@ -25,8 +24,7 @@ def read_plan(path: Path, measured: pd.DataFrame) -> pd.DataFrame:
     table's. Raises UserError."""
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    columns = Columns(bed_of(measured), len(members_in(measured.columns)))
-    wanted = [*NEEDED, *(q.column for q in columns.bed.state), *columns.pressures]
+    wanted = [*NEEDED, *Columns.of(measured).imposed]
     if lacking := [name for name in wanted if name not in header]:
         raise UserError(f"{path} lacks the columns {', '.join(lacking)}: a plan says where to measure.")
     if not records.rows:
@@ -52,19 +50,17 @@ def _completed(path: Path, numbers: pd.DataFrame, measured: pd.DataFrame) -> pd.
     rows = known.loc[numbers["sample"]].reset_index()
     for name in numbers:
         rows[name] = numbers[name].to_numpy()
-    pressures = [f"pressure_{m}_kpa" for m in members_in(measured.columns)]
-    if pressures:
-        rows["pressure_kpa"] = rows[pressures].mean(axis=1)
+    columns = Columns.of(measured)
+    if columns.members:
+        rows["pressure_kpa"] = rows[list(columns.pressures)].mean(axis=1)
     rows = rows.drop(columns=[name for name in ("time_s",) if name in rows])
     return rows.astype({"sample": np.int64, "step": np.int64})[[c for c in measured if c in rows or c == BED]]
 
 
 def outside_reach(rows: pd.DataFrame, candidates: pd.DataFrame) -> list[str]:
     """A sentence for every column in which a plan goes beyond what the bed went to."""
-    members = len(members_in(rows.columns))
-    columns = Columns(bed_of(rows), members)
     notes = []
-    for name in (*(q.column for q in columns.bed.state), *columns.pressures):
+    for name in Columns.of(rows).imposed:
         low, high = float(candidates[name].min()), float(candidates[name].max())
         room = OUTSIDE * max(high - low, abs(high), abs(low))
         count = int(((rows[name] < low - room) | (rows[name] > high + room)).sum())

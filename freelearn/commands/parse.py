@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from freelearn.commands.settings import CsvData, IntakeSettings, Settings, VirtualData
+from freelearn.commands.settings import CsvData, Settings, VirtualData
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
@@ -37,11 +37,6 @@ def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
         if settings.data.members is not None and BEDS[settings.data.bed] is INFLATION:
             raise UserError("data.bed=inflation measures the diameter of one actuator: leave data.members out.")
     return settings
-
-
-def parse_intake(config: Mapping[str, Any]) -> IntakeSettings:
-    """Settings of intake from a composed configuration's plain values. Raises UserError with every mistake."""
-    return parsed(IntakeSettings, config)
 
 
 def parsed(kind: type[Anything], config: Mapping[str, Any]) -> Anything:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import hydra
-from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
-
-from freelearn.commands.configuration import CONF
 from freelearn.commands.parse import parsed
 from freelearn.commands.plan_settings import PlanSettings
+from freelearn.commands.small_app import small_app
 from freelearn.errors import UserError
-from freelearn.files import remove_empty
 from freelearn.measurements.text_file import missing_file
 
 if TYPE_CHECKING:
@@ -23,29 +17,20 @@ if TYPE_CHECKING:
 
 def plan_app() -> None:
     """`plan`, from the words of the command line."""
-    hydra.main(version_base="1.3", config_path=str(CONF), config_name="plan")(_plan)()
+    small_app("plan", _plan, "there was a plan")
 
 
-def _plan(config: DictConfig) -> None:
-    folder = Path(HydraConfig.get().runtime.output_dir)
-    try:
-        content: Any = OmegaConf.to_container(config, resolve=True)
-        settings = checked(content)
-        # After the settings are checked: torch takes seconds to import.
-        from rich.console import Console
+def _plan(content: Any, folder: Path) -> None:
+    settings = checked(content)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
 
-        from freelearn.commands.plan_run import planned, write_plan
-        from freelearn.render.terminal.plan import show_plan
+    from freelearn.commands.plan_run import planned, write_plan
+    from freelearn.render.terminal.plan import show_plan
 
-        made = planned(settings)
-        write_plan(made, folder, settings.figures)
-        show_plan(Console(), made, folder)
-    except UserError as mistake:
-        remove_empty(folder)
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        remove_empty(folder)
-        sys.exit("error: interrupted before there was a plan.")
+    made = planned(settings)
+    write_plan(made, folder, settings.figures)
+    show_plan(Console(), made, folder)
 
 
 def checked(content: Any) -> PlanSettings:

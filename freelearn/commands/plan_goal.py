@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
-
 import numpy as np
 import torch
 
 from freelearn.commands.plan_settings import PlanSettings
 from freelearn.commands.plan_source import Source
 from freelearn.design.goals import HALVE, SETTLE, SPLIT, Goal, Narrow, Split
-from freelearn.errors import UserError
+from freelearn.errors import UserError, unknown
 from freelearn.inference.derivatives import none_vector
 from freelearn.inference.linear_algebra import normal_inverse
 from freelearn.inference.white_fit import WhiteFit
@@ -52,13 +49,13 @@ def widest(source: Source) -> str:
 def _halve(source: Source, name: str) -> Goal:
     fit = source.known.fit
     if name not in fit.model.declared:
-        raise UserError(_unknown("parameter", name, list(fit.model.declared)))
+        raise unknown("parameter", name, fit.model.declared)
     return Narrow(HALVE, ((name,),), fit, (name,), (_size(fit.model.declared[name], fit, name),))
 
 
 def _settle(source: Source, name: str) -> Goal:
     if name not in EFFECTS:
-        raise UserError(_unknown("effect", name, list(EFFECTS)))
+        raise unknown("effect", name, EFFECTS)
     known, model = source.known, source.model
     if name in source.effects:
         fit = known.fit
@@ -84,12 +81,6 @@ def _size(parameter: Parameter, fit: WhiteFit, label: str) -> float:
     with torch.no_grad():
         value = abs(float(fit.model.physical(fit.vector)[label]))
     return value or abs(parameter.scale or parameter.start) or 1.0
-
-
-def _unknown(what: str, name: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
-    return f"Unknown {what} {name!r}.{hint} Known: {', '.join(known)}."
 
 
 def present_value(goal: Narrow) -> np.ndarray:

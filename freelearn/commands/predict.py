@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import hydra
-from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
-
-from freelearn.commands.configuration import CONF
 from freelearn.commands.parse import parsed
 from freelearn.commands.predict_settings import PredictSettings
+from freelearn.commands.small_app import small_app
 from freelearn.errors import UserError
-from freelearn.files import remove_empty
 from freelearn.measurements.text_file import missing_file
 
 if TYPE_CHECKING:
@@ -25,26 +19,17 @@ ANSWERS, SOLUTIONS = "answers.csv", "solutions.csv"
 
 def predict_app() -> None:
     """`predict`, from the words of the command line."""
-    hydra.main(version_base="1.3", config_path=str(CONF), config_name="predict")(_predict)()
+    small_app("predict", _predict, "the answers were written")
 
 
-def _predict(config: DictConfig) -> None:
-    folder = Path(HydraConfig.get().runtime.output_dir)
-    try:
-        content: Any = OmegaConf.to_container(config, resolve=True)
-        settings = parsed(PredictSettings, content)
-        if settings.data.path is not None and (problem := missing_file(settings.data.path)):
-            raise UserError(problem)
-        # After the settings are checked: torch takes seconds to import.
-        from rich.console import Console
+def _predict(content: Any, folder: Path) -> None:
+    settings = parsed(PredictSettings, content)
+    if settings.data.path is not None and (problem := missing_file(settings.data.path)):
+        raise UserError(problem)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
 
-        predict(settings, folder, Console())
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        sys.exit("error: interrupted before the answers were written.")
-    finally:
-        remove_empty(folder)
+    predict(settings, folder, Console())
 
 
 def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
@@ -65,13 +50,12 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
 def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Console) -> None:
     from freelearn.csv_text import csv_text
     from freelearn.files import write_text
-    from freelearn.measurements.columns import Columns
     from freelearn.measurements.questions import read_questions
     from freelearn.render.terminal.answers import show_answers
     from freelearn.results.run_files import check_folder
 
     assert settings.data.path is not None
-    asked = read_questions(settings.data.path, Columns(fitted.bed, len(fitted.members)))
+    asked = read_questions(settings.data.path, fitted.columns)
     with console.status("answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
     check_folder(folder)

@@ -16,8 +16,7 @@ from freelearn.design.paths import Path
 from freelearn.design.view import View
 from freelearn.design.visits import Visits
 from freelearn.inference.next_experiment import PRESSURES, reach
-from freelearn.measurements.beds import bed_of
-from freelearn.measurements.members import members_in, pressure_column
+from freelearn.measurements.columns import Columns
 from freelearn.measurements.states import States
 
 # Significant digits of a place, as a share of what the bed spans.
@@ -111,13 +110,13 @@ def digits(low: float, high: float) -> int:
 def _rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
     """Numbers that a person can set, still within reach."""
     table = table.copy()
-    pressures = [pressure_column(m) for m in members_in(table.columns)] or ["pressure_kpa"]
-    for name in [*(q.column for q in bed_of(table).state), *pressures]:
+    columns = Columns.of(table)
+    for name in columns.imposed:
         low, high = float(table[name].min()), float(table[name].max())
-        if name in pressures and name not in (limits or {}) and abs(low) < GAUGE * high:
+        if name in columns.pressures and name not in (limits or {}) and abs(low) < GAUGE * high:
             table[name] = table[name].clip(lower=0.0)
         if high > low:
             table[name] = table[name].round(digits(low, high)).clip(low, high)
-    if len(pressures) > 1:
-        table["pressure_kpa"] = table[pressures].mean(axis=1)
+    if len(columns.pressures) > 1:
+        table["pressure_kpa"] = table[list(columns.pressures)].mean(axis=1)
     return table

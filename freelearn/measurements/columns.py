@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from freelearn.measurements.beds import KINEMATIC, Bed
-from freelearn.measurements.members import DESIGN, SECOND, pressure_column
+import pandas as pd
+
+from freelearn.measurements.beds import KINEMATIC, Bed, bed_of
+from freelearn.measurements.members import DESIGN, SECOND, members_in, pressure_column
 from freelearn.measurements.usable import LEFT_OUT, SLACK
 
 # Marks of 0 or 1; a blank one marks nothing, but for that of buckling.
@@ -24,10 +26,20 @@ class Columns:
     bed: Bed = KINEMATIC
     members: int = 0
 
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> Columns:
+        """Of a table in the program."""
+        return cls(bed_of(table), len(members_in(table.columns)))
+
     @property
     def pressures(self) -> tuple[str, ...]:
         """The imposed pressures."""
         return tuple(pressure_column(i + 1) for i in range(self.members)) or ("pressure_kpa",)
+
+    @property
+    def imposed(self) -> tuple[str, ...]:
+        """What the bed imposes: its two quantities, and the pressures."""
+        return (*(quantity.column for quantity in self.bed.state), *self.pressures)
 
     @property
     def state(self) -> tuple[str, ...]:

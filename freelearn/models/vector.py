@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from itertools import product
@@ -11,7 +10,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from freelearn.errors import UserError
+from freelearn.errors import UserError, unknown
 from freelearn.models.parameter import Parameter
 
 # Weights and physical parameters (SI) by name.
@@ -38,7 +37,7 @@ class RawVector(nn.Module):
         """Sets physical parameters by name, in SI; those not named keep their value. Raises UserError."""
         for name, value in values.items():
             if name not in self.declared:
-                raise UserError(_unknown(f"parameter of model {self.name}", name, self.declared))
+                raise unknown(f"parameter of model {self.name}:", name, self.declared)
             spec = self.declared[name]
             if not spec.allows(value):
                 limits = f"{max(spec.lower, 0) if spec.log else spec.lower:g} … {spec.upper:g}"
@@ -121,9 +120,3 @@ class RawVector(nn.Module):
     def state(self) -> dict[str, Any]:
         """The raw parameters and buffers, cut from every derivative, for a checkpoint."""
         return {name: tensor.detach().clone() for name, tensor in self.state_dict().items()}
-
-
-def _unknown(what: str, name: str, known: Mapping[str, object]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
-    return f"Unknown {what}: {name!r}.{hint} Known: {', '.join(known)}."

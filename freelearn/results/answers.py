@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from torch import Tensor
 
 from freelearn.answer.answered import Answered
 from freelearn.answer.found import UNANSWERED
 from freelearn.answer.system import System
 from freelearn.measurements.beds import ELONGATION
-from freelearn.measurements.members import pressure_column
 from freelearn.models.prediction import Status
 
 # What an answer is extended by, besides its bands.
@@ -58,22 +58,20 @@ class Column:
 def columns_of(system: System, answered: Answered) -> list[Column]:
     """Every input and output in engineering units."""
     reference = system.states.reference_length.numpy()
-    names = _names(system)
-    both = (*system.inputs, *system.bed.readings)
-    values = np.c_[answered.x.numpy(), answered.y.numpy()].T
-    halves = np.c_[answered.x_half.numpy(), answered.y_half.numpy()].T
-    out = []
-    for i, (name, quantity, value, half) in enumerate(zip(names, both, values, halves, strict=True)):
-        # As an input a length is the whole of it.
+    values = _in_units(system, answered.x, answered.y, reference)
+    halves = _in_units(system, answered.x_half, answered.y_half, 0 * reference)
+    return [Column(name, value, halves[name]) for name, value in values.items()]
+
+
+def _in_units(system: System, x: Tensor, y: Tensor, reference: np.ndarray) -> dict[str, np.ndarray]:
+    """Inputs (n, m) and outputs (n, 2), SI, in engineering units by their columns. reference: what is taken off an
+    input that is a length, (n,) m, for there it is the whole of it."""
+    quantities, columns = (*system.inputs, *system.bed.readings), {}
+    values = np.c_[x.numpy(), y.numpy()].T
+    for i, (name, quantity, value) in enumerate(zip(system.columns, quantities, values, strict=True)):
         rest = reference if quantity is ELONGATION and i < len(system.inputs) else 0.0
-        out.append(Column(name, (value - rest) / quantity.factor, half / quantity.factor))
-    return out
-
-
-def _names(system: System) -> list[str]:
-    several = system.states.members
-    pressures = [pressure_column(i + 1) for i in range(len(several))] if several else ["pressure_kpa"]
-    return [*(q.column for q in system.bed.state), *pressures, *(q.column for q in system.bed.readings)]
+        columns[name] = (value - rest) / quantity.factor
+    return columns
 
 
 def answers(
@@ -139,15 +137,8 @@ def _notes(answered: Answered, known: np.ndarray) -> list[str]:
 def _every(system: System, answered: Answered) -> pd.DataFrame:
     """All solutions of rows with several, one a row."""
     every = answered.every
-    names = _names(system)
     row = every.row.numpy()
-    reference = system.states.reference_length.numpy()[row]
-    both = (*system.inputs, *system.bed.readings)
-    values = np.c_[every.x.numpy(), every.outputs.numpy()].T
-    columns = {}
-    for i, (name, quantity, value) in enumerate(zip(names, both, values, strict=True)):
-        rest = reference if quantity is ELONGATION and i < len(system.inputs) else 0.0
-        columns[name] = (value - rest) / quantity.factor
+    columns = _in_units(system, every.x, every.outputs, system.states.reference_length.numpy()[row])
     words = np.array([s.name.lower() for s in Status])[every.status.numpy()] if len(row) else []
     table = pd.DataFrame({"row": row, **columns, "stable": every.stable.numpy().astype(np.int64), STATUS: words})
     return table.sort_values("row", kind="stable").reset_index(drop=True)

@@ -15,10 +15,11 @@ from torch import Tensor
 from freelearn.answer.asker import Asker
 from freelearn.answer.backwards import backwards, under_load
 from freelearn.answer.bands import Bands
-from freelearn.answer.span import Span
+from freelearn.answer.raw_covariance import RawCovariance
 from freelearn.answer.system import System
 from freelearn.errors import UserError
-from freelearn.measurements.beds import BED, DEAD_LOAD, DIAMETER, INFLATION, KINEMATIC, Bed, bed_of
+from freelearn.measurements.beds import BED, DIAMETER, INFLATION, KINEMATIC, Bed, bed_of
+from freelearn.measurements.columns import Columns
 from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
@@ -87,6 +88,11 @@ class FittedModel:
         return " + ".join([self.model.name, *(effect.name for effect in self.model.effects)])
 
     @property
+    def columns(self) -> Columns:
+        """Of a measurement table like the run's."""
+        return Columns(self.bed, len(self.members))
+
+    @property
     def folder(self) -> Path:
         """Of the run."""
         return self.run.folder
@@ -111,17 +117,7 @@ class FittedModel:
     def asker(self) -> Asker:
         """Answers questions; without a row that was fitted, from all of the run's."""
         rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
-        system = System.of(self.model, rows.states)
-        x = torch.stack(system.states.inputs(), dim=-1)
-        if rows.states.bed is DEAD_LOAD and system.mechanical:
-            with torch.no_grad():
-                place = self.model(rows.states).loads
-            x = torch.cat([torch.stack([rows.states.reference_length, 0 * x[:, 1]], dim=-1) + place, x[:, 2:]], dim=1)
-            system = System(self.model, system.states.with_inputs(x.unbind(-1)))
-        shown = system.at(x)
-        scale = shown.loads[shown.status == Status.OK].abs().nan_to_num(0.0)
-        largest = scale.amax(0).clamp_min(1e-9) if len(scale) else torch.ones(2, dtype=torch.float64)
-        return Asker(Span.of(system), largest, self.bands.miss if self.bands else None, rows.states.bed is DEAD_LOAD)
+        return Asker.of(self.model, rows, self.bands.miss if self.bands else None)
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
         """Loads at states, or at the rows of a table in the measurement table's columns; or what else the bed measures.
@@ -136,9 +132,7 @@ class FittedModel:
             prediction = self.model(states)
         # The bed's own readings as outputs, whatever they are.
         system = System(self.model, states)
-        x = torch.stack(states.inputs(), dim=-1)
-        rate = system.by_parameters(x)
-        stderr = _stderr(self.model, rate, self.covariance)
+        stderr = _stderr(self.model, system.by_parameters(system.x), self.covariance)
         shown = self.bands if bands else None
         half = shown.half(states, prediction.loads) if shown else np.full(stderr.shape, np.nan)
         return Answer(prediction.loads.numpy(), stderr, half, WORDS[prediction.status.numpy()].tolist(), states.bed)
@@ -227,8 +221,7 @@ class FittedModel:
 
     def _complete(self, table: pd.DataFrame, blanks: bool = False) -> pd.DataFrame:
         """The table with the columns that States need. blanks: whether what is imposed may be blank or absent."""
-        members = [pressure_column(m) for m in self.members]
-        imposed = [*(quantity.column for quantity in self.bed.state), *(members or ["pressure_kpa"])]
+        imposed, pressures = self.columns.imposed, list(self.columns.pressures)
         table = as_numbers(table, [str(name) for name in self.design], self.members)
         lacking = [name for name in imposed if name not in table]
         if lacking and not blanks:
@@ -245,7 +238,7 @@ class FittedModel:
             if "time_s" in table and table["time_s"].isna().any():
                 table = table.drop(columns="time_s")
         table = table.assign(**missing)
-        more: dict[str, Any] = {"pressure_kpa": table[members].mean(axis=1, skipna=True)} if members else {}
+        more: dict[str, Any] = {"pressure_kpa": table[pressures].mean(axis=1, skipna=True)} if self.members else {}
         if self.bed is not KINEMATIC:
             more[BED] = self.bed.name
         return table.assign(**more)
@@ -281,10 +274,8 @@ def _directed(states: States, pressure: pd.Series) -> States:
 
 def _blanked(system: System, table: pd.DataFrame) -> tuple[Tensor, Tensor]:
     """Inputs (N, m) and outputs (N, 2) of the questions, SI, NaN where they are blank."""
-    x, y = torch.stack(system.states.inputs(), dim=-1).clone(), torch.zeros(len(table), 2, dtype=torch.float64)
-    members = len(system.states.members)
-    pressures = [pressure_column(i + 1) for i in range(members)] if members else ["pressure_kpa"]
-    for i, name in enumerate([*(q.column for q in system.bed.state), *pressures]):
+    x, y = system.x, torch.zeros(len(table), 2, dtype=torch.float64)
+    for i, name in enumerate(system.columns[: len(system.inputs)]):
         x[torch.tensor(table[name].isna().to_numpy()), i] = torch.nan
         if system.mechanical and i < 2:
             value = torch.tensor(table[name].to_numpy(np.float64) * system.inputs[i].factor)
@@ -295,20 +286,13 @@ def _blanked(system: System, table: pd.DataFrame) -> tuple[Tensor, Tensor]:
 
 
 def _stderr(model: Model[Any], rate: Tensor, covariance: np.ndarray) -> np.ndarray:
-    """√(J C Jᵀ) of each reading, J (N, 2, p) its derivatives by the model's raw vector: (N, 2)."""
-    count = len(model.declared)
-    if not count or not np.isfinite(covariance).any():
+    """√(J C Jᵀ) of each reading, J (N, 2, p) its derivatives by the model's raw vector: (N, 2). A load that hangs on a
+    parameter which nobody knows is not known either."""
+    if not np.isfinite(covariance).any():
         return np.full(tuple(rate.shape[:2]), np.nan)
-    known = torch.as_tensor(np.isfinite(covariance.diagonal()))
-    inside = torch.as_tensor(np.where(np.isfinite(covariance), covariance, 0.0))
-    # d value / d raw: the value itself where its logarithm was fitted.
-    values = model.scalars()
-    by_raw = torch.tensor([values[n] if p.log else 1.0 for n, p in model.declared.items()], dtype=torch.float64)
-    physical = rate[:, :, -count:] / by_raw.clamp_min(1e-300)
-    variance = torch.einsum("nfi,ij,nfj->nf", physical, inside, physical)
-    # A load that hangs on a parameter which nobody knows is not known either.
-    lost = (physical[:, :, ~known] != 0).any(-1)
-    return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt()).numpy()
+    spread = RawCovariance.of(model, covariance).spread(rate)
+    deviation = spread.covariance.diagonal(dim1=1, dim2=2).clamp_min(0).sqrt()
+    return torch.where(spread.lost, torch.nan, deviation).numpy()
 
 
 def load(folder: str | Path) -> FittedModel:

@@ -9,7 +9,7 @@ import pandas as pd
 
 from freelearn.measurements.beds import Bed, bed_of
 from freelearn.measurements.columns import Columns
-from freelearn.measurements.members import SECOND, members_in
+from freelearn.measurements.members import SECOND
 
 # The column of what each row is expected to add.
 EXPECTED = "expected_z"
@@ -145,11 +145,10 @@ class Plan:
 
 def plan_table(rows: pd.DataFrame, expected: list[float] | None = None) -> pd.DataFrame:
     """Rows in the measurement table's columns, what is to be measured blank, and what each is expected to add."""
-    members = len(members_in(rows.columns))
-    columns = Columns(bed_of(rows), members)
+    columns = Columns.of(rows)
     blank = {name: float("nan") for name in columns.measured}
     listed = list(columns.listed)
-    if SECOND in rows and not members and rows[SECOND].notna().any():
+    if SECOND in rows and not columns.members and rows[SECOND].notna().any():
         listed.insert(listed.index("gamma_deg") + 1, SECOND)
     table = rows.assign(**blank, buckled=0)[listed].reset_index(drop=True)
     return table if expected is None else table.assign(**{EXPECTED: expected})

@@ -14,6 +14,7 @@ from torch import Tensor
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import Error
+from freelearn.measurements.sets import TRAIN, VALIDATION
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.models.base import Model
 from freelearn.models.prediction import Prediction, Status
@@ -88,3 +89,10 @@ class Run:
         used = self.uncertainty.rows if self.uncertainty else 0
         reasons = {s.name.lower(): int((status == s).sum()) for s in Status if s != Status.OK}
         return {"rows": len(self.table), "used": used, **marked, **reasons}
+
+
+def seen_rows(model: Model[Any], labels: pd.Series) -> np.ndarray:
+    """Rows that a fit of the model sees, by the labels of their split, (N,) bool: what a network's fit stops by it has
+    seen too."""
+    seen: np.ndarray = labels.isin([TRAIN, VALIDATION] if model.needs_validation else [TRAIN]).to_numpy()
+    return seen

@@ -8,10 +8,9 @@ import torch
 
 from freelearn.answer.bands import Bands
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import TRAIN, VALIDATION
 from freelearn.models.predicted import usable
 from freelearn.results.curve import StateCurves, state_curves
-from freelearn.results.run import Run
+from freelearn.results.run import Run, seen_rows
 from freelearn.results.states import pick_states
 
 
@@ -27,9 +26,7 @@ def run_bands(run: Run, own: pd.DataFrame, rows: Rows, by_states: bool) -> Bands
     """How far a new measurement may lie from what the run's model says; None where no row tells it.
 
     own, by_states: as of run_curves; rows: all of own."""
-    # What a network's fit stopped by it has seen too.
-    labels = [TRAIN, VALIDATION] if run.model.needs_validation else [TRAIN]
-    seen = own["split"].isin(labels).to_numpy() if run.uncertainty else np.zeros(len(own), dtype=bool)
+    seen = seen_rows(run.model, own["split"]) if run.uncertainty else np.zeros(len(own), dtype=bool)
     compared = own.index.isin(usable(own).index)
     rows, fitted = rows[torch.as_tensor(compared)], torch.as_tensor(seen[compared])
     return Bands.of(run.model, rows, fitted, run.covariance, run.accuracy, by_states)

@@ -13,12 +13,11 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.sets import TRAIN, VALIDATION
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.models.own import load_own_code
 from freelearn.models.predicted import usable
-from freelearn.results.run import CONSTITUENT_SET
+from freelearn.results.run import CONSTITUENT_SET, seen_rows
 from freelearn.results.states import rows_of_set
 
 # What marks a whole run, and the table of its rows.
@@ -55,8 +54,7 @@ class RunFolder:
         """Rows that the fit saw, (N,) bool."""
         if self.content["train"] == CONSTITUENT_SET:
             return np.zeros(len(self.table), dtype=bool)
-        labels = [TRAIN, VALIDATION] if self.model.needs_validation else [TRAIN]
-        seen: np.ndarray = self.own & self.table["split"].isin(labels).to_numpy()
+        seen: np.ndarray = self.own & seen_rows(self.model, self.table["split"])
         return seen
 
 

@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.beds import BED, Bed
-from freelearn.measurements.members import pressure_column
 from freelearn.measurements.states import States
 from freelearn.results.fitted_model import FittedModel
 
@@ -24,11 +23,10 @@ def settled(fitted: FittedModel, rows: pd.DataFrame, bed: Bed) -> States:
     the state itself. rows: sample, the actuators' pressures, and force_n and moment_nmm under a dead load, else
     elongation_mm and twist_deg.
     """
-    members = [pressure_column(m) for m in fitted.members]
     table = rows.merge(fitted.design, on="sample", how="left", validate="many_to_one")
     more: dict[str, float | str | pd.Series] = {"step": 0, BED: bed.name}
-    if members:
-        more["pressure_kpa"] = table[members].mean(axis=1)
+    if fitted.members:
+        more["pressure_kpa"] = table[list(fitted.columns.pressures)].mean(axis=1)
     states, past = States.from_table(table.assign(**more)), States.from_table(fitted.table())
     each = tuple(_still(now, then) for now, then in zip(states.members, past.members, strict=True))
     return replace(_still(states, past), members=each)
