@@ -39,6 +39,7 @@ from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.own import load_own_code
 from freelearn.results.discovery import Discovery
 from freelearn.results.origin import Provenance
+from freelearn.results.proposals import known, write_proposals
 from freelearn.results.run_files import check_folder
 from freelearn.results.suspect_files import write_suspects
 from freelearn.threads import one_thread
@@ -73,10 +74,12 @@ def discover(
 
     with view:
         findings = search(task.question(measured.accuracy), _progress(folder, key), step, keep)
-    discovery = examine(task, findings, measured)
-    _write(discovery, folder, key)
-    _show(discovery, folder, command, settings.figures, provenance.simulated)
-    view.end(discovery, folder)
+    # What the search wrote in this run counts as an effect until the run ends.
+    with known(findings):
+        discovery = examine(task, findings, measured)
+        _write(discovery, folder, key)
+        _show(discovery, folder, command, settings.figures, provenance.simulated)
+        view.end(discovery, folder)
     return discovery
 
 
@@ -175,6 +178,8 @@ def _write(discovery: Discovery, folder: Path, key: str) -> None:
         _write_table(table, folder / f"predictions_{name}.csv")
     _write_table(discovery.splits, folder / "splits.csv")
     save_checkpoint(findings.final.fit.model, folder / "checkpoint.ckpt")
+    if findings.verdict == "proposed":
+        write_proposals(findings.proposals, discovery.content["model"], findings.noise_floor, folder)
     write_suspects(discovery.suspects, Provenance.from_plain(discovery.content["data"]), folder)
     write_text(
         folder / "discovery.json", json.dumps(discovery.content | {"key": key}, indent=2, allow_nan=False) + "\n"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import torch
 
+from freelearn.inference.beyond import Beyond
 from freelearn.inference.blocks import Block, blocks
 from freelearn.inference.candidate import StepRecord
 from freelearn.inference.classify import EquivalenceClass, classes_of, classify
@@ -16,6 +17,7 @@ from freelearn.inference.look_ahead import look_ahead
 from freelearn.inference.misplaced import misplaced
 from freelearn.inference.order import DRIFT, confounded, in_order_of
 from freelearn.inference.prepare import Prepared, prepare
+from freelearn.inference.proposals.proposal import Proposal
 from freelearn.inference.prune import prune
 from freelearn.inference.question import Question
 from freelearn.inference.rank import outcomes, rank
@@ -23,7 +25,18 @@ from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.smallest import smallest
 from freelearn.inference.step import Step
 from freelearn.inference.suspects import Suspect, suspects
-from freelearn.inference.thresholds import ALPHA, ASKED, BETTER, IDLE, LEFT, MOST_EFFECTS, NOTHING, REGROWN, UNASKED
+from freelearn.inference.thresholds import (
+    ALPHA,
+    ASKED,
+    BETTER,
+    IDLE,
+    LEFT,
+    MANY,
+    MOST_EFFECTS,
+    NOTHING,
+    REGROWN,
+    UNASKED,
+)
 from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.rows import Rows
 
@@ -37,12 +50,13 @@ Keep = Callable[[Sequence[Step]], None]
 class Findings:
     """What a search ends with.
 
-    verdict: adequate, named, class or unexplained. effects: those that were missing, in the order in which they were
-    added, without those given. classes: for each of them all that the data cannot tell from it, itself first, with its
-    fit. steps: the models on the way, the first with the given effects alone. rows: those with an answer; kept: which
-    of the question's rows these are. noise_floor: the error of a perfect model, a fraction. suspects: readings that
-    slipped, perhaps. sorted_by: inputs of which, for the order of measuring, an unknown function would explain as much
-    as the drift that was found."""
+    verdict: adequate, named, class, proposed or unexplained. effects: those that were missing, in the order in which
+    they were added, without those given. classes: for each of them all that the data cannot tell from it, itself first,
+    with its fit. steps: the models on the way, the first with the given effects alone. rows: those with an answer;
+    kept: which of the question's rows these are. noise_floor: the error of a perfect model, a fraction. suspects:
+    readings that slipped, perhaps. sorted_by: inputs of which, for the order of measuring, an unknown function would
+    explain as much as the drift that was found. proposals: effects that the search wrote itself; where it stays
+    unexplained, the best part of an answer, which the last model does not have."""
 
     verdict: str
     effects: list[str]
@@ -53,6 +67,7 @@ class Findings:
     noise_floor: float
     suspects: list[Suspect] = field(default_factory=list)
     sorted_by: list[str] = field(default_factory=list)
+    proposals: list[Proposal] = field(default_factory=list)
 
     @property
     def final(self) -> Step:
@@ -73,23 +88,19 @@ def search(
     prepared, first = prepare(question)
     steps = resumed(prepared, first, known)
     watch(steps[-1], "base model" if len(steps) == 1 else "resumed")
-    for _ in range(REGROWN):
-        grow(prepared, steps, watch, keep)
-        before = steps[-1]
-        steps[-1], classes = classify(prepared, before, watch)
-        if steps[-1].left.p_value >= LEFT or set(steps[-1].effects) == set(before.effects):
-            break
-    if steps[-1].left.p_value < LEFT and question.added(steps[-1].effects):
-        reduced = smallest(prepared, steps[-1])
-        if reduced is not steps[-1]:
-            steps[-1] = reduced.tried(steps[-1].candidates)
-            watch(steps[-1], "without what explains little")
-            classes = classes_of(prepared, steps[-1])
+    beyond = Beyond(prepared, steps[0], lambda more: grow(prepared, more))
+    classes = from_library(prepared, steps, beyond, watch, keep)
     together, without_drift = slipped_together(prepared, steps[-1])
     if without_drift is not steps[-1]:
         steps[-1] = without_drift
         watch(steps[-1], "a block of readings slipped instead")
         classes = classes_of(prepared, steps[-1])
+    found = None if together else beyond.instead(steps[-1])
+    if found and found.complete:
+        # The steps that the library took lead elsewhere.
+        base = next(i for i, step in enumerate(steps) if step.effects == found.base.effects)
+        steps, classes = [*steps[: base + 1], found.step], list(found.classes)
+        watch(found.step, f"wrote {', '.join(p.written.name for p in found.proposals) or 'nothing'}")
     final = steps[-1]
     ordered = in_order_of(prepared.rows.states) if together else []
     pointed_out = [block.suspect(prepared.rows, prepared.kept, ordered) for block in together]
@@ -101,7 +112,7 @@ def search(
     slipped = final.whiten.scatter.slipped if final.whiten.scatter else None
     steps = [prepared.judged(step, slipped) for step in steps]
     return Findings(
-        verdict(final, classes, sorted_by),
+        verdict(final, classes, sorted_by, bool(found and found.complete and found.proposals)),
         question.added(final.effects),
         classes,
         steps,
@@ -110,7 +121,31 @@ def search(
         final.floor,
         pointed_out,
         sorted_by,
+        found.proposals if found else [],
     )
+
+
+def from_library(
+    prepared: Prepared, steps: list[Step], beyond: Beyond, watch: Watch, keep: Keep
+) -> list[EquivalenceClass]:
+    """Adds to the steps what the library has, exchanges what explains less, and takes out what explains little of what
+    stays unexplained; the classes of what the last of them has. Where what is written leaves nothing, it ends early."""
+    classes: list[EquivalenceClass] = []
+    for _ in range(REGROWN):
+        grow(prepared, steps, watch, keep, beyond.ends)
+        before = steps[-1]
+        if before.left.p_value < LEFT and beyond.ends(before):
+            return []
+        steps[-1], classes = classify(prepared, before, watch)
+        if steps[-1].left.p_value >= LEFT or set(steps[-1].effects) == set(before.effects):
+            break
+    if steps[-1].left.p_value < LEFT and prepared.question.added(steps[-1].effects):
+        reduced = smallest(prepared, steps[-1])
+        if reduced is not steps[-1]:
+            steps[-1] = reduced.tried(steps[-1].candidates)
+            watch(steps[-1], "without what explains little")
+            classes = classes_of(prepared, steps[-1])
+    return classes
 
 
 def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step]:
@@ -133,12 +168,24 @@ def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step
     return found.found, step if step is final else step.tried(final.candidates)
 
 
-def grow(prepared: Prepared, steps: list[Step], watch: Watch, keep: Keep) -> None:
-    """Adds to the last of the steps one effect after another, or two at once where no single one helps."""
+def grow(
+    prepared: Prepared,
+    steps: list[Step],
+    watch: Watch = lambda step, text: None,
+    keep: Keep = lambda steps: None,
+    ends: Callable[[Step], bool] = lambda step: False,
+) -> None:
+    """Adds to the last of the steps one effect after another, or two at once where no single one helps.
+
+    ends: whether a model that leaves something need not grow; asked once it has several effects, and before pairs."""
     question = prepared.question
-    while len(question.added(steps[-1].effects)) < MOST_EFFECTS:
+    while (count := len(question.added(steps[-1].effects))) < MOST_EFFECTS:
+        if count >= MANY and ends(steps[-1]):
+            break
         steps[-1], best = advance(prepared, steps[-1], len(steps) - 1)
         if best is None and steps[-1].left.p_value < LEFT:
+            if ends(steps[-1]):
+                break
             best = look_ahead(prepared, steps[-1])
         if best is None:
             break
@@ -187,13 +234,18 @@ def resumed(prepared: Prepared, first: Step, known: Sequence[StepRecord]) -> lis
     return steps
 
 
-def verdict(final: Step, classes: Sequence[EquivalenceClass], sorted_by: Sequence[str] = ()) -> str:
-    """adequate, named, class or unexplained: what the last model and its classes amount to.
+def verdict(
+    final: Step, classes: Sequence[EquivalenceClass], sorted_by: Sequence[str] = (), wrote: bool = False
+) -> str:
+    """adequate, named, class, proposed or unexplained: what the last model and its classes amount to.
 
-    sorted_by: inputs of which an unknown function would do as well as a drift. Few rows leave no structure to see in
-    what a failed fit misses; it explains nothing all the same."""
+    wrote: whether it has an effect that the search wrote. sorted_by: inputs of which an unknown function would do as
+    well as a drift. Few rows leave no structure to see in what a failed fit misses; it explains nothing all the same.
+    """
     if final.left.p_value < LEFT or not final.fit.converged or final.E_heldout > NOTHING:
         return "unexplained"
     if not classes:
         return "adequate"
+    if wrote:
+        return "proposed"
     return "class" if sorted_by or any(len(members) > 1 for members in classes) else "named"

@@ -40,6 +40,17 @@ WHITENINGS = 3
 # (from the second power on, influence falls with distance).
 BOUNDED = (1, 1, 1, 2, 2)
 
+# Where the library ends: guesses at a written effect that are fitted in full, and how many of them may stand at one
+# place with the same inputs; how many are fitted again with the noise of the best; written effects at most.
+FITTED, ONE_PLACE, RIVALS = 10, 4, 6
+MOST_WRITTEN = 2
+# Reduction of χ² that a second input has to explain beside what a constant more has to, and the difference in all that
+# which tells no form from another.
+SECOND_INPUT, UNDECIDED = 10.0, 6.0
+# So many effects of the library together may stand for one that it lacks; a written one takes their place where it
+# explains so much more of χ² for its constants. One effect of the library alone always wins.
+MANY, CHEAPER = 2, 12.0
+
 # --- what need not be computed -----------------------------------------------------------------------------------
 
 # An effect this many σ from no effect, by its own standard errors, is not tested for being idle.

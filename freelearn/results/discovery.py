@@ -31,6 +31,7 @@ from freelearn.results.curve import StateCurves, state_curves
 from freelearn.results.curve_rows import curves_of
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
+from freelearn.results.proposals import file_of, proposal_entry
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import SuspectedReading, flagged
 
@@ -117,6 +118,8 @@ def document(
     """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null."""
     first, last = findings.steps[0], findings.final
     pairs = zip([None, *findings.steps], findings.steps, strict=False)
+    entries = [proposal_entry(p, findings.noise_floor) for p in findings.proposals]
+    written, hinted = (entries, []) if findings.verdict == "proposed" else ([], entries)
     content = {
         "verdict": findings.verdict,
         "says": verdict_in_words(findings),
@@ -128,10 +131,12 @@ def document(
         "trail": [_entry(step, previous) for previous, step in pairs],
         "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
         "failures": [f.numbers() for f in failed],
+        "proposals": written,
         "next_experiment": [vars(p) for p in proposed],
         "suspects": [s.plain() for s in suspects],
         "screens": [vars(s) for s in screens],
         "remainder": vars(left) if left else None,
+        "hint": hinted[0] if hinted else None,
         "covariance": parameter_covariance(last).tolist(),
         "noise_scale": noise_scale(last),
         "structure_p_value": last.left.p_value,
@@ -221,5 +226,13 @@ def verdict_in_words(findings: Findings) -> str:
     if findings.verdict == "class":
         groups = "; ".join(" or ".join(c) for c in classes_of(findings))
         return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
+    if findings.verdict == "proposed":
+        new = [p for p in findings.proposals if p.written.name in findings.effects]
+        wrote = "; ".join(f"{p.written.formula} ({p.written.place.changes}, file {file_of(p)})" for p in new)
+        beside = ", ".join(e for e in findings.effects if e not in [p.written.name for p in new])
+        library = f"{beside} and something that is in no library were missing" if beside else (
+            "what was missing is in no library"
+        )  # fmt: skip
+        return f"Proposed: {library}; the search wrote {wrote}, and with it nothing systematic is left."
     helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it." if names else ""
     return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import importlib
 import pkgutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from freelearn.errors import UserError
@@ -31,6 +32,21 @@ def register(effect: type[Effect[Any]]) -> None:
     if wrong:
         raise TypeError(wrong)
     EFFECTS[name] = effect
+
+
+@contextmanager
+def lent(effects: Iterable[type[Effect[Any]]]) -> Iterator[None]:
+    """Makes effects known for a while: those that a search tries, and has written itself. Raises TypeError."""
+    names = []
+    try:
+        for effect in effects:
+            if EFFECTS.get(effect.name) is not effect:
+                register(effect)
+                names.append(effect.name)
+        yield
+    finally:
+        for name in names:
+            EFFECTS.pop(name, None)
 
 
 def _plug(effect: type[Effect[Any]]) -> str | None:

@@ -1,0 +1,110 @@
+"""Data sets as planned: a laboratory's actuators and protocol, what is hidden sized in σ, and the table with noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from beyond_library.kind import Kind
+from beyond_library.truth import Truth
+from hidden_effects.make import NOISE, SILENT, sized
+
+from freelearn.testing.reference import literature
+from freelearn.testing.reference.bed import MM, state_of
+from freelearn.testing.reference.laboratory import Laboratory, protocol, random_actuators
+from freelearn.testing.reference.slips import LOADS, slip
+
+Actuators = dict[int, tuple[float, float, float, float]]
+# How near to the size asked for a hidden thing has to be, and how many actuators are tried until it is.
+REACHED, TRIES = 0.8, 4
+
+
+@dataclass(frozen=True)
+class Made:
+    """A data set. reached: size of what is hidden in σ. told: the accuracy that the search is told, in the table's
+    units. slips: how many readings are wrong."""
+
+    table: pd.DataFrame
+    truth: Truth
+    laboratory: Laboratory
+    actuators: Actuators
+    reached: float
+    told: dict[str, float]
+    slips: int
+
+    @property
+    def possible(self) -> bool:
+        """Whether what is hidden is about as large as asked for; a bound may keep it small."""
+        return self.reached >= REACHED
+
+
+def make(job: dict, kind: Kind | None) -> Made:
+    """The data set of a plan's entry; kind: that it hides, if any. `reached` is a share of the size asked for."""
+    how = job["laboratory"]
+    laboratory = Laboratory(**{k: tuple(v) if k == "kinds" else v for k, v in how.items()})
+    for attempt in range(TRIES):
+        generator = np.random.default_rng([job["seed"], attempt])
+        material = float(1e6 * 2 ** generator.uniform(-1, 1)), float(3e7 * 2 ** generator.uniform(-1, 1))
+        actuators = random_actuators(job["actuators"], generator)
+        plain = Truth(material, kind, kind.drawn(generator) if kind else {})
+        truth, size = _sized(job, plain, laboratory, actuators)
+        if size >= REACHED:
+            break
+    table, slips = measured(laboratory, actuators, truth, NOISE, job["seed"])
+    return Made(table, truth, laboratory, actuators, size, laboratory.told(NOISE), slips)
+
+
+def _sized(job: dict, plain: Truth, laboratory: Laboratory, actuators: Actuators) -> tuple[Truth, float]:
+    """The truth with what is hidden as large as asked for, and which share of that it reaches."""
+    if plain.kind is None and job["effect"] is None:
+        return plain, 1.0
+
+    def at(amount: float) -> Truth:
+        if plain.kind is not None:
+            return replace(plain, amount=amount)
+        name = job["effect"]
+        return replace(plain, effects={name: literature.grown(name, amount)} if amount else {})
+
+    quiet = replace(laboratory, slipped=0.0)
+
+    def table(amount: float) -> pd.DataFrame:
+        return measured(quiet, actuators, at(amount), SILENT, job["seed"])[0]
+
+    amount, size = sized(table, job["size"], plain.material, NOISE, laboratory.growth)
+    return at(amount), size / job["size"] if np.isfinite(size) else 0.0
+
+
+def measured(
+    laboratory: Laboratory, actuators: Actuators, truth: Truth, accuracy: Mapping[str, float], seed: int
+) -> tuple[pd.DataFrame, int]:
+    """A measurement table and how many of its readings are wrong; rows without an equilibrium are marked as buckled.
+
+    As freelearn.testing.reference.laboratory.measure, of a truth. accuracy: one standard deviation, the table's units.
+    """
+    table = protocol(laboratory, actuators, np.random.default_rng([seed, 1]))
+    generator = np.random.default_rng([seed, 2])
+    states = np.cumsum(table["step"].to_numpy() == 0) - 1
+
+    def noise(name: str, size: int) -> np.ndarray:
+        if np.isinf(laboratory.tails):
+            return np.asarray(accuracy[name] * generator.normal(size=size))
+        unit = generator.standard_t(laboratory.tails, size) * np.sqrt((laboratory.tails - 2) / laboratory.tails)
+        return np.asarray(accuracy[name] * unit)
+
+    actual = table.copy()
+    for name in ("elongation_mm", "twist_deg"):
+        actual[name] += noise(name, int(states[-1]) + 1)[states]
+    imposed = {name: value for name, value in state_of(actual).items() if name in ("length", "twist")}
+    loads, balanced = truth.loads(state_of(table) | imposed)
+    table["pressure_kpa"] += noise("pressure_kpa", len(table))
+    deviation = {}
+    for name, load in zip(LOADS, (loads[:, 0], loads[:, 1] / MM), strict=True):
+        share = np.abs(load) / max(float(np.abs(load[balanced]).max(initial=0.0)), 1e-12)
+        grown = 1 + laboratory.growth * np.nan_to_num(np.minimum(share, 1.0))
+        deviation[name] = accuracy[name] * grown
+        table[name] = load + noise(name, len(table)) * grown
+    table["buckled"] = (~balanced).astype(int)
+    table, slips = slip(table, laboratory.slipped, laboratory.kinds, deviation, [seed, 3])
+    return table, len(slips)

@@ -1,0 +1,57 @@
+"""What is hidden in which data set, and how it is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from zlib import crc32
+
+import numpy as np
+from beyond_library import kinds_open, kinds_sealed
+from beyond_library.kind import Kind
+from hidden_effects.settings import settings
+
+from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT
+
+HALVES: dict[str, tuple[Kind, ...]] = {"open": kinds_open.KINDS, "sealed": kinds_sealed.KINDS}
+LIBRARY = (*UNIT, *BRAIDED, *MOVED)
+SIZES = (8, 15, 30)
+# Control sets of each round: with nothing hidden, and with one effect of the library.
+FREE, NAMED = 20, 30
+# Rounds of the full plan: 200 control sets.
+ROUNDS = 4
+
+
+def kind_of(job: dict) -> Kind | None:
+    """The kind that a data set hides."""
+    return next((kind for kind in HALVES[job["half"]] if kind.name == job["kind"]), None)
+
+
+def plan(half: str, rounds: int, sizes: Sequence[int]) -> list[dict]:
+    """Every data set: half, kind or effect that it hides (None: none), size in σ, round, and how it is measured.
+
+    Each is made from its own key alone, whatever else is in the plan."""
+    jobs = []
+    for number in range(rounds):
+        hidden: list[tuple[str | None, str | None, int]] = []
+        hidden += [(kind.name, None, size) for kind in HALVES[half] for size in sizes]
+        hidden += [(None, None, 0)] * FREE
+        for k in range(NAMED):
+            size = sizes[(number + k) % len(sizes)]
+            hidden.append((None, LIBRARY[(NAMED * number + k) % len(LIBRARY)], size))
+        counts: dict[str, int] = {}
+        for kind, effect, size in hidden:
+            name = f"{half}/{kind or effect or 'nothing'}/{size}/{number}"
+            counts[name] = counts.get(name, 0) + 1
+            key = f"{name}/{counts[name]}"
+            jobs.append({"key": key, "half": half, "kind": kind, "effect": effect, "size": size, **_measured(key)})
+    return jobs
+
+
+def _measured(key: str) -> dict:
+    """Seed, how many actuators, and the settings of the laboratory."""
+    seed = crc32(key.encode())
+    generator = np.random.default_rng(seed)
+    how = settings("standard", generator)
+    # Functions of the pressure cannot be told from five levels of it.
+    how |= {"states": 60, "pressures": int(generator.integers(6, 9)), "falling": int(generator.integers(2, 5))}
+    return {"seed": seed, "actuators": int(generator.integers(1, 4)), "laboratory": how}

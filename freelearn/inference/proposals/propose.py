@@ -1,0 +1,91 @@
+"""One written effect on top of a base: guessed, fitted, chosen; and those that the data cannot tell from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from freelearn.inference.crossval import paired
+from freelearn.inference.prepare import Prepared
+from freelearn.inference.proposals.guess import Guess
+from freelearn.inference.proposals.pushes import pushes
+from freelearn.inference.proposals.scan import Scan
+from freelearn.inference.proposals.trial import Trial, tried
+from freelearn.inference.refit import rewhitened
+from freelearn.inference.step import Step
+from freelearn.inference.thresholds import FITTED, LEFT, ONE_PLACE, RIVALS, TOGETHER, UNDECIDED, WHITENINGS
+from freelearn.models.base import Model
+from freelearn.models.effects.registry import lent
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """chosen: the written effect, fitted on top of the base; twins: others that the data cannot
+    tell from it; gain: reduction of χ² with the base's noise."""
+
+    base: Step
+    chosen: Trial
+    twins: Sequence[Trial]
+    gain: float
+
+
+def proposed(prepared: Prepared, base: Step) -> Proposed | None:
+    """The best written effect on top of a base, whether or not it leaves nothing; None where none clearly helps."""
+
+    def build(more: Sequence[str]) -> Model:
+        return prepared.question.build([*base.effects, *more])
+
+    seen = pushes(base.fit, prepared.rows, build)
+    guesses = Scan(base.fit, prepared.rows, base.whiten, base.left.scale**2, build).guesses(seen)
+    trials: list[Trial] = []
+    for guess in shortlist(guesses):
+        trial = tried(prepared, base, guess.written())
+        if trial is not None and not trial.step.worse(base):
+            trials.append(trial)
+    if not trials:
+        return None
+    best = min(trials, key=lambda t: t.cost(min(other.step.left.scale for other in trials)))
+    gain, error = paired(best.step.heldout, base.heldout)
+    if gain <= TOGETHER * error:
+        return None
+    return settled(prepared, base, best, trials)
+
+
+def settled(prepared: Prepared, base: Step, best: Trial, trials: Sequence[Trial]) -> Proposed:
+    """The choice among trials, once the noise is that of a model that has the effect: before, what is missing counts as
+    noise, and hides how they differ."""
+    for _ in range(WHITENINGS):
+        with lent([best.kind]):
+            again = Trial(best.written, rewhitened(prepared, best.step))
+        same = abs(again.step.left.scale / best.step.left.scale - 1) < 1e-2
+        best = again
+        if same:
+            break
+    scale = best.step.left.scale
+    close = [best]
+    for trial in sorted(trials, key=lambda t: t.cost(scale))[:RIVALS]:
+        if trial.written != best.written:
+            other = tried(prepared, base, trial.written, best.step.whiten, trial.step)
+            if other is not None:
+                close.append(other)
+    complete = [t for t in close if t.step.left.p_value >= LEFT] or close
+    chosen = min(complete, key=lambda t: t.cost(scale))
+    alike = [t for t in close if t is not chosen and alike_to(t, chosen, scale)]
+    gain = base.fit.chi2 - min(t.step.fit.chi2 for t in trials)
+    return Proposed(base, chosen, sorted(alike, key=lambda t: t.cost(scale)), gain)
+
+
+def shortlist(guesses: Sequence[Guess]) -> list[Guess]:
+    """The most promising guesses, of several places."""
+    taken: list[Guess] = []
+    for guess in guesses:
+        if guess.worth <= 0 or len(taken) == FITTED:
+            break
+        if sum(other.key == guess.key for other in taken) < ONE_PLACE:
+            taken.append(guess)
+    return taken
+
+
+def alike_to(trial: Trial, chosen: Trial, scale: float) -> bool:
+    """Whether the data cannot tell it from the chosen one: what it explains is as much, for its constants."""
+    return trial.cost(scale) - chosen.cost(scale) <= UNDECIDED

@@ -1,0 +1,129 @@
+"""How the loads answer to a push at every place of the chain, and what each input is in every row."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from freelearn.fit.problem import Problem
+from freelearn.inference.derivatives import Build, none_vector
+from freelearn.inference.white_fit import ONE, WhiteFit
+from freelearn.measurements.beds import DEAD_LOAD
+from freelearn.measurements.rows import Rows
+from freelearn.mechanics.equilibrium import inflate
+from freelearn.mechanics.layers import Deformation, Layers
+from freelearn.mechanics.tube import Tube
+from freelearn.models.base import Model
+from freelearn.models.effect import FAMILIES
+from freelearn.models.effects.registry import lent
+from freelearn.models.written.forms import Form
+from freelearn.models.written.inputs import Input, round_scale
+from freelearn.models.written.places import PLACES, Place
+from freelearn.models.written.source import effect_class
+from freelearn.models.written.written import Written
+
+CONSTANT = Form("constant", "constant", ("torch.ones_like({x})",), "{a}")
+# Layers of the wall at which its strains are looked at.
+LAYERS = 8
+# Values of an input nearer to each other than this share of its scale are one level.
+LEVEL = 0.02
+# Beyond this share of its scale, on both sides, an input has both signs.
+SIGNED = 0.05
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """A fit's rows as an unknown function sees them.
+
+    by: derivatives of the readings by what the function changes at each place, (N, 2, m) for m actuators; none for
+    energies and potentials. inputs: their values by name, (N, m) SI; scales: what each counts in, SI."""
+
+    by: dict[str, Tensor]
+    inputs: dict[str, Tensor]
+    scales: dict[str, float]
+
+    def scaled(self, i: Input) -> Tensor:
+        """An input in units of its scale, (N, m)."""
+        return self.inputs[i.name] / self.scales[i.name]
+
+    def signed(self, i: Input) -> bool:
+        """Whether it has values of both signs, more than errors of measuring make."""
+        x = self.scaled(i)
+        return float(x.min()) < -SIGNED and float(x.max()) > SIGNED
+
+    def fastest(self, i: Input) -> float:
+        """The largest rate, over the scale, of a wave that the input's values can tell: one more quickly looks like a
+        slower one where there are few levels (Nyquist)."""
+        levels = torch.unique((self.scaled(i) / LEVEL).round())
+        span = float(levels[-1] - levels[0]) * LEVEL
+        return math.pi * (len(levels) - 1) / max(span, LEVEL)
+
+    def told(self, i: Input) -> bool:
+        """Whether the input is there, and differs from row to row."""
+        if i.name not in self.inputs:
+            return False
+        values = self.inputs[i.name]
+        return float(values.max() - values.min()) > 1e-3 * float(values.abs().max())
+
+
+def pushes(fit: WhiteFit, rows: Rows, build: Build) -> Pushes:
+    """At a fit. build: names → the fit's model with these effects more."""
+    places = [place for place in places_of(fit.model) if not (place.energy or place.potential)]
+    members = len(rows.states.members)
+    probes = {
+        place.name: Written(place, (place.inputs[0],), (1.0,), CONSTANT, {"amount": 0.0}, each=bool(members))
+        for place in places
+    }
+    kinds = {name: effect_class(probe) for name, probe in probes.items()}
+    with lent(kinds.values()):
+        model = build([kind.name for kind in kinds.values()])
+        labels = model.labels()
+        raw = Problem(model, rows, ONE).jacobians(none_vector(model, fit)[None])[0].reshape(len(rows), 2, -1)
+    by = {
+        name: raw[:, :, [i for i, label in enumerate(labels) if label.startswith(f"{kind.name}.amount")]]
+        for name, kind in kinds.items()
+    }
+    inputs = _inputs(fit, rows) | _strains(fit.model, rows)
+    return Pushes(by, inputs, {name: round_scale(values) for name, values in inputs.items()})
+
+
+def places_of(model: Model) -> list[Place]:
+    """Where something unknown may enter a model of this family."""
+    ports = FAMILIES[model.family]
+    return [p for p in PLACES if (p.port if p.port != "parallel" else "geometry") in ports]
+
+
+def _inputs(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:
+    states, loads = rows.states, fit.shown
+    if states.bed is DEAD_LOAD:
+        # Where the actuator hangs, by the fit, and what hangs on it.
+        loads = torch.stack([states.force, states.moment], dim=-1)
+        states = replace(states, length=states.reference_length + fit.shown[:, 0], twist=fit.shown[:, 1])
+    known = {i.name: i for place in PLACES for i in place.inputs if not place.energy}
+    if not (states.bed.loads or states.bed is DEAD_LOAD):
+        known.pop("moment")
+    members = states.members or (states,)
+    each = [m.replace(length=m.reference_length + states.length - states.reference_length, twist=states.twist)
+            for m in states.members] or [states]  # fmt: skip
+    del members
+    return {name: torch.stack([i.read(m, loads) for m in each], dim=-1) for name, i in known.items()}
+
+
+def _strains(model: Model, rows: Rows) -> dict[str, Tensor]:
+    """Where in the wall the invariants are largest, from their values at rest; none of a model without a wall."""
+    if model.family != "continuum":
+        return {}
+    states = rows.states.side_by_side() if rows.states.members else rows.states
+    with torch.no_grad():
+        values = model.values()
+        inflated = inflate(states, model.energy(values), LAYERS)  # type: ignore[operator]
+        found = Deformation(Layers.of(Tube.from_states(states, LAYERS)), inflated.u).invariants(("i1", "i2", "i4"))
+    rest = {"i1": 3.0, "i2": 3.0, "i4": 1.0}
+    return {
+        name: (value.reshape(len(states), -1).gather(
+            1, (value.reshape(len(states), -1) - rest[name]).abs().argmax(1, keepdim=True)) - rest[name])
+        for name, value in zip(rest, found, strict=True)
+    }  # fmt: skip

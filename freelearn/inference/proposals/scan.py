@@ -1,0 +1,145 @@
+"""Every form at every place, of every input or two: what each promises, by linear least squares on the residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.fit.problem import Problem
+from freelearn.inference.derivatives import Build, none_vector
+from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.noise import Whitener
+from freelearn.inference.proposals.guess import Guess
+from freelearn.inference.proposals.pushes import Pushes, places_of
+from freelearn.inference.proposals.terms import Gram, Terms
+from freelearn.inference.proposals.trial import price
+from freelearn.inference.white_fit import ONE as UNIT
+from freelearn.inference.white_fit import WhiteFit
+from freelearn.measurements.rows import Rows
+from freelearn.models.effects.registry import lent
+from freelearn.models.written.forms import ENERGIES, ONE, TWO, Form
+from freelearn.models.written.inputs import Input
+from freelearn.models.written.places import Place
+from freelearn.models.written.source import effect_class
+from freelearn.models.written.written import Written
+
+# Below this share of its length a column is what the fit absorbs.
+ABSORBED = 1e-4
+
+Inputs = tuple[Input, ...]
+
+
+class Scan:
+    """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise."""
+
+    def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build) -> None:
+        self.fit, self.rows, self.whiten, self.variance, self.build = fit, rows, whiten, variance, build
+        self.residual = fit.residual.reshape(-1)
+        self.span = orthonormal(fit.jacobian.flatten(0, 1))
+
+    def guesses(self, pushes: Pushes) -> list[Guess]:
+        """One for each place, inputs and form, the most promising shapes; best first."""
+        places = places_of(self.fit.model)
+        found: list[Guess] = []
+        for place in places:
+            if place.energy and pushes.told(place.inputs[0]):
+                found += self._energy(place, pushes)
+        for inputs in _sets(places, pushes):
+            scaled = [pushes.scaled(i) for i in inputs]
+            signed = all(pushes.signed(i) for i in inputs)
+            fastest = [pushes.fastest(i) for i in inputs]
+            forms = ONE if len(inputs) == 1 else TWO
+            terms = Terms.of_forms(forms, signed, partial(_values, scaled), fastest)
+            for place in places:
+                if not place.energy and set(inputs) <= set(place.inputs) and not _elsewhere(place, inputs):
+                    found += self._place(place, inputs, terms, pushes, signed)
+        return sorted(found, key=lambda g: -g.worth)
+
+    def _place(self, place: Place, inputs: Inputs, terms: Terms, pushes: Pushes, signed: bool) -> Iterator[Guess]:
+        if place.potential:
+            if len(inputs) == 1:
+                return
+            scaled = [pushes.scaled(i)[:, 0] for i in inputs]
+            scales, fastest = [pushes.scales[i.name] for i in inputs], [pushes.fastest(i) for i in inputs]
+            terms = Terms.of_forms(TWO, signed, lambda form, shapes: _slopes(form, scaled, shapes, scales), fastest)
+            columns = terms.values
+        elif pushes.by[place.name].shape[2] == 1:
+            columns = pushes.by[place.name] * terms.values
+        else:
+            columns = torch.einsum("ncm,nmk->nck", pushes.by[place.name], terms.values)
+        yield from self._best(place, inputs, terms, columns, pushes)
+
+    def _energy(self, place: Place, pushes: Pushes) -> Iterator[Guess]:
+        """All terms at once: they are linear in their amounts, and the wall's integrals are taken together."""
+        (of,) = place.inputs
+        templates: list[str] = []
+
+        def template(form: Form, shapes: dict[str, float]) -> list[Tensor]:
+            own = {name: f"({value!r})" for name, value in shapes.items()}
+            templates.extend(term.format(x="{x}", **own) for term in form.terms)
+            return [torch.zeros(0)] * len(form.terms)
+
+        terms = Terms.of_forms(ENERGIES, pushes.signed(of), template)
+        every = Written(place, (of,), (pushes.scales[of.name],), Form("every", "every", tuple(templates), ""), {})
+        kind = effect_class(every)
+        with lent([kind]):
+            model = self.build([kind.name])
+            raw = Problem(model, self.rows, UNIT).jacobians(none_vector(model, self.fit)[None])[0]
+            places = [i for i, label in enumerate(model.labels()) if label.startswith(f"{kind.name}.")]
+        yield from self._best(place, (of,), terms, raw.reshape(len(self.rows), 2, -1)[:, :, places], pushes)
+
+    def _best(self, place: Place, inputs: Inputs, terms: Terms, columns: Tensor, pushes: Pushes) -> Iterator[Guess]:
+        """Of each form the shapes that promise most."""
+        gains, amounts = terms.gains(self._gram(columns))
+        gains = gains / self.variance
+        constants = np.array([form.count for form in terms.forms])[terms.of]
+        worth = gains - np.array([price(int(count), len(inputs), self.whiten.count) for count in constants])
+        scales = tuple(pushes.scales[i.name] for i in inputs)
+        for form, one in terms.best(worth):
+            own = tuple(amounts[one][: len(form.terms)].tolist())
+            yield Guess(
+                place, inputs, form, float(gains[one]), float(worth[one]), scales, own, terms.shapes[one]
+            )  # fmt: skip
+
+    def _gram(self, columns: Tensor) -> Gram:
+        white = self.whiten(columns).flatten(0, 1).nan_to_num_(0.0, 0.0, 0.0)
+        before = white.square().sum(0)
+        white = white.addmm_(self.span, self.span.T @ white, alpha=-1)
+        after = white.square().sum(0)
+        seen = (after > ABSORBED**2 * before) & (before > 0)
+        return Gram(white, after.numpy(), (white.T @ self.residual).numpy(), seen.numpy())
+
+
+def _sets(places: Sequence[Place], pushes: Pushes) -> list[Inputs]:
+    """Inputs alone, and in twos, on which something unknown at some place may depend."""
+    known = [i for i in dict.fromkeys(i for p in places if not p.energy for i in p.inputs) if pushes.told(i)]
+    alone: list[Inputs] = [(i,) for i in known]
+    return alone + [
+        pair for pair in combinations(known, 2) if any(set(pair) <= set(p.inputs) for p in places)
+    ]  # fmt: skip
+
+
+def _elsewhere(place: Place, inputs: Inputs) -> bool:
+    """Whether an element beside the actuator would show alike: it stands for both."""
+    names = {i.name for i in inputs}
+    if place.port != "measurement":
+        return False
+    return names <= ({"elongation", "pressure"} if place.where == "force" else {"twist", "pressure"})
+
+
+def _values(scaled: list[Tensor], form: Form, shapes: dict[str, float]) -> list[Tensor]:
+    return form.values(scaled, shapes)
+
+
+def _slopes(form: Form, scaled: list[Tensor], shapes: dict[str, float], scales: list[float]) -> list[Tensor]:
+    """What each term of a potential of elongation and twist changes of force and moment, (N, 2) each."""
+    inputs = [x.detach().requires_grad_() for x in scaled]
+    with torch.enable_grad():
+        terms = form.values(inputs, shapes)
+        parts = [torch.autograd.grad(term.sum(), inputs, retain_graph=True, materialize_grads=True) for term in terms]
+    return [torch.stack([-g / s for g, s in zip(part, scales, strict=True)], -1) for part in parts]

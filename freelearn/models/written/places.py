@@ -1,0 +1,153 @@
+"""Where in the chain an unknown function may enter: the base class, its method, and what the function changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from freelearn.models.written.inputs import (
+    ELONGATION,
+    FORCE,
+    I1,
+    I2,
+    I4,
+    MOMENT,
+    PRESSURE,
+    SEVERITY,
+    TIME,
+    TWIST,
+    Input,
+)
+
+STATE, LOADS = (ELONGATION, TWIST, PRESSURE), (FORCE, MOMENT)
+
+
+@dataclass(frozen=True)
+class Place:
+    """port: of models.effect.PORTS, or "parallel" for an element beside the actuator; where: what of it. base: class of
+    models.ports; unit, shown and factor: of the function, SI and in tables; changes: what it does to it, for readers;
+    symbol: of what it changes. inputs: what it may depend on. body: the method's last lines, with {value} for the
+    function."""
+
+    port: str
+    where: str
+    base: str
+    unit: str
+    shown: str
+    factor: float
+    symbol: str
+    changes: str
+    inputs: tuple[Input, ...]
+    body: str
+    # Which of the inputs no proposal has alone: another place has them.
+    alone: tuple[Input, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Of port and where."""
+        return f"{self.port} {self.where}"
+
+    @property
+    def potential(self) -> bool:
+        """Whether the function is a potential, of which the loads are derivatives."""
+        return self.where == "both"
+
+    @property
+    def energy(self) -> bool:
+        """Whether the function is a strain energy."""
+        return self.port == "energy"
+
+
+def _boundary(where: str, unit: str, shown: str, factor: float, symbol: str, changes: str) -> Place:
+    body = f"return states.replace({where}=states.{where} + {{value}})"
+    # A mount gives way in length and twist alone.
+    inputs = (*STATE, TIME) if where == "pressure" else (*STATE, *LOADS, TIME)
+    return Place("boundary", where, "BoundaryEffect", unit, shown, factor, symbol, changes, inputs, body)
+
+
+def _geometry(where: str, unit: str, shown: str, factor: float, symbol: str, changes: str, body: str = "") -> Place:
+    body = body or f"return states.replace({where}=states.{where} + {{value}})"
+    return Place("geometry", where, "GeometryEffect", unit, shown, factor, symbol, changes, (*STATE, TIME), body)
+
+
+def _loads(where: str, value: str) -> str:
+    pair = f"{value}, torch.zeros_like(states.length)" if where in ("force", "axial") else (
+        f"torch.zeros_like(states.length), {value}"
+    )  # fmt: skip
+    return f"return loads + columns({pair})"
+
+
+def _along(port: str, where: str, base: str, changes: str, inputs: tuple[Input, ...], value: str = "{value}") -> Place:
+    axial = where in ("force", "axial")
+    unit, shown, factor, symbol = ("N", "N", 1.0, "F") if axial else ("N·m", "N·mm", 1e-3, "M")
+    return Place(port, where, base, unit, shown, factor, symbol, changes, inputs, _loads(where, value))
+
+
+MM_M, DEG_RAD = 1e-3, 0.017453292519943295
+RUBBED = "-states.direction * ({value})"
+POTENTIAL = """potential = lambda length, twist: ({value}).sum()
+        by_length, by_twist = torch.func.grad(potential, argnums=(0, 1))(states.length, states.twist)
+        return loads - columns(by_length, by_twist)"""
+PLACES: tuple[Place, ...] = (
+    _boundary("length", "m", "mm", MM_M, "l", "length really imposed"),
+    _boundary("twist", "rad", "°", DEG_RAD, "φ", "twist really imposed"),
+    _boundary("pressure", "Pa", "kPa", 1e3, "P", "pressure really inside"),
+    _geometry("fiber_angle", "rad", "°", DEG_RAD, "Γ", "fiber angle"),
+    _geometry("outer_radius", "m", "mm", MM_M, "R_o", "outer radius of the wall"),
+    _geometry("reference_length", "m", "mm", MM_M, "L", "length at rest"),
+    _geometry(
+        "active_length",
+        "m",
+        "mm",
+        MM_M,
+        "L, l",
+        "length that takes part",
+        "return states.replace(\n"
+        "            reference_length=states.reference_length + {value}, length=states.length + {value}\n        )",
+    ),
+    *(
+        Place(
+            "energy", name, "EnergyEffect", "Pa", "kPa", 1e3, "Ψ", "strain energy of the wall", (i,), "return {value}"
+        )
+        for name, i in (("i1", I1), ("i2", I2), ("i4", I4))
+    ),
+    _along("parallel", "axial", "EndEffect", "force of an element beside the actuator", (ELONGATION, PRESSURE)),
+    _along("parallel", "torsional", "EndEffect", "moment of an element beside the actuator", (TWIST, PRESSURE)),
+    Place(
+        "parallel",
+        "both",
+        "EndEffect",
+        "J",
+        "mJ",
+        1e-3,
+        "V",
+        "potential of an element beside the actuator",
+        (ELONGATION, TWIST),
+        POTENTIAL,
+        alone=(ELONGATION, TWIST),
+    ),
+    _along("dissipation", "force", "DissipationEffect", "force lost", (*STATE, *LOADS), RUBBED),
+    _along("dissipation", "moment", "DissipationEffect", "moment lost", (*STATE, *LOADS), RUBBED),
+    Place(
+        "dissipation",
+        "wall",
+        "WallEffect",
+        "1",
+        "",
+        1.0,
+        "s",
+        "share of the wall's stresses",
+        (TIME, SEVERITY),
+        "return (1 + {value}).clamp_min(0.05)",
+    ),
+    _along("measurement", "force", "MeasurementEffect", "force shown", (*STATE, *LOADS, TIME)),
+    _along("measurement", "moment", "MeasurementEffect", "moment shown", (*STATE, *LOADS, TIME)),
+)
+
+
+def same_as(place: Place, inputs: tuple[Input, ...]) -> str:
+    """The other port that would change the loads alike, where there is one: "" otherwise.
+
+    What a load cell shows too much in dependence of the elongation, an element beside the actuator may carry."""
+    if place.port == "parallel" and not place.potential:
+        return "measurement force" if place.where == "axial" else "measurement moment"
+    return ""

@@ -1,0 +1,142 @@
+"""Effects that a search wrote, as plain values, as sentences, and as files of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+from freelearn.files import write_text
+from freelearn.inference.covariance import parameter_covariance
+from freelearn.inference.proposals.proposal import Proposal, Twin
+from freelearn.inference.search import Findings
+from freelearn.models.effects.registry import lent
+from freelearn.models.written.source import effect_class, source
+from freelearn.results.formats import number, percent
+
+PROPOSED = "proposed"
+
+
+def file_of(proposal: Proposal) -> str:
+    """Name of the effect's file in the run's folder."""
+    return f"{PROPOSED}_{proposal.written.name}.py"
+
+
+@contextmanager
+def known(findings: Findings) -> Iterator[None]:
+    """The effects that the search wrote are known by their names: models with them can be built."""
+    with lent(effect_class(p.written) for p in findings.proposals):
+        yield
+
+
+def proposal_entry(proposal: Proposal, floor: float) -> dict[str, Any]:
+    """As in discovery.json. floor: the error of a perfect model. Parameters in SI."""
+    written, errors = proposal.written, _stderr(proposal)
+    return {
+        "name": written.name,
+        "file": file_of(proposal),
+        "port": written.place.port,
+        "where": written.place.where,
+        "inputs": written.inputs_named,
+        "form": written.form.family,
+        "formula": written.formula,
+        "in_units_of": {
+            i.name: {"value": s, "unit": i.unit} for i, s in zip(written.inputs, written.scales, strict=True)
+        },
+        "parameters": {
+            c.name: {"value": c.start, "stderr": errors.get(c.name), "unit": c.unit, "symbol": c.symbol}
+            for c in written.constants()
+        },
+        "error": {"before": proposal.base.E_heldout, "after": proposal.step.E_heldout, "noise_floor": floor},
+        "twins": [_twin(t) for t in proposal.twins],
+        "resembles": (
+            {"effect": proposal.resembles[0], "share": proposal.resembles[1]} if proposal.resembles else None
+        ),
+    }
+
+
+def _twin(twin: Twin) -> dict[str, Any]:
+    return {
+        "port": twin.port,
+        "where": twin.where,
+        "inputs": list(twin.inputs),
+        "form": twin.family,
+        "formula": twin.formula,
+        "E_heldout": twin.E_heldout,
+    }
+
+
+def _stderr(proposal: Proposal) -> dict[str, float]:
+    """Standard errors of its constants, SI."""
+    step = proposal.step
+    errors = parameter_covariance(step).diagonal().clamp_min(0).sqrt().tolist()
+    whole = dict(zip(step.fit.model.declared, errors, strict=True))
+    names = {c.name: f"{proposal.written.name}.{c.name}" for c in proposal.written.constants()}
+    return {name: whole[label] for name, label in names.items() if label in whole}
+
+
+def constants_told(proposal: Proposal) -> list[str]:
+    """Each constant with its standard error, in the units of tables: a = 10.2 ± 0.1 N·mm."""
+    errors = _stderr(proposal)
+    said = []
+    for c in proposal.written.constants():
+        value, error = c.start / c.factor, errors.get(c.name, float("nan")) / c.factor
+        unit = f" {c.shown}" if c.shown else ""
+        said.append(f"{c.symbol} = {number(value, 4)} ± {number(abs(error), 2)}{unit}")
+    return said
+
+
+def units_told(proposal: Proposal) -> str:
+    """What the inputs are told in: φ in 115 °."""
+    pairs = zip(proposal.written.inputs, proposal.written.scales, strict=True)
+    return ", ".join(f"{i.symbol} in units of {number(s / i.factor, 4)} {i.shown}".rstrip() for i, s in pairs)
+
+
+def proposal_lines(proposal: Proposal, floor: float) -> list[str]:
+    """What it is, its constants, what it mends, what the data cannot tell from it, and what it resembles."""
+    written = proposal.written
+    of = " and ".join(_named(name) for name in written.inputs_named)
+    lines = [
+        f"{written.name}: the {written.place.changes} depends on the {of}: {written.formula}, {units_told(proposal)}",
+        "; ".join(constants_told(proposal)),
+        f"the held-out error goes from {percent(proposal.base.E_heldout, 3)} to "
+        f"{percent(proposal.step.E_heldout, 3)} %, and measuring alone leaves {percent(floor, 3)} %",
+    ]
+    same = [t for t in proposal.twins if t.E_heldout is None]
+    other = [t for t in proposal.twins if t.E_heldout is not None]
+    if same:
+        lines.append(f"at the port {same[0].port} ({same[0].where}) the same function would show the very same loads")
+    if other:
+        told = "; ".join(f"{t.port} ({t.where}): {t.formula}" for t in other)
+        lines.append(f"the data cannot tell it from {told}")
+    if proposal.resembles:
+        name, share = proposal.resembles
+        lines.append(f"of the library {name} would explain most of the same: {percent(share, 2)} % of it")
+    return lines
+
+
+def _named(name: str) -> str:
+    return {"direction": "direction of the pressure change", "severity": "severity of the state"}.get(name, name)
+
+
+def proposal_source(proposal: Proposal, model: str, floor: float) -> str:
+    """The text of its file, the evidence in its docstring."""
+    lines = [f"{line[0].upper()}{line[1:]}." for line in proposal_lines(proposal, floor)]
+    wrapped = [part for line in lines for part in _wrapped(line)]
+    use = f"Use it like an effect of your own: FREELEARN_EFFECTS={file_of(proposal)} python train.py model={model} "
+    return source(
+        replace(proposal.written, lines=(*wrapped, "", *_wrapped(use + f"effects=[{proposal.written.name}]")))
+    )
+
+
+def _wrapped(line: str) -> list[str]:
+    return wrap(line, 116, break_long_words=False, break_on_hyphens=False)
+
+
+def write_proposals(proposals: list[Proposal], model: str, floor: float, folder: Path) -> None:
+    """Writes proposed_NAME.py for each."""
+    for proposal in proposals:
+        write_text(folder / file_of(proposal), proposal_source(proposal, model, floor))
