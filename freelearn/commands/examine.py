@@ -14,6 +14,7 @@ from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
 from freelearn.inference.next_experiment import next_states, telling
 from freelearn.inference.order import DRIFT, telling_repeat
+from freelearn.inference.proposals.unknown import unknown
 from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.remainder import remainder
 from freelearn.inference.search import Findings
@@ -25,6 +26,7 @@ from freelearn.measurements.usable import LEFT_OUT, left_out_rows
 from freelearn.results.discovery import Discovery, document
 from freelearn.results.noise_notes import WRONG_NOISE, noise_notes
 from freelearn.results.notes import notes as parameter_notes
+from freelearn.results.proposal_curve import ProposalCurve
 from freelearn.results.suspects import flagged, suspected_readings
 
 
@@ -81,8 +83,19 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about)
     return Discovery(
         findings, seen, task.rows.states, measured.accuracy, failed, splits, screens, proposed, left, notes, content,
-        suspects, settings.bands,
+        suspects, settings.bands, _unknowns(task, findings),
     )  # fmt: skip
+
+
+def _unknowns(task: Task, findings: Findings) -> dict[str, ProposalCurve]:
+    """What the data say of each written function without its form, where they can."""
+    found = {}
+    for proposal in findings.proposals:
+        effects = proposal.step.effects
+        curve = unknown(proposal, findings.rows, lambda more, effects=effects: task.build([*effects, *more]))  # type: ignore[misc]
+        if curve is not None:
+            found[proposal.written.name] = ProposalCurve.of(proposal.written, curve)
+    return found
 
 
 def _closing_notes(last: Step, findings: Findings) -> list[str]:

@@ -95,8 +95,10 @@ def search(
         steps[-1] = without_drift
         watch(steps[-1], "a block of readings slipped instead")
         classes = classes_of(prepared, steps[-1])
-    found = None if together else beyond.instead(steps[-1])
+    # One block that slipped is simpler than a function of the time; several at once are not.
+    found = beyond.instead(steps[-1]) if len(together) != 1 else None
     if found and found.complete:
+        together = []
         # The steps that the library took lead elsewhere.
         base = next(i for i, step in enumerate(steps) if step.effects == found.base.effects)
         steps, classes = [*steps[: base + 1], found.step], list(found.classes)

@@ -31,6 +31,7 @@ from freelearn.results.curve import StateCurves, state_curves
 from freelearn.results.curve_rows import curves_of
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
+from freelearn.results.proposal_curve import ProposalCurve
 from freelearn.results.proposals import file_of, proposal_entry
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import SuspectedReading, flagged
@@ -40,7 +41,8 @@ from freelearn.results.suspects import SuspectedReading, flagged
 class Discovery:
     """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
     findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails.
-    suspects: readings that slipped, perhaps, the worst first. banded: whether curves are drawn with the 95 % bands."""
+    suspects: readings that slipped, perhaps, the worst first. unknowns: by the name of a written effect, what the data
+    say of its function without a form. banded: whether curves are drawn with the 95 % bands."""
 
     findings: Findings
     table: pd.DataFrame
@@ -55,6 +57,7 @@ class Discovery:
     content: dict[str, Any]
     suspects: list[SuspectedReading] = field(default_factory=list)
     banded: bool = True
+    unknowns: dict[str, ProposalCurve] = field(default_factory=dict)
 
     @cached_property
     def predictions(self) -> dict[str, pd.DataFrame]:

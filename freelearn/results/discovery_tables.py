@@ -13,6 +13,7 @@ from freelearn.measurements.beds import BEDS, Quantity
 from freelearn.results.discovery import Discovery, sigmas_heldout, stderr
 from freelearn.results.estimate import parameter_table, searched_estimates
 from freelearn.results.formats import fixed, number, percent, sentence, signed
+from freelearn.results.proposals import proposal_lines
 from freelearn.results.quantities import digits
 from freelearn.results.staircase import staircase_row
 from freelearn.results.tables import DisplayTable
@@ -111,6 +112,19 @@ def remainder_lines(discovery: Discovery) -> list[str]:
         f"What is left is {percent(left.share, 0)} % systematic. Hint, not a finding: {left.hint} explains "
         f"{percent(left.hint_share, 0)} % of it."
     ]
+
+
+def written_lines(discovery: Discovery) -> list[str]:
+    """What the search wrote; of a model that stays unexplained the best part of an answer."""
+    findings = discovery.findings
+    lines = []
+    for proposal in findings.proposals:
+        first, *rest = proposal_lines(proposal, findings.noise_floor)
+        # A name keeps its small letters.
+        lines += [f"{first}.", *map(sentence, rest)]
+    if lines and findings.verdict != "proposed":
+        lines[0] = f"Hint, not a finding: the largest part of it looks like {lines[0]}"
+    return lines
 
 
 def note_lines(discovery: Discovery) -> list[str]:

@@ -101,7 +101,7 @@ def proposal_lines(proposal: Proposal, floor: float) -> list[str]:
     of = " and ".join(_named(name) for name in written.inputs_named)
     lines = [
         f"{written.name}: the {written.place.changes} depends on the {of}: {written.formula}, {units_told(proposal)}",
-        "; ".join(constants_told(proposal)),
+        f"its constants: {'; '.join(constants_told(proposal))}",
         f"the held-out error goes from {percent(proposal.base.E_heldout, 3)} to "
         f"{percent(proposal.step.E_heldout, 3)} %, and measuring alone leaves {percent(floor, 3)} %",
     ]
@@ -114,7 +114,7 @@ def proposal_lines(proposal: Proposal, floor: float) -> list[str]:
         lines.append(f"the data cannot tell it from {told}")
     if proposal.resembles:
         name, share = proposal.resembles
-        lines.append(f"of the library {name} would explain most of the same: {percent(share, 2)} % of it")
+        lines.append(f"of the library {name} would explain most of the same: {percent(share, 0)} % of it")
     return lines
 
 
@@ -124,7 +124,9 @@ def _named(name: str) -> str:
 
 def proposal_source(proposal: Proposal, model: str, floor: float) -> str:
     """The text of its file, the evidence in its docstring."""
-    lines = [f"{line[0].upper()}{line[1:]}." for line in proposal_lines(proposal, floor)]
+    # Its name keeps its small letters.
+    first, *rest = proposal_lines(proposal, floor)
+    lines = [f"{first}.", *(f"{line[0].upper()}{line[1:]}." for line in rest)]
     wrapped = [part for line in lines for part in _wrapped(line)]
     use = f"Use it like an effect of your own: FREELEARN_EFFECTS={file_of(proposal)} python train.py model={model} "
     return source(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import torch
@@ -54,12 +53,10 @@ class Pushes:
         x = self.scaled(i)
         return float(x.min()) < -SIGNED and float(x.max()) > SIGNED
 
-    def fastest(self, i: Input) -> float:
-        """The largest rate, over the scale, of a wave that the input's values can tell: one more quickly looks like a
-        slower one where there are few levels (Nyquist)."""
+    def spacing(self, i: Input) -> float:
+        """How far apart an input's values lie on average, those in one place counted once, in units of its scale."""
         levels = torch.unique((self.scaled(i) / LEVEL).round())
-        span = float(levels[-1] - levels[0]) * LEVEL
-        return math.pi * (len(levels) - 1) / max(span, LEVEL)
+        return float(levels[-1] - levels[0]) * LEVEL / max(len(levels) - 1, 1)
 
     def told(self, i: Input) -> bool:
         """Whether the input is there, and differs from row to row."""

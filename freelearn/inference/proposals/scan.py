@@ -52,9 +52,8 @@ class Scan:
         for inputs in _sets(places, pushes):
             scaled = [pushes.scaled(i) for i in inputs]
             signed = all(pushes.signed(i) for i in inputs)
-            fastest = [pushes.fastest(i) for i in inputs]
-            forms = ONE if len(inputs) == 1 else TWO
-            terms = Terms.of_forms(forms, signed, partial(_values, scaled), fastest)
+            forms = told(ONE if len(inputs) == 1 else TWO, inputs, pushes)
+            terms = Terms.of_forms(forms, signed, partial(_values, scaled))
             for place in places:
                 if not place.energy and set(inputs) <= set(place.inputs) and not _elsewhere(place, inputs):
                     found += self._place(place, inputs, terms, pushes, signed)
@@ -65,8 +64,10 @@ class Scan:
             if len(inputs) == 1:
                 return
             scaled = [pushes.scaled(i)[:, 0] for i in inputs]
-            scales, fastest = [pushes.scales[i.name] for i in inputs], [pushes.fastest(i) for i in inputs]
-            terms = Terms.of_forms(TWO, signed, lambda form, shapes: _slopes(form, scaled, shapes, scales), fastest)
+            scales = [pushes.scales[i.name] for i in inputs]
+            terms = Terms.of_forms(
+                told(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
+            )
             columns = terms.values
         elif pushes.by[place.name].shape[2] == 1:
             columns = pushes.by[place.name] * terms.values
@@ -122,6 +123,12 @@ def _sets(places: Sequence[Place], pushes: Pushes) -> list[Inputs]:
     return alone + [
         pair for pair in combinations(known, 2) if any(set(pair) <= set(p.inputs) for p in places)
     ]  # fmt: skip
+
+
+def told(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
+    """The forms, no quicker than the inputs' levels tell."""
+    spacing = [pushes.spacing(i) for i in inputs]
+    return [form.told_by(spacing) for form in forms]
 
 
 def _elsewhere(place: Place, inputs: Inputs) -> bool:

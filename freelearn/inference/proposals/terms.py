@@ -28,16 +28,13 @@ class Terms:
     values: Tensor
 
     @classmethod
-    def of_forms(cls, forms: Sequence[Form], signed: bool, evaluate: Evaluate, fastest: Sequence[float] = ()) -> Terms:
-        """All trials of some forms. signed: whether every input has values of both signs. fastest: the largest rate of
-        a wave in each input."""
+    def of_forms(cls, forms: Sequence[Form], signed: bool, evaluate: Evaluate) -> Terms:
+        """All trials of some forms. signed: whether every input has values of both signs."""
         usable = [form for form in forms if signed or not form.signed]
         of, shapes, first, second = list[int](), list[dict[str, float]](), list[int](), list[int]()
         columns: list[Tensor] = []
         for number, form in enumerate(usable):
             for choice in form.grid():
-                if any(s.name == "rate" and choice["rate"] > fastest[s.place] for s in form.shapes):
-                    continue
                 of.append(number)
                 shapes.append(choice)
                 first.append(len(columns))
@@ -64,8 +61,6 @@ class Terms:
         """Of each form its most worthy trial. worth: (t,)."""
         for number, form in enumerate(self.forms):
             own = np.flatnonzero(self.of == number)
-            if not len(own):
-                continue
             one = int(own[np.argmax(worth[own])])
             if np.isfinite(worth[one]):
                 yield form, one

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from types import SimpleNamespace
@@ -21,6 +22,10 @@ def amount(number: int) -> str:
     return ("amount", "second")[number] if number < 2 else f"amount_{number}"
 
 
+# Largest product of a shape with the distance of two levels of its input that these can still tell.
+QUICKEST = {"rate": math.pi, "steepness": 1.0}
+
+
 @dataclass(frozen=True)
 class Shape:
     """A constant inside a form. name: as in a template; symbol: in formulas; of: "x" where it is a value of the input,
@@ -35,6 +40,14 @@ class Shape:
     upper: float
     # Which of the inputs: 0 or 1.
     place: int = 0
+
+    def told_by(self, spacing: float) -> Shape:
+        """The same for an input that was measured at levels so far apart."""
+        if self.name not in QUICKEST:
+            return self
+        most = max(min(self.upper, QUICKEST[self.name] / max(spacing, 1e-9)), 2 * self.lower)
+        grid = tuple(value for value in self.grid if value <= most) or (most,)
+        return replace(self, grid=grid, upper=most)
 
 
 @dataclass(frozen=True)
@@ -60,6 +73,11 @@ class Form:
     def count(self) -> int:
         """How many constants it has."""
         return len(self.terms) + len(self.shapes)
+
+    def told_by(self, spacing: Sequence[float]) -> Form:
+        """The same for inputs that were measured at levels so far apart, in units of their largest values: a wave, a
+        bump or a bend that is quicker could be anything between them (Nyquist)."""
+        return replace(self, shapes=tuple(shape.told_by(spacing[shape.place]) for shape in self.shapes))
 
     def grid(self) -> Iterator[dict[str, float]]:
         """Values of the shapes to try."""
@@ -145,13 +163,15 @@ SHAPED = (
     Form(
         "bump",
         "bump",
-        ("torch.exp(-(({x} - {center}) * {steepness}) ** 2)",),
+        ("torch.exp(-((({x} - {center}) * {steepness}) ** 2))",),
         "{a} exp(−k² ({x} − {x}₀)²)",
         (CENTER, STEEP),
     ),
 )
 ONE = POLYNOMIALS + SHAPED
 
+# Of an energy: the symbol of its input has an index already.
+EDGE = replace(KNEE, symbol="x₀")
 # Strain energies: their slopes have no jumps, and a term in proportion to I₁ − 3 is the wall's own.
 ENERGIES = (
     Form("square", "polynomial", ("{x}**2",), "{a} ({x})²"),
@@ -165,8 +185,8 @@ ENERGIES = (
         (Shape("exponent", "n", "", (1.3, 1.7, 2.5, 3.5, 5.0), 1.05, 9.0),),
     ),
     Form("tension", "hinge", ("torch.relu({x}) ** 2",), "{a} max({x}, 0)²", signed=True),
-    Form("square_hinge", "hinge", ("torch.relu({x} - {knee}) ** 2",), "{a} max({x} − x₀, 0)²", (KNEE,)),
-    Form("falling_square_hinge", "hinge", ("torch.relu({knee} - {x}) ** 2",), "{a} max(x₀ − {x}, 0)²", (KNEE,)),
+    Form("square_hinge", "hinge", ("torch.relu({x} - {knee}) ** 2",), "{a} max({x} − x₀, 0)²", (EDGE,)),
+    Form("falling_square_hinge", "hinge", ("torch.relu({knee} - {x}) ** 2",), "{a} max(x₀ − {x}, 0)²", (EDGE,)),
     Form("exponential", "exponential", ("torch.expm1({growth} * {x})",), "{a} (exp(k ({x})) − 1)", (GROWTH,)),
     Form(
         "exponential_of_square",

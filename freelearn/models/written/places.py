@@ -47,6 +47,14 @@ class Place:
         return f"{self.port} {self.where}"
 
     @property
+    def short(self) -> str:
+        """As effects are named by."""
+        before = {"energy": "energy_", "parallel": "parallel_", "dissipation": "friction_"}.get(self.port, "")
+        return (
+            "wall" if self.where == "wall" else f"{before}{self.where}{'_cell' if self.port == 'measurement' else ''}"
+        )
+
+    @property
     def potential(self) -> bool:
         """Whether the function is a potential, of which the loads are derivatives."""
         return self.where == "both"
@@ -84,7 +92,11 @@ def _along(port: str, where: str, base: str, changes: str, inputs: tuple[Input, 
 
 MM_M, DEG_RAD = 1e-3, 0.017453292519943295
 RUBBED = "-states.direction * ({value})"
-POTENTIAL = """potential = lambda length, twist: ({value}).sum()
+POTENTIAL = """
+        def potential(length: Tensor, twist: Tensor) -> Tensor:
+            {value}
+            return value.sum()
+
         by_length, by_twist = torch.func.grad(potential, argnums=(0, 1))(states.length, states.twist)
         return loads - columns(by_length, by_twist)"""
 PLACES: tuple[Place, ...] = (
@@ -101,8 +113,7 @@ PLACES: tuple[Place, ...] = (
         MM_M,
         "L, l",
         "length that takes part",
-        "return states.replace(\n"
-        "            reference_length=states.reference_length + {value}, length=states.length + {value}\n        )",
+        "return states.replace(reference_length=states.reference_length + {value}, length=states.length + {value})",
     ),
     *(
         Place(

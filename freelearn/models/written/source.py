@@ -39,7 +39,7 @@ class {kind}({base}[Constants]):
 {more}
     def {signature}
         """As {base}.{method}."""
-        {body}
+{body}
 '''
 SIGNATURES = {
     "BoundaryEffect": "impose(self, states: States, p: Constants) -> States:",
@@ -51,7 +51,7 @@ SIGNATURES = {
     "WallEffect": "soften(self, states: States, p: Constants) -> Tensor:",
     "MeasurementEffect": "sense(self, loads: Tensor, states: States, p: Constants) -> Tensor:",
 }
-WIDTH = 116
+WIDTH = 120
 
 
 def base_of(written: Written) -> str:
@@ -99,9 +99,14 @@ def _declared(constant: Constant, each: bool) -> str:
     )  # fmt: skip
     none = f" none=0.0,{' per_member=True,' if each else ''}" if constant.amount else ""
     size = abs(constant.start) or 1.0
-    head = f'    {constant.name}: Tensor = parameter("{constant.symbol}", "{constant.unit}", start={constant.start!r},'
-    rest = f"{bounds}{none} scale={size!r})"
-    return head + rest if len(head + rest) <= WIDTH else f"{head}\n       {rest.replace(')', '')}\n    )"
+    given = f'"{constant.symbol}", "{constant.unit}", start={constant.start!r},{bounds}{none} scale={size!r}'
+    head = f"    {constant.name}: Tensor = parameter("
+    if len(f"{head}{given})") <= WIDTH:
+        return f"{head}{given})"
+    if len(f"        {given}") <= WIDTH:
+        return f"{head}\n        {given}\n    )"
+    each_own = given.replace(", ", ",\n        ")
+    return f"{head}\n        {each_own},\n    )"
 
 
 def _body(written: Written) -> str:
@@ -112,24 +117,22 @@ def _body(written: Written) -> str:
         scale = written.scales[shape.place]
         own = f"p.{constants[shape.name].name}"
         shapes[shape.name] = {"x": f"({own} / {scale!r})", "1/x": f"({own} * {scale!r})", "": own}[shape.of]
-    inputs = {
-        letter: f"({i.code}) / {scale!r}"
-        for letter, i, scale in zip("xy", written.inputs, written.scales, strict=False)
-    }
+    # A potential is a function of length and twist.
+    codes = ("length - states.reference_length", "twist") if place.potential else [i.code for i in written.inputs]
+    lines = [f"{x} = ({code}) / {scale!r}" for x, code, scale in zip("xy", codes, written.scales, strict=False)]
+    terms = _terms(written, {"x": "x", "y": "y"} | shapes)
+    if len(whole := f"value = {' + '.join(terms)}") <= WIDTH - 12:
+        lines.append(whole)
+    else:
+        lines += [f"value = {terms[0]}", *(f"value = value + {term}" for term in terms[1:])]
     if place.potential:
-        # Inside a function of length and twist.
-        codes = ("(length - states.reference_length)", "twist")
-        named = {x: f"({code} / {scale!r})" for x, code, scale in zip("xy", codes, written.scales, strict=True)}
-        return place.body.format(value=_value(written, named | shapes))
-    lines = [f"{letter} = {code}" for letter, code in inputs.items()]
-    lines.append(f"value = {_value(written, {'x': 'x', 'y': 'y'} | shapes)}")
-    lines.append(place.body.format(value="value"))
-    return "\n        ".join(lines)
+        return place.body.format(value="\n            ".join(lines))
+    return "\n".join(f"        {line}" for line in [*lines, place.body.format(value="value")])
 
 
-def _value(written: Written, names: dict[str, str]) -> str:
+def _terms(written: Written, names: dict[str, str]) -> list[str]:
     terms = [term.format(**names) for term in written.form.terms]
-    return " + ".join(f"p.{c.name} * ({t})" for c, t in zip(written.constants(), terms, strict=False))
+    return [f"p.{c.name} * ({t})" for c, t in zip(written.constants(), terms, strict=False)]
 
 
 @cache

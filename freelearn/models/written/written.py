@@ -26,8 +26,10 @@ class Written:
     @property
     def name(self) -> str:
         """A word of letters, digits and underscores: what it changes, in which form, by what."""
+        if self.place.energy:
+            return f"{self.place.short}_{self.form.word}"
         inputs = reversed(self.inputs) if self.form.turned else self.inputs
-        return f"{self.place.port}_{self.place.where}_{self.form.word}_of_{'_and_'.join(i.name for i in inputs)}"
+        return f"{self.place.short}_{self.form.word}_of_{'_and_'.join(i.name for i in inputs)}"
 
     @property
     def inputs_named(self) -> list[str]:

@@ -17,8 +17,10 @@ from freelearn.results.discovery_tables import (
     note_lines,
     remainder_lines,
     screen_lines,
+    written_lines,
 )
 from freelearn.results.origin import Provenance
+from freelearn.results.proposals import file_of, proposal_source
 from freelearn.results.ranking import ranking_numbers, ranking_table, untested_lines
 from freelearn.results.staircase import staircase_table
 from freelearn.results.suspect_tables import suspect_lines, suspect_table
@@ -33,6 +35,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     sections = [
         Section("Verdict", [content["says"]], kind="verdict"),
         _staircase(discovery, figures),
+        *_written(discovery, figures),
         *_suspects(discovery),
         *_failures(discovery),
         *_ranking(discovery, figures),
@@ -69,6 +72,28 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
     chart = StaircaseChart()
     chart.show(trail)
     return Section(table.title, lines, [table], [chart.panel], {"staircase.csv": trail})
+
+
+def _written(discovery: Discovery, figures: bool) -> list[Section]:
+    """What the search wrote, and its file; a hint where something stays unexplained."""
+    lines = written_lines(discovery)
+    if not lines:
+        return []
+    findings = discovery.findings
+    charts, numbers = [], {}
+    if figures:
+        from freelearn.render.html.charts.proposal import proposal_chart
+
+        charts = [proposal_chart(curve) for curve in discovery.unknowns.values()]
+        numbers = {f"{name}.csv": curve.numbers for name, curve in discovery.unknowns.items()}
+    if findings.verdict != "proposed":
+        return [Section("A hint at what remains", lines, charts=charts, numbers=numbers, kind="hint")]
+    model = discovery.content["model"]
+    said = ["The file stands beside this report: name it in FREELEARN_EFFECTS to use the effect."]
+    files = [
+        Section(file_of(p), said, code=proposal_source(p, model, findings.noise_floor)) for p in findings.proposals
+    ]
+    return [Section("What the search wrote", lines, charts=charts, numbers=numbers), *files]
 
 
 def _suspects(discovery: Discovery) -> list[Section]:

@@ -15,6 +15,7 @@ from freelearn.inference.thresholds import ALPHA
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure, save, to_rgb
 from freelearn.render.png.curves import curves
+from freelearn.render.png.proposal import proposal
 from freelearn.render.png.residual_map import residual_map
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.discovery import Discovery, trail_numbers
@@ -57,6 +58,8 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     for number, (measured, named) in enumerate(discovery.curves, 1):
         title = f"{findings.final.fit.model.name}: {state_title(measured)}"
         figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)
+    for name, curve in discovery.unknowns.items():
+        figures[f"proposal_{name}"] = proposal(curve, simulated), curve.numbers
     paths = []
     with SummaryWriter(str(folder)) as writer:
         for number, step in enumerate(findings.steps):

@@ -22,6 +22,7 @@ from freelearn.results.discovery_tables import (
     remainder_lines,
     screen_lines,
     step_row,
+    written_lines,
 )
 from freelearn.results.formats import sentence
 from freelearn.results.ranking import ranking_numbers, ranking_table
@@ -75,6 +76,7 @@ class DiscoveryView:
         if discovery.findings.final.effects:
             self.console.print(rich_table(final_parameters(discovery)))
         self._say([discovery.content["says"], error_line(discovery)])
+        self._say(written_lines(discovery), before="  ")
         self._say(next_state_lines(discovery.proposed, SHOWN), before="  → ")
         self._say(remainder_lines(discovery), before="  ")
         if discovery.suspects:
