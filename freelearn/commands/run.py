@@ -64,7 +64,9 @@ def run(
     rows = Rows.from_table(table)
     if train == CONSTITUENT_SET:
         if model.name != "continuum":
-            raise UserError(f"train=constituent gives C1 and C2 of the continuum model; {model.name} has none.")
+            raise UserError(
+                f"train=constituent gives C1 and C2 of the continuum model: {model.name} is fitted, so choose another set."
+            )
         model.set_values(constituents)
         options = None
     elif not model.needs_validation:

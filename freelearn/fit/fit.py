@@ -12,6 +12,7 @@ from torch import Tensor
 from freelearn.errors import UserError
 from freelearn.fit.algorithm import Algorithm, GradientEpochs, LevenbergMarquardtEpochs
 from freelearn.fit.batches import FitData
+from freelearn.fit.finish import finish
 from freelearn.fit.fitting import Fitting
 from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions, Option
 from freelearn.fit.outcome import FitOutcome
@@ -72,6 +73,7 @@ def fit(
         places = settled[None]
         kept, kept_validation = now, now_validation
         _check_count(model, int(kept.sum()), len(train))
+    finish(model, _some(train, kept))
     return FitOutcome(kept.numpy(), initial, history, module.message, module.converged)
 
 

@@ -18,7 +18,7 @@ from freelearn.fit.profile_line import Spot, Squares
 from freelearn.fit.profile_parameter import FAINT, Interval, ParameterProfile, line_of
 from freelearn.fit.profile_scale import allowances, gone
 from freelearn.fit.profile_words import EXACT, NETWORK, SEVERAL, SHARED, WEIGHTS, beside, elsewhere
-from freelearn.fit.uncertainty import Uncertainty
+from freelearn.fit.uncertainty import Uncertainty, as_fitted
 from freelearn.models.base import Model
 
 # Told of a parameter whose ends are being looked for: its name, how many ends are known, and of how many.
@@ -40,6 +40,7 @@ def profiled(problem: Problem, known: Uncertainty, told: Told | None = None) -> 
     1988, chapter 6; Venzon & Moolgavkar 1988). An end that the rows do not tell is infinite, or the bound, and words
     say so; where a search does not come to an end, words say so and the normal interval stays.
     """
+    problem = as_fitted(problem)
     model = problem.model
     if not model.declared:
         return replace(known, remark=WEIGHTS)

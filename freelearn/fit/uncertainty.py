@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 from torch import Tensor
 
+from freelearn.fit.finish import least_squares_part
 from freelearn.fit.options import NORMAL
 from freelearn.fit.problem import Problem
 from freelearn.models.base import Model
@@ -90,6 +91,7 @@ def interval(values: ArrayLike, stderr: ArrayLike, log: ArrayLike, freedom: int)
 
 def uncertainty(problem: Problem) -> Uncertainty:
     """Uncertainty of a fitted model's parameters at its present values; `problem` holds the rows of the fit."""
+    problem = as_fitted(problem)
     model = problem.model
     vector = model.vector().detach()
     names = model.labels()
@@ -140,6 +142,12 @@ def uncertainty(problem: Problem) -> Uncertainty:
         residuals=count,
         rows=int(problem.rows.readings.present.any(-1).sum()),
     )
+
+
+def as_fitted(problem: Problem) -> Problem:
+    """The problem that gave the parameters: the same, unless the model has learned more since."""
+    part = least_squares_part(problem.model)
+    return problem if part is problem.model else Problem(part, problem.rows, problem.scale)
 
 
 def _flat(model: Model[Any], vector: Tensor) -> Tensor:

@@ -15,13 +15,14 @@ from freelearn.models.chain import Chain
 from freelearn.models.continuum import Continuum
 from freelearn.models.effect import FAMILIES
 from freelearn.models.effects.registry import make_effects
+from freelearn.models.hybrid import Hybrid
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
 from freelearn.models.parameters import misnamed
 from freelearn.models.variants import ContinuumInextensible, ContinuumLinearMaterial, ContinuumThinWall
 
 VARIANTS = (ContinuumLinearMaterial, ContinuumThinWall, ContinuumInextensible)
-MODELS: dict[str, type[Model[Any]]] = {model.name: model for model in (Continuum, Linear, MLP, *VARIANTS)}
+MODELS: dict[str, type[Model[Any]]] = {model.name: model for model in (Continuum, Linear, MLP, Hybrid, *VARIANTS)}
 
 
 def register_model(model: type[Model[Any]]) -> None:
