@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.proposals.extend import Extended, Grow, extended
+from freelearn.inference.proposals.pushes import pushes
+from freelearn.inference.proposals.scan import Scan
+from freelearn.inference.proposals.trial import price
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import CHEAPER, LEFT, MANY
 from freelearn.inference.white_fit import white_fit
+from freelearn.models.base import Model
 
 
 class Beyond:
@@ -32,8 +37,8 @@ class Beyond:
 
     def instead(self, last: Step) -> Extended | None:
         """What stands instead of the library's last model: where that leaves something, what is written on the first
-        model or on it; where it takes several effects to leave nothing, a written one that explains clearly more. An
-        effect of the library that does it alone always wins."""
+        model or on it; where it leaves nothing, a written effect that explains clearly more for its constants. What of
+        the library explains as much always wins."""
         added = self.prepared.question.added(last.effects)
         if last.left.p_value < LEFT:
             if self.on_first is not None and self.on_first.complete:
@@ -41,9 +46,26 @@ class Beyond:
             on_last = extended(self.prepared, [last], self.grow) if added else None
             tried = [found for found in (on_last, self.on_first) if found is not None]
             return next((found for found in tried if found.complete), tried[-1] if tried else None)
-        if len(added) < MANY or self.on_first is None or not self.on_first.complete:
+        if not added or not (len(added) >= MANY or self._promises(last)):
             return None
-        return self.on_first if self._cheaper(self.on_first.step, last) else None
+        found = self.on_first
+        return found if found is not None and found.complete and self._cheaper(found.step, last) else None
+
+    def _promises(self, last: Step) -> bool:
+        """Whether a form of one input promises, to first order, clearly more than the library's last model has."""
+        first, question = self.first, self.prepared.question
+
+        def build(more: Sequence[str]) -> Model:
+            return question.build([*first.effects, *more])
+
+        scale = first.left.scale**2
+        guesses = Scan(first.fit, self.prepared.rows, first.whiten, scale, build).guesses(
+            pushes(first.fit, self.prepared.rows, build), pairs=False
+        )
+        fit = white_fit(last.fit.model, self.prepared.rows, first.whiten, last.fit.vector)
+        worth = (first.fit.chi2 - fit.chi2) / scale
+        worth -= price(len(fit.vector) - len(first.fit.vector), 1, first.whiten.count)
+        return bool(guesses) and guesses[0].worth > worth + CHEAPER
 
     def _cheaper(self, step: Step, other: Step) -> bool:
         """Whether a step explains clearly more than another for its constants, both with its own noise."""

@@ -47,8 +47,8 @@ MOST_WRITTEN = 2
 # Reduction of χ² that a second input has to explain beside what a constant more has to, and the difference in all that
 # which tells no form from another.
 SECOND_INPUT, UNDECIDED = 10.0, 6.0
-# So many effects of the library together may stand for one that it lacks; a written one takes their place where it
-# explains so much more of χ² for its constants. One effect of the library alone always wins.
+# So many effects of the library together may stand for one that it lacks. A written one takes the library's place
+# where it explains so much more of χ² for its constants: what explains as much always wins over it.
 MANY, CHEAPER = 2, 12.0
 
 # --- what need not be computed -----------------------------------------------------------------------------------

@@ -42,14 +42,14 @@ class Scan:
         self.residual = fit.residual.reshape(-1)
         self.span = orthonormal(fit.jacobian.flatten(0, 1))
 
-    def guesses(self, pushes: Pushes) -> list[Guess]:
-        """One for each place, inputs and form, the most promising shapes; best first."""
+    def guesses(self, pushes: Pushes, pairs: bool = True) -> list[Guess]:
+        """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too."""
         places = places_of(self.fit.model)
         found: list[Guess] = []
         for place in places:
             if place.energy and pushes.told(place.inputs[0]):
                 found += self._energy(place, pushes)
-        for inputs in _sets(places, pushes):
+        for inputs in _sets(places, pushes, pairs):
             scaled = [pushes.scaled(i) for i in inputs]
             signed = all(pushes.signed(i) for i in inputs)
             forms = told(ONE if len(inputs) == 1 else TWO, inputs, pushes)
@@ -116,10 +116,12 @@ class Scan:
         return Gram(white, after.numpy(), (white.T @ self.residual).numpy(), seen.numpy())
 
 
-def _sets(places: Sequence[Place], pushes: Pushes) -> list[Inputs]:
+def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
     """Inputs alone, and in twos, on which something unknown at some place may depend."""
     known = [i for i in dict.fromkeys(i for p in places if not p.energy for i in p.inputs) if pushes.told(i)]
     alone: list[Inputs] = [(i,) for i in known]
+    if not pairs:
+        return alone
     return alone + [
         pair for pair in combinations(known, 2) if any(set(pair) <= set(p.inputs) for p in places)
     ]  # fmt: skip

@@ -81,7 +81,7 @@ def _basis(x: Tensor, low: float, high: float) -> tuple[Tensor, tuple[float, flo
     """Cubic B-splines at x (n,): (n, KNOTS + 2)."""
     step = (high - low) / (KNOTS - 1)
     knots = low + step * np.arange(-3, KNOTS + 3)
-    return torch.as_tensor(BSpline.design_matrix(x.numpy().clip(low, high), knots, 3).toarray()), (low, high)
+    return torch.as_tensor(BSpline.design_matrix(x.numpy(), knots, 3, extrapolate=True).toarray()), (low, high)
 
 
 def _penalized(columns: Tensor, residual: Tensor, variance: float) -> tuple[Tensor, Tensor]:
