@@ -65,7 +65,7 @@ def run(
     if train == CONSTITUENT_SET:
         if model.name != "continuum":
             raise UserError(
-                f"train=constituent gives C1 and C2 of the continuum model: {model.name} is fitted, so choose another set."
+                f"train=constituent gives C1 and C2 of the continuum model: choose another set to fit {model.name} on."
             )
         model.set_values(constituents)
         options = None

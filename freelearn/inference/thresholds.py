@@ -43,6 +43,8 @@ BOUNDED = (1, 1, 1, 2, 2)
 # Where the library ends: guesses at a written effect that are fitted in full, and how many of them may stand at one
 # place with the same inputs; how many are fitted again with the noise of the best; written effects at most.
 FITTED, ONE_PLACE, RIVALS = 10, 4, 6
+# Places and inputs that are told with what each promises.
+PLACES_TOLD = 8
 MOST_WRITTEN = 2
 # Reduction of χ² that a second input has to explain beside what a constant more has to, and the difference in all that
 # which tells no form from another.

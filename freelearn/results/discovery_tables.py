@@ -127,6 +127,22 @@ def written_lines(discovery: Discovery) -> list[str]:
     return lines
 
 
+def places_table(discovery: Discovery) -> DisplayTable | None:
+    """Where what is missing could enter, and what each place promised before anything was fitted; None where nothing
+    was written."""
+    if not discovery.findings.proposals:
+        return None
+    entry = discovery.content["proposals"] or [discovery.content["hint"]]
+    rows = [
+        [f"{p['port']} ({p['where']})", ", ".join(p["inputs"]), p["formula"], fixed(p["sigmas"], 1)]
+        for p in entry[0]["places"]
+    ]
+    return DisplayTable.of(
+        ["where", "of", "best form"], ["promises σ"], rows, title="Where it could enter",
+        caption="By linear least squares on what the model before left: one form at one place each, the best first.",
+    )  # fmt: skip
+
+
 def note_lines(discovery: Discovery) -> list[str]:
     """What else to know."""
     return [sentence(note) for note in discovery.notes]

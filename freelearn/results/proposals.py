@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -52,6 +53,16 @@ def proposal_entry(proposal: Proposal, floor: float) -> dict[str, Any]:
         },
         "error": {"before": proposal.base.E_heldout, "after": proposal.step.E_heldout, "noise_floor": floor},
         "twins": [_twin(t) for t in proposal.twins],
+        "places": [
+            {
+                "port": g.place.port,
+                "where": g.place.where,
+                "inputs": g.written().inputs_named,
+                "formula": g.written().formula,
+                "sigmas": math.sqrt(max(g.gain, 0.0)),
+            }
+            for g in proposal.places
+        ],
         "resembles": (
             {"effect": proposal.resembles[0], "share": proposal.resembles[1]} if proposal.resembles else None
         ),

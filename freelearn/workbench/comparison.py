@@ -81,7 +81,7 @@ class Comparison:
 
     def _fitted(self, run: dict[str, Any]) -> Fitted:
         folder = self.session.folder / run["folder"]
-        return fitted(folder, (folder / "results.json").stat().st_mtime)
+        return fitted(folder, (folder / "results.json").stat().st_mtime, run["question"].own)
 
     def _title(self, run: dict[str, Any]) -> None:
         question = run["question"]

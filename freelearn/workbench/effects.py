@@ -63,8 +63,8 @@ class Effects(Part):
         lines = [f["sentence"] for f in (about or {}).get("failures", [])]
         none = "No region stands out." if runs else "Nothing fitted yet."
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
-        self._verdict(search)
         options = self._labels(search)
+        self._verdict(search, set(options.values()))
         chosen = [e for e in self.session.question.effects if e in options.values()]
         # What is in the model is not absent.
         question = self.session.question
@@ -74,9 +74,10 @@ class Effects(Part):
             self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
             self.absent.param.update(options=others, value=absent, disabled=self.session.busy)
 
-    def _verdict(self, search: dict[str, Any] | None) -> None:
+    def _verdict(self, search: dict[str, Any] | None, known: set[str]) -> None:
         wanted = [*search["given_effects"], *search["effects"]] if search else []
-        self.use.visible = bool(wanted) and set(wanted) != set(self.session.question.effects)
+        # What the search wrote is not known before it is added.
+        self.use.visible = bool(wanted) and set(wanted) <= known and set(wanted) != set(self.session.question.effects)
         self.use.disabled = self.session.busy
         if not search:
             say(self.verdict, ["Tick effects by hand, or let the search rank them."], "quiet")
@@ -92,7 +93,10 @@ class Effects(Part):
 
     def _labels(self, search: dict[str, Any] | None) -> dict[str, str]:
         """Every effect by what its box says: when to suspect it, or after a search the evidence."""
-        return _ranked(search) if search else {_hint(name): name for name in _told(self.session.question.bed)}
+        known = _ranked(search) if search else {_hint(name): name for name in _told(self.session.question.bed)}
+        added = self.session.added.items()
+        own = {f"{name}: written by a search, {about['formula']}": name for name, about in added}
+        return {label: name for label, name in own.items() if name not in known.values()} | known
 
 
 def _told(bed: str) -> list[str]:

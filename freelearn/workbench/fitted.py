@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -15,7 +16,9 @@ from freelearn.measurements.states import States, kinematic_state
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
+from freelearn.models.effects.registry import lent
 from freelearn.models.predicted import usable
+from freelearn.models.written.source import effect_class
 from freelearn.results.curve import model_curve, taut_rows
 from freelearn.results.curve_rows import curves_of
 from freelearn.results.fitted_model import load
@@ -23,6 +26,7 @@ from freelearn.results.quantities import misses, plane, told
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, fields, place_text, places
 from freelearn.results.sweep import sweep_text
+from freelearn.workbench.proposed import proposed
 
 
 class Fitted:
@@ -30,11 +34,13 @@ class Fitted:
 
     curve: number of each row's curve, (N,), see results.curve_rows. place: of each curve, its sample and what the bed
     imposes, by its number. over: the two quantities of the map; map: its fields; field: number of each row's field,
-    (N,)."""
+    (N,). own: see Question; here the program writes these effects anew, and runs none of the files."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, own: Sequence[str] = ()) -> None:
         self.folder = folder
-        self.model: Model = load_model(folder / "checkpoint.ckpt")
+        self.own = [effect_class(proposed(Path(path), folder.parent).written) for path in own]
+        with lent(self.own):
+            self.model: Model = load_model(folder / "checkpoint.ckpt")
         self.table = pd.read_csv(folder / "predictions.csv")
         self.states = States.from_table(self.table)
         self.usable, self.taut = usable_rows(self.table), taut_rows(self.table)
@@ -80,7 +86,8 @@ class Fitted:
     @cached_property
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from the model; None where no row tells it."""
-        return load(self.folder).bands
+        with lent(self.own):
+            return load(self.folder).bands
 
     def predicted(self, rows: np.ndarray, banded: bool = False) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see results.curve.model_curve). banded: with its
@@ -90,6 +97,6 @@ class Fitted:
 
 
 @lru_cache(8)
-def fitted(folder: Path, written: float) -> Fitted:
+def fitted(folder: Path, written: float, own: tuple[str, ...] = ()) -> Fitted:
     """written: when the run was, so that a newer one in the same folder is read anew."""
-    return Fitted(folder)
+    return Fitted(folder, own)

@@ -20,7 +20,8 @@ class Kept:
     {path, name}, guess.json as `guess`, and whether its columns are being mapped (`open`). made: the table that intake
     made of it, see Session. confirmed: name of a stored table → suspicions about its units that the user knows better.
     runs: each {folder, question}, in the order of fitting. search: {folder, question} of the latest discovery. banded:
-    whether curves are shown with their 95 % bands.
+    whether curves are shown with their 95 % bands. added: name of an effect that a search of the session wrote and the
+    user has added → its {file, formula}.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -33,6 +34,7 @@ class Kept:
         self.runs: list[Run] = []
         self.search: Run | None = None
         self.banded = True
+        self.added: dict[str, dict[str, str]] = {}
         self._load()
 
     def _load(self) -> None:
@@ -45,6 +47,7 @@ class Kept:
         # A session of former times knows none of these.
         self.raw, self.made = content.get("raw", {}), content.get("made", {})
         self.confirmed, self.banded = content.get("confirmed", {}), content.get("banded", True)
+        self.added = content.get("added", {})
         self.runs, self.search = [_read(r) for r in content["runs"]], _read(content["search"])
 
     def save(self) -> None:
@@ -60,6 +63,7 @@ class Kept:
             "runs": [_plain(r) for r in self.runs],
             "search": _plain(self.search),
             "banded": self.banded,
+            "added": self.added,
         }
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / "state.json", json.dumps(content, indent=1) + "\n")

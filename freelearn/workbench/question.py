@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from freelearn.commands.command_line import command_line
+from freelearn.workbench.named import named
 
 OWN, MUSCLE = "csv", "dmsp20"
 DATA = {
@@ -15,7 +16,7 @@ DATA = {
     MUSCLE: "measured muscle (Festo)",
     OWN: "my own file",
 }
-MODELS = ("continuum", "linear", "mlp")
+MODELS = ("continuum", "linear", "mlp", "hybrid")
 VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
 KINEMATIC = "kinematic"
 
@@ -29,7 +30,8 @@ class Question:
     and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
     one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
-    or, where the training set has too few of them, rows."""
+    or, where the training set has too few of them, rows; own: files of the effects that a search of the session wrote,
+    as far as these are in the model."""
 
     data: str = "virtual"
     seed: int = 1
@@ -45,6 +47,7 @@ class Question:
     per_sample: bool = True
     recipe: str = ""
     split: str = "states"
+    own: tuple[str, ...] = ()
 
     @property
     def measured(self) -> bool:
@@ -80,7 +83,8 @@ class Question:
         if kind == "intake":
             options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
             return command_line(["python", "intake.py"], options)
-        return command_line(["python", f"{kind}.py"], self.overrides(kind))
+        with named(self.own):
+            return command_line(["python", f"{kind}.py"], self.overrides(kind))
 
     def about(self, kind: str) -> Question:
         """The part of the question that a job of this kind depends on; a `check` reads the data only."""
@@ -94,7 +98,7 @@ class Question:
 
     def same_but_effects(self, other: Question) -> bool:
         """Whether both ask about the same model on the same rows, so that their errors can be compared."""
-        return replace(self, effects=(), ruled_out=()) == replace(other, effects=(), ruled_out=())
+        return replace(self, effects=(), ruled_out=(), own=()) == replace(other, effects=(), ruled_out=(), own=())
 
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
@@ -104,7 +108,7 @@ class Question:
     def from_json(cls, content: dict[str, Any]) -> Question:
         """The question that `to_json` wrote, perhaps before there was all of it."""
         stated = content.get("accuracy", ())
-        lists = {name: tuple(content.get(name, ())) for name in ("effects", "ruled_out")}
+        lists = {name: tuple(content.get(name, ())) for name in ("effects", "ruled_out", "own")}
         return cls(**content | lists | {"accuracy": stated if stated is None else tuple(map(tuple, stated))})
 
 

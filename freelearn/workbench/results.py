@@ -1,4 +1,5 @@
-"""What there is to see once something is fitted: comparison, staircase, effects, suspected readings."""
+"""What there is to see once something is fitted: comparison, staircase, effects, suspected readings, what the
+search wrote."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import panel as pn
 from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.effects import Effects
+from freelearn.workbench.proposals import Proposals
 from freelearn.workbench.session import Session
 from freelearn.workbench.suspects import Suspects
 
@@ -20,6 +22,7 @@ class Results:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.comparison, self.effects, self.suspects = Comparison(session), Effects(session), Suspects(session)
+        self.proposals = Proposals(session)
         self.staircase = StaircaseChart(width=316, height=290, what="test error")
         self.drawn: list[tuple[str, float]] = []
         self.view = pn.Column(
@@ -29,6 +32,7 @@ class Results:
                 self.comparison.curves_view, self.comparison.maps_view, pn.pane.Bokeh(self.staircase.panel), gap="0px"
             ),
             self.suspects.view,
+            self.proposals.view,
             self.effects.view,
         )
 
@@ -44,6 +48,7 @@ class Results:
         self._staircase()
         self.effects.refresh()
         self.suspects.refresh()
+        self.proposals.refresh()
 
     def _staircase(self) -> None:
         rows: list[dict[str, Any]] = []

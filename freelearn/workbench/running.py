@@ -43,10 +43,16 @@ class Running(Kept):
         if self.busy or (kind != "check" and self.doubted):
             return
         self.then = ""
-        fit = self.question.about("train")
+        asked = self.with_added(self.question)
+        fit = asked.about("train")
         if kind == "discover" and all(r["question"].about("train") != fit for r in self.comparable()):
             kind, self.then = "train", "discover"
-        self.begin(kind, self.question)
+        self.begin(kind, asked)
+
+    def with_added(self, question: Question) -> Question:
+        """The question with the files of the effects in its model that a search wrote."""
+        own = [self.added[name]["file"] for name in question.effects if name in self.added]
+        return replace(question, own=tuple(own))
 
     def begin(self, kind: str, asked: Question) -> None:
         """Starts a job."""

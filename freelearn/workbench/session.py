@@ -119,6 +119,19 @@ class Session(Running):
         self.start("check")
         self.then = "discover"
 
+    def add_proposal(self, name: str) -> None:
+        """Makes an effect that the latest search wrote one of the session's, and has it in the model. Raises UserError
+        where its file is not as the search wrote it."""
+        if self.busy or self.search is None:
+            return
+        # Here, not above: torch is imported with it.
+        from freelearn.workbench.proposed import proposed
+
+        found = proposed(self.folder / self.search["folder"] / f"proposed_{name}.py", self.folder)
+        self.added[name] = {"file": str(found.path), "formula": found.written.formula}
+        self.choose(effects=(*(e for e in self.question.effects if e != name), name))
+        self.save()
+
     def _read(self, question: Question) -> None:
         self.question, self.table, self.problem = question, {}, ""
         self.start("check")

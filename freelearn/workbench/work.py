@@ -16,6 +16,8 @@ from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
 from freelearn.workbench.asked import discover_settings, train_settings
+from freelearn.workbench.named import named
+from freelearn.workbench.proposed import proposed
 from freelearn.workbench.question import Question
 from freelearn.workbench.reading import check, convert
 
@@ -34,7 +36,10 @@ def work(kind: str, question: Question, folder: Path, fits: Path, pipe: Connecti
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
         try:
-            JOBS[kind](question, folder, fits, pipe)
+            # Nothing is run but what a search of this session wrote.
+            own = [str(proposed(Path(path), folder.parent).path) for path in question.own]
+            with named(own):
+                JOBS[kind](question, folder, fits, pipe)
             pipe.send(("done", ""))
         except UserError as mistake:
             pipe.send(("failed", str(mistake)))

@@ -98,7 +98,7 @@ def _told(prepared: Prepared, found: Proposed, step: Step) -> Proposal:
     chosen = replace(found.chosen, step=step)
     fitted = chosen.fitted()
     twins = [_same(fitted), *(_twin(t) for t in found.twins)]
-    return Proposal(fitted, found.base, step, [t for t in twins if t], _resembles(prepared, found))
+    return Proposal(fitted, found.base, step, [t for t in twins if t], found.places, _resembles(prepared, found))
 
 
 def _same(written: Written) -> Twin | None:

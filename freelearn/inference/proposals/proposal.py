@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from freelearn.inference.proposals.guess import Guess
 from freelearn.inference.step import Step
 from freelearn.models.written.written import Written
 
@@ -25,10 +26,12 @@ class Twin:
 @dataclass(frozen=True)
 class Proposal:
     """written: with its constants as fitted; base, step: the models without it and with it; twins: the best first.
-    resembles: the effect of the library that would explain most of the same, and which share of it."""
+    places: the most promising guess of each place and its inputs, best first. resembles: the effect of the library that
+    would explain most of the same, and which share of it."""
 
     written: Written
     base: Step
     step: Step
     twins: Sequence[Twin]
+    places: Sequence[Guess] = ()
     resembles: tuple[str, float] | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from freelearn.inference.crossval import paired
 from freelearn.inference.prepare import Prepared
@@ -13,7 +13,7 @@ from freelearn.inference.proposals.scan import Scan
 from freelearn.inference.proposals.trial import Trial, tried
 from freelearn.inference.refit import rewhitened
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import FITTED, LEFT, ONE_PLACE, RIVALS, TOGETHER, UNDECIDED, WHITENINGS
+from freelearn.inference.thresholds import FITTED, LEFT, ONE_PLACE, PLACES_TOLD, RIVALS, TOGETHER, UNDECIDED, WHITENINGS
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import lent
 
@@ -21,12 +21,14 @@ from freelearn.models.effects.registry import lent
 @dataclass(frozen=True)
 class Proposed:
     """chosen: the written effect, fitted on top of the base; twins: others that the data cannot
-    tell from it; gain: reduction of χ² with the base's noise."""
+    tell from it; gain: reduction of χ² with the base's noise; places: of each place and its inputs the most promising
+    guess, best first."""
 
     base: Step
     chosen: Trial
     twins: Sequence[Trial]
     gain: float
+    places: Sequence[Guess] = ()
 
 
 def proposed(prepared: Prepared, base: Step) -> Proposed | None:
@@ -48,7 +50,7 @@ def proposed(prepared: Prepared, base: Step) -> Proposed | None:
     gain, error = paired(best.step.heldout, base.heldout)
     if gain <= TOGETHER * error:
         return None
-    return settled(prepared, base, best, trials)
+    return replace(settled(prepared, base, best, trials), places=best_of_places(guesses)[:PLACES_TOLD])
 
 
 def settled(prepared: Prepared, base: Step, best: Trial, trials: Sequence[Trial]) -> Proposed:
@@ -73,6 +75,14 @@ def settled(prepared: Prepared, base: Step, best: Trial, trials: Sequence[Trial]
     alike = [t for t in close if t is not chosen and alike_to(t, chosen, scale)]
     gain = base.fit.chi2 - min(t.step.fit.chi2 for t in trials)
     return Proposed(base, chosen, sorted(alike, key=lambda t: t.cost(scale)), gain)
+
+
+def best_of_places(guesses: Sequence[Guess]) -> list[Guess]:
+    """Of each place and its inputs the most promising guess, best first."""
+    best: dict[tuple[str, tuple[str, ...]], Guess] = {}
+    for guess in guesses:
+        best.setdefault(guess.key, guess)
+    return list(best.values())
 
 
 def shortlist(guesses: Sequence[Guess]) -> list[Guess]:

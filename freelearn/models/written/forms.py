@@ -234,9 +234,8 @@ def _products() -> Iterator[Form]:
         if len(form.shapes) > 1 and g != "{x}":
             continue
         terms = tuple(f"({term}) * {g.replace('{x}', '{y}')}" for term in form.terms)
-        body = form.formula.removeprefix("{a} ")
-        inner = f"({body})" if len(terms) > 1 else body
-        formula = f"{{a}} {inner} {shown_g.replace('{x}', '{y}')}"
+        whole = f"({form.formula})" if len(terms) > 1 else form.formula
+        formula = f"{whole} {shown_g.replace('{x}', '{y}')}"
         shapes = tuple(_few(shape, 12 if shape.of == "1/x" else 5, 0) for shape in form.shapes)
         yield (both := Form(f"{form.word}_times_{other}", "product", terms, formula, shapes, form.signed, 2))
         yield swapped(both)

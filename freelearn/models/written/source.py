@@ -16,10 +16,6 @@ HEAD = '''"""{title}
 {lines}
 """
 
-import torch
-from torch import Tensor
-
-from freelearn.measurements.states import States
 {imports}
 
 
@@ -62,14 +58,21 @@ def base_of(written: Written) -> str:
 
 def source(written: Written) -> str:
     """The whole file's text."""
-    place, base = written.place, base_of(written)
-    names = sorted({base, *(["columns"] if "columns(" in place.body else [])}, key=str.lower)
+    place, base, body = written.place, base_of(written), _body(written)
+    names = [base, *(["columns"] if "columns(" in body else [])]
     imports = [
-        *(["from freelearn.models.material import Material"] if place.energy else []),
+        *(["import torch"] if "torch." in body else []),
+        "from torch import Tensor\n",
+        *(["from freelearn.models.material import Material"] if place.energy else [
+            "from freelearn.measurements.states import States"
+        ]),
         "from freelearn.models.parameters import Parameters, parameter",
         f"from freelearn.models.ports import {', '.join(names)}",
+    ]  # fmt: skip
+    units = [
+        f"{i.symbol} in units of {s:g}{'' if i.unit == '1' else f' {i.unit}'}"
+        for i, s in zip(written.inputs, written.scales, strict=True)
     ]
-    units = [f"{i.symbol} in units of {s:g} {i.unit}" for i, s in zip(written.inputs, written.scales, strict=True)]
     said = ", ".join(i.name if i.unit != "1" else i.symbol for i in written.inputs)
     title = f"{place.changes.capitalize()} that depends on {said}: written by freelearn's search."
     signature = SIGNATURES[base]
@@ -88,7 +91,7 @@ def source(written: Written) -> str:
         more=more,
         signature=signature,
         method=signature.split("(")[0],
-        body=_body(written),
+        body=body,
     )
 
 

@@ -55,7 +55,7 @@ class Written:
             )
         body = text.format(**letters)
         if self.place.port == "dissipation" and self.place.where != "wall":
-            return f"Δ{self.place.symbol} = −sgn(ΔP) · {body}"
+            return f"Δ{self.place.symbol} = −sgn(ΔP) · {f'({body})' if len(self.form.terms) > 1 else body}"
         return f"Δ{self.place.symbol} = {body}"
 
     @property

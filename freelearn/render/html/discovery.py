@@ -15,6 +15,7 @@ from freelearn.results.discovery_tables import (
     final_parameters,
     next_states,
     note_lines,
+    places_table,
     remainder_lines,
     screen_lines,
     written_lines,
@@ -86,14 +87,16 @@ def _written(discovery: Discovery, figures: bool) -> list[Section]:
 
         charts = [proposal_chart(curve) for curve in discovery.unknowns.values()]
         numbers = {f"{name}.csv": curve.numbers for name, curve in discovery.unknowns.items()}
+    places = places_table(discovery)
+    entered = [Section.of_table(places)] if places else []
     if findings.verdict != "proposed":
-        return [Section("A hint at what remains", lines, charts=charts, numbers=numbers, kind="hint")]
+        return [Section("A hint at what remains", lines, charts=charts, numbers=numbers, kind="hint"), *entered]
     model = discovery.content["model"]
     said = ["The file stands beside this report: name it in FREELEARN_EFFECTS to use the effect."]
     files = [
         Section(file_of(p), said, code=proposal_source(p, model, findings.noise_floor)) for p in findings.proposals
     ]
-    return [Section("What the search wrote", lines, charts=charts, numbers=numbers), *files]
+    return [Section("What the search wrote", lines, charts=charts, numbers=numbers), *entered, *files]
 
 
 def _suspects(discovery: Discovery) -> list[Section]:
