@@ -108,7 +108,8 @@ def _outside(frame: pd.DataFrame, target: str) -> list[Row]:
     rows = []
     for size in (15, 30):
         part = frame[(frame["kind"] == "outside") & (frame["size"] == size)]
-        rows += rate(f"outside the library, unexplained, {size} σ", part, part["verdict"] == "unexplained", target)
+        said = part["verdict"].isin(["unexplained", "proposed"])
+        rows += rate(f"outside the library, unexplained or proposed, {size} σ", part, said, target)
     return rows
 
 

@@ -44,7 +44,8 @@ class ProposalBlock:
             say(self.says, [HINT * hint + first, *rest])
         chart = self._chart(folder, written)
         left = pn.Column(self.says, pn.FlexBox(self.add, self.save), self.told, self.problem, width=WIDTH)
-        self.view = pn.Row(left, *([chart] if chart else []))
+        # In a row or a column a chart more would have all other charts of the page drawn before their places are known.
+        self.view = pn.FlexBox(left, *([chart] if chart else []), gap="0px")
         self.refresh()
 
     def _offered(self) -> bool:

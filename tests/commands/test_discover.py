@@ -130,10 +130,26 @@ def test_states_that_would_split_a_class_are_within_reach(tmp_path):
     assert any("force_gain" in c for c in found["classes"])
 
 
-def test_what_the_library_does_not_hold_is_unexplained(tmp_path):
-    found = run(table({}, extra=outside("cogging", 8.0)), tmp_path)
+def tangled(s, loads):
+    """What depends on three inputs at once, and so on no form that a search writes."""
+    x, y, p = (s["length"] - s["reference"]) / 2e-3, 5 * s["twist"], s["pressure"] / 7e4
+    wave = np.sin(x + y) * np.cos(3 * p * x) * np.sin(2 * y * p + 1)
+    return loads + np.stack([1.5 * wave, 0 * wave], axis=1)
+
+
+def test_what_no_form_holds_is_unexplained(tmp_path):
+    found = run(table({}, extra=tangled), tmp_path)
     assert found["verdict"] == "unexplained"
+    assert found["proposals"] == []
     assert found["remainder"]["hint"]
+
+
+def test_what_the_library_does_not_hold_is_written(tmp_path):
+    found = run(table({}, extra=outside("cogging", 8.0)), tmp_path)
+    assert found["verdict"] == "proposed"
+    assert found["remainder"] is None
+    (written,) = found["proposals"]
+    assert (tmp_path / written["file"]).is_file()
 
 
 def test_interrupted_it_goes_on_from_the_last_step(friction, tmp_path):

@@ -147,8 +147,10 @@ OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families()]
 def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
     for seed in range(2):
         findings = search(bench(seed, extra=outside(size)).question(OWN))
-        assert findings.verdict == "unexplained"
-        assert len(findings.effects) <= 1
+        # Two waves, each a product or less: the search may write both. Nothing of the library is one of them.
+        assert findings.verdict in ("unexplained", "proposed")
+        written = {proposal.written.name for proposal in findings.proposals}
+        assert len(set(findings.effects) - written) <= 1
 
 
 def with_effects(prepared, step, names):

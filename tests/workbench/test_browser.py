@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from playwright.sync_api import sync_playwright
+from written_searches import CABLE, write_search
 
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import TrainSettings
@@ -192,6 +194,43 @@ def test_suspected_readings_are_left_out_with_the_keyboard(tab, work, hidden):
     assert found["left_out"] == 1
     marked = Path(state["question"]["path"]).read_text().splitlines()
     assert [n for n, line in enumerate(marked, 1) if line.rsplit(",", 1)[1] == "1"] == [one]
+
+
+def test_what_the_search_wrote_is_added_and_saved_and_fitted(tab, address, work, hidden):
+    choose_csv(tab, hidden)
+    tab.get_by_text(re.compile(r"mine\.csv: \d+ rows")).wait_for()
+    button(tab, "Fit").click()
+    tab.get_by_text("Fitting: done").wait_for()
+    # The same session after a search that wrote an effect, under another address.
+    again, search = work / "sessions" / "0123456789abcdef", "discover_0123456789"
+    shutil.copytree(folder(work, tab), again)
+    write_search(again / search)
+    state = json.loads((again / "state.json").read_text())
+    (again / "state.json").write_text(json.dumps(state | {"search": {"folder": search, "question": state["question"]}}))
+    tab.goto(f"{address}/?session={again.name}")
+    tab.get_by_text("ΔF = a max(Δl − Δl₀, 0), Δl in units of 6 mm.").wait_for()
+    box = tab.get_by_label(f"{CABLE.name}: written by a search, {CABLE.formula}", exact=True)
+    assert not box.count()
+    titles = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Title')"
+    assert CABLE.formula in tab.evaluate(f"{titles}.map(m => m.text)")
+    # All charts are drawn, each in its place.
+    charts = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Figure')"
+    tab.wait_for_function(f"({charts})().length === 7 && ({charts})().every(m => m.inner_width > 100)")
+    with tab.expect_download() as download:
+        tab.get_by_text("Save the file", exact=True).click()
+    assert download.value.suggested_filename == f"proposed_{CABLE.name}.py"
+    assert Path(download.value.path()).read_bytes() == (again / search / f"proposed_{CABLE.name}.py").read_bytes()
+    button(tab, "Add it").click()
+    box.wait_for()
+    assert box.is_checked()
+    assert not button(tab, "Add it").is_visible()
+    button(tab, "Fit").click()
+    tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
+    assert tab.locator("pre").first.inner_text().startswith("FREELEARN_EFFECTS=")
+    # Reloading loses nothing.
+    tab.reload()
+    tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
+    assert box.is_checked()
 
 
 def test_a_broken_csv_shows_its_faults_and_nothing_of_it_runs(tab, hidden, tmp_path):

@@ -12,6 +12,7 @@ from freelearn.inference.derivatives import Build, none_vector
 from freelearn.inference.white_fit import ONE, WhiteFit
 from freelearn.measurements.beds import DEAD_LOAD
 from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
 from freelearn.mechanics.equilibrium import inflate
 from freelearn.mechanics.layers import Deformation, Layers
 from freelearn.mechanics.tube import Tube
@@ -25,6 +26,7 @@ from freelearn.models.written.source import effect_class
 from freelearn.models.written.written import Written
 
 CONSTANT = Form("constant", "constant", ("torch.ones_like({x})",), "{a}")
+AT_REST = {"i1": 3.0, "i2": 3.0, "i4": 1.0}
 # Layers of the wall at which its strains are looked at.
 LAYERS = 8
 # Values of an input nearer to each other than this share of its scale are one level.
@@ -83,7 +85,7 @@ def pushes(fit: WhiteFit, rows: Rows, build: Build) -> Pushes:
         name: raw[:, :, [i for i, label in enumerate(labels) if label.startswith(f"{kind.name}.amount")]]
         for name, kind in kinds.items()
     }
-    inputs = _inputs(fit, rows) | _strains(fit.model, rows)
+    inputs = _inputs(fit, rows) | _strains(fit, rows)
     return Pushes(by, inputs, {name: round_scale(values) for name, values in inputs.items()})
 
 
@@ -93,34 +95,38 @@ def places_of(model: Model) -> list[Place]:
     return [p for p in PLACES if (p.port if p.port != "parallel" else "geometry") in ports]
 
 
+def _placed(fit: WhiteFit, rows: Rows) -> States:
+    """The rows' states; under a dead load where the actuator hangs, by the fit."""
+    states = rows.states
+    if states.bed is not DEAD_LOAD:
+        return states
+    return replace(states, length=states.reference_length + fit.shown[:, 0], twist=fit.shown[:, 1])
+
+
 def _inputs(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:
-    states, loads = rows.states, fit.shown
+    states, loads = _placed(fit, rows), fit.shown
     if states.bed is DEAD_LOAD:
-        # Where the actuator hangs, by the fit, and what hangs on it.
         loads = torch.stack([states.force, states.moment], dim=-1)
-        states = replace(states, length=states.reference_length + fit.shown[:, 0], twist=fit.shown[:, 1])
     known = {i.name: i for place in PLACES for i in place.inputs if not place.energy}
     if not (states.bed.loads or states.bed is DEAD_LOAD):
         known.pop("moment")
-    members = states.members or (states,)
-    each = [m.replace(length=m.reference_length + states.length - states.reference_length, twist=states.twist)
-            for m in states.members] or [states]  # fmt: skip
-    del members
-    return {name: torch.stack([i.read(m, loads) for m in each], dim=-1) for name, i in known.items()}
+    elongation = states.length - states.reference_length
+    each = [m.replace(length=m.reference_length + elongation, twist=states.twist) for m in states.members]
+    return {name: torch.stack([i.read(m, loads) for m in each or [states]], dim=-1) for name, i in known.items()}
 
 
-def _strains(model: Model, rows: Rows) -> dict[str, Tensor]:
-    """Where in the wall the invariants are largest, from their values at rest; none of a model without a wall."""
-    if model.family != "continuum":
+def _strains(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:
+    """The invariants less their values at rest, where in each row's wall they differ most from these, (N, 1); of the
+    members of an end block one after another. None of a model without a wall."""
+    if fit.model.family != "continuum":
         return {}
-    states = rows.states.side_by_side() if rows.states.members else rows.states
+    states = _placed(fit, rows)
+    states = states.side_by_side() if states.members else states
     with torch.no_grad():
-        values = model.values()
-        inflated = inflate(states, model.energy(values), LAYERS)  # type: ignore[operator]
-        found = Deformation(Layers.of(Tube.from_states(states, LAYERS)), inflated.u).invariants(("i1", "i2", "i4"))
-    rest = {"i1": 3.0, "i2": 3.0, "i4": 1.0}
-    return {
-        name: (value.reshape(len(states), -1).gather(
-            1, (value.reshape(len(states), -1) - rest[name]).abs().argmax(1, keepdim=True)) - rest[name])
-        for name, value in zip(rest, found, strict=True)
-    }  # fmt: skip
+        energy = fit.model.energy(fit.model.values())  # type: ignore[operator]
+        inflated = inflate(states, energy, LAYERS)
+        wall = Deformation(Layers.of(Tube.from_states(states, LAYERS)), inflated.u)
+        away = {
+            name: value - AT_REST[name] for name, value in zip(AT_REST, wall.invariants(tuple(AT_REST)), strict=True)
+        }
+    return {name: value.gather(0, value.abs().argmax(0, keepdim=True)).T for name, value in away.items()}

@@ -54,26 +54,32 @@ class Scan:
             signed = all(pushes.signed(i) for i in inputs)
             forms = told(ONE if len(inputs) == 1 else TWO, inputs, pushes)
             terms = Terms.of_forms(forms, signed, partial(_values, scaled))
+            # What acts on an end block sees its own inputs: the mean of its actuators' pressures.
+            whole = [x.mean(1, keepdim=True) for x in scaled]
+            of_block = Terms.of_forms(forms, signed, partial(_values, whole)) if self.rows.states.members else terms
             for place in places:
-                if not place.energy and set(inputs) <= set(place.inputs) and not _elsewhere(place, inputs):
-                    found += self._place(place, inputs, terms, pushes, signed)
+                if place.energy or not set(inputs) <= set(place.inputs) or _elsewhere(place, inputs):
+                    continue
+                if place.potential:
+                    found += self._potential(place, inputs, pushes, signed) if len(inputs) == 2 else []
+                    continue
+                by = pushes.by[place.name]
+                if by.shape[2] == 1:
+                    found += self._best(place, inputs, of_block, by * of_block.values, pushes)
+                else:
+                    columns = torch.einsum("ncm,nmk->nck", by, terms.values)
+                    found += self._best(place, inputs, terms, columns, pushes)
         return sorted(found, key=lambda g: -g.worth)
 
-    def _place(self, place: Place, inputs: Inputs, terms: Terms, pushes: Pushes, signed: bool) -> Iterator[Guess]:
-        if place.potential:
-            if len(inputs) == 1:
-                return
-            scaled = [pushes.scaled(i)[:, 0] for i in inputs]
-            scales = [pushes.scales[i.name] for i in inputs]
-            terms = Terms.of_forms(
-                told(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
-            )
-            columns = terms.values
-        elif pushes.by[place.name].shape[2] == 1:
-            columns = pushes.by[place.name] * terms.values
-        else:
-            columns = torch.einsum("ncm,nmk->nck", pushes.by[place.name], terms.values)
-        yield from self._best(place, inputs, terms, columns, pushes)
+    def _potential(self, place: Place, inputs: Inputs, pushes: Pushes, signed: bool) -> Iterator[Guess]:
+        """Its loads are pushes along and about the axis."""
+        scaled = [pushes.scaled(i)[:, 0] for i in inputs]
+        scales = [pushes.scales[i.name] for i in inputs]
+        terms = Terms.of_forms(
+            told(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
+        )
+        along, about = (pushes.by[f"parallel {where}"].sum(-1)[..., None] for where in ("axial", "torsional"))
+        yield from self._best(place, inputs, terms, along * terms.values[:, :1] + about * terms.values[:, 1:], pushes)
 
     def _energy(self, place: Place, pushes: Pushes) -> Iterator[Guess]:
         """All terms at once: they are linear in their amounts, and the wall's integrals are taken together."""

@@ -1,0 +1,69 @@
+"""The folder that a search leaves which wrote an effect itself."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import numpy as np
+
+from freelearn.inference.proposals.proposal import Proposal, Twin
+from freelearn.inference.proposals.unknown import Unknown
+from freelearn.models.written.forms import ONE
+from freelearn.models.written.inputs import ELONGATION
+from freelearn.models.written.places import PLACES
+from freelearn.models.written.written import Written
+from freelearn.results import proposals
+from freelearn.results.proposal_curve import ProposalCurve
+
+FORCE = next(place for place in PLACES if place.name == "parallel axial")
+HINGE = next(form for form in ONE if form.word == "hinge")
+# A cable that is taut beyond 2 mm.
+CABLE = Written(FORCE, (ELONGATION,), (6e-3,), HINGE, {"amount": 3.0, "knee": 2e-3})
+FLOOR = 0.0106
+
+
+def proposal(written: Written = CABLE) -> Proposal:
+    """As the search tells it, without the fits that it comes from."""
+    twins = [
+        Twin("measurement", "force", ["elongation"], "hinge", written.formula, None),
+        Twin("parallel", "axial", ["elongation"], "exponential", "ΔF = a (exp(k Δl) − 1)", 0.0113),
+    ]
+    base, step = SimpleNamespace(E_heldout=0.046), SimpleNamespace(E_heldout=0.0101)
+    return Proposal(written, base, step, twins, resembles=("length_offset", 0.29))  # type: ignore[arg-type]
+
+
+def told(written: Written = CABLE) -> list[str]:
+    """What terminal and report say of it."""
+    with _errors():
+        return proposals.proposal_lines(proposal(written), FLOOR)
+
+
+def _errors():
+    return mock.patch.object(proposals, "_stderr", return_value={"amount": 0.0124, "knee": 1.02e-5})
+
+
+def write_search(folder: Path, written: Written = CABLE, hint: bool = False) -> str:
+    """Writes the files of a search that found nothing else; the effect's name. hint: where it stays unexplained."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with _errors():
+        entry = proposals.proposal_entry(proposal(written), FLOOR)
+        if not hint:
+            proposals.write_proposals([proposal(written)], "continuum", FLOOR, folder)
+    content = {
+        "verdict": "unexplained" if hint else "proposed",
+        "says": "Unexplained." if hint else "Proposed: the search wrote it.",
+        "effects": [] if hint else [written.name],
+        "proposals": [] if hint else [entry],
+        "hint": entry if hint else None,
+        **{name: [] for name in ("given_effects", "classes", "screens", "next_experiment", "notes", "candidates")},
+        "remainder": None,
+    }
+    (folder / "discovery.json").write_text(json.dumps(content))
+    at = np.linspace(-6e-3, 6e-3, 13)
+    form = 3.0 * np.maximum(at - 2e-3, 0) / 6e-3
+    curve = ProposalCurve.of(written, Unknown(ELONGATION, at, form, form + 0.01, form - 0.02, form + 0.04))
+    curve.numbers.to_csv(folder / f"proposal_{written.name}.csv", index=False)
+    return written.name
