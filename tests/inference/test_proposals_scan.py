@@ -203,10 +203,10 @@ def test_an_input_that_does_not_vary_is_not_looked_at():
 
 
 def test_no_form_is_quicker_than_the_levels_of_its_input_tell(tube):
-    """Nyquist: half a turn of a wave from one level to the next at most. The pressure has four levels or so."""
+    """A quarter of a turn of a wave from one level to the next at most: at half a turn it may be zero at them all."""
     _, _, seen, guesses = tube
     levels = np.unique(np.round(seen.scaled(PRESSURE)[:, 0].numpy(), 1))
-    quickest = math.pi / np.diff(levels).max()
+    quickest = math.pi / 2 / np.diff(levels).max()
     waves = [g for g in guesses if "rate" in g.shapes and g.inputs[g.form.shapes[0].place] is PRESSURE]
     assert waves
     # Noise of the levels aside.
@@ -216,21 +216,32 @@ def test_no_form_is_quicker_than_the_levels_of_its_input_tell(tube):
         (rate,) = [c for c in guess.written().constants() if c.name == "rate"]
         assert rate.start <= rate.upper * (1 + 1e-9)
     # The twist was measured at as many places as there are states.
-    finer = [g.shapes["rate"] for g in guesses if "rate" in g.shapes and g.inputs == (TWIST,)]
-    assert max(finer) > quickest
+    finer = [s.upper for g in guesses if g.inputs == (TWIST,) for s in g.form.shapes if s.name == "rate"]
+    assert max(finer) > 2 * quickest
 
 
-@given(spacing=st.floats(1e-3, 3.0), form=st.sampled_from(ONE + TWO))
-def test_a_form_told_by_levels_keeps_its_grid_within_its_bounds(spacing, form):
-    told = form.told_by([spacing, spacing])
+@given(
+    gaps=st.lists(st.floats(1e-3, 0.7), min_size=1, max_size=30),
+    first=st.floats(-1, 0),
+    form=st.sampled_from(ONE + TWO),
+)
+def test_a_form_told_by_levels_keeps_its_grid_within_its_bounds(gaps, first, form):
+    levels = np.cumsum([first, *gaps]).clip(-1, 1).tolist()
+    levels = sorted(set(levels))
+    told = form.told_by([levels, levels])
     assert told.terms == form.terms
     for shape, before in zip(told.shapes, form.shapes, strict=True):
         assert shape.grid
-        assert shape.lower < shape.upper <= before.upper
+        assert before.lower <= shape.lower < shape.upper <= before.upper
         assert all(shape.lower <= value <= shape.upper for value in shape.grid)
-        if shape.name == "rate" and math.pi / spacing >= 2 * shape.lower:
-            assert max(shape.grid) * spacing <= math.pi * (1 + 1e-9)
-    assert form.told_by([1e-6, 1e-6]) == form
+        if shape.name == "knee" and len(levels) >= 4:
+            # Two levels on either side.
+            assert all(sum(x <= value for x in levels) >= 2 for value in shape.grid)
+            assert all(sum(x >= value for x in levels) >= 2 for value in shape.grid)
+    # What lies everywhere limits nothing but a bend at the very ends.
+    fine = np.linspace(-1, 1, 2001).tolist()
+    same = form.told_by([fine, fine])
+    assert [s.grid for s in same.shapes] == [s.grid for s in form.shapes]
 
 
 # --- terms ------------------------------------------------------------------------------------------------------------

@@ -55,10 +55,16 @@ class Pushes:
         x = self.scaled(i)
         return float(x.min()) < -SIGNED and float(x.max()) > SIGNED
 
-    def spacing(self, i: Input) -> float:
-        """How far apart an input's values lie on average, those in one place counted once, in units of its scale."""
-        levels = torch.unique((self.scaled(i) / LEVEL).round())
-        return float(levels[-1] - levels[0]) * LEVEL / max(len(levels) - 1, 1)
+    def levels(self, i: Input) -> Tensor:
+        """The levels at which an input was measured, rising, in units of its scale, (k,): values that lie near each
+        other are one, and where they lie everywhere there is one for each LEVEL."""
+        x = self.scaled(i).reshape(-1).sort().values
+        levels: list[float] = []
+        for group in torch.tensor_split(x, (torch.nonzero(x.diff() > LEVEL)[:, 0] + 1)):
+            low, high = float(group[0]), float(group[-1])
+            count = int((high - low) / LEVEL)
+            levels += [float(group.mean())] if count < 2 else torch.linspace(low, high, count + 1).tolist()
+        return torch.tensor(levels, dtype=x.dtype)
 
     def told(self, i: Input) -> bool:
         """Whether the input is there, and differs from row to row."""

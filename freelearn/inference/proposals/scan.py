@@ -135,8 +135,8 @@ def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
 
 def told(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
     """The forms, no quicker than the inputs' levels tell."""
-    spacing = [pushes.spacing(i) for i in inputs]
-    return [form.told_by(spacing) for form in forms]
+    levels = [pushes.levels(i).tolist() for i in inputs]
+    return [form.told_by(levels) for form in forms]
 
 
 def _elsewhere(place: Place, inputs: Inputs) -> bool:

@@ -22,8 +22,9 @@ def amount(number: int) -> str:
     return ("amount", "second")[number] if number < 2 else f"amount_{number}"
 
 
-# Largest product of a shape with the distance of two levels of its input that these can still tell.
-QUICKEST = {"rate": math.pi, "steepness": 1.0}
+# Largest product of a shape with the distance of two levels of its input that these can still tell: half of Nyquist's
+# rate, for at that a wave may be zero at every level.
+QUICKEST = {"rate": math.pi / 2, "steepness": 1.0}
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,24 @@ class Shape:
     # Which of the inputs: 0 or 1.
     place: int = 0
 
-    def told_by(self, spacing: float) -> Shape:
-        """The same for an input that was measured at levels so far apart."""
-        if self.name not in QUICKEST:
+    def told_by(self, levels: Sequence[float]) -> Shape:
+        """The same for an input that was measured at these levels, in units of its largest value."""
+        if self.name == "knee":
+            return self._within(levels)
+        if self.name not in QUICKEST or len(levels) < 2:
             return self
+        spacing = (levels[-1] - levels[0]) / (len(levels) - 1)
         most = max(min(self.upper, QUICKEST[self.name] / max(spacing, 1e-9)), 2 * self.lower)
         grid = tuple(value for value in self.grid if value <= most) or (most,)
         return replace(self, grid=grid, upper=most)
+
+    def _within(self, levels: Sequence[float]) -> Shape:
+        """A bend with two levels on either side: a slope on a single one would only follow its readings' errors."""
+        if len(levels) < 4:
+            return self
+        low, high = max(self.lower, levels[1]), min(self.upper, levels[-2])
+        grid = tuple(value for value in self.grid if low < value < high) or ((low + high) / 2,)
+        return replace(self, grid=grid, lower=low, upper=high)
 
 
 @dataclass(frozen=True)
@@ -74,10 +86,10 @@ class Form:
         """How many constants it has."""
         return len(self.terms) + len(self.shapes)
 
-    def told_by(self, spacing: Sequence[float]) -> Form:
-        """The same for inputs that were measured at levels so far apart, in units of their largest values: a wave, a
-        bump or a bend that is quicker could be anything between them (Nyquist)."""
-        return replace(self, shapes=tuple(shape.told_by(spacing[shape.place]) for shape in self.shapes))
+    def told_by(self, levels: Sequence[Sequence[float]]) -> Form:
+        """The same for inputs that were measured at these levels, in units of their largest values: what is quicker
+        could be anything between them, and what passes through them all could still follow their readings' errors."""
+        return replace(self, shapes=tuple(shape.told_by(levels[shape.place]) for shape in self.shapes))
 
     def grid(self) -> Iterator[dict[str, float]]:
         """Values of the shapes to try."""
