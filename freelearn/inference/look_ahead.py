@@ -18,12 +18,13 @@ from freelearn.inference.step import Step
 from freelearn.inference.thresholds import MOST_AHEAD, PAIRS, TOGETHER
 
 
-def look_ahead(prepared: Prepared, step: Step) -> Step | None:
-    """The best model with two effects more, or with one of those added exchanged for two; None if none predicts
-    held-out states clearly better."""
+def look_ahead(prepared: Prepared, step: Step, exchanging: bool = True) -> Step | None:
+    """The best model with two effects more, or (exchanging) with one of those added exchanged for two; None if none
+    predicts held-out states clearly better."""
     if len(prepared.question.added(step.effects)) > MOST_AHEAD:
         return None
-    bases = [step, *(without(prepared, step, effect) for effect in prepared.question.added(step.effects))]
+    fewer = prepared.question.added(step.effects) if exchanging else []
+    bases = [step, *(without(prepared, step, effect) for effect in fewer)]
     found = [pair for base in bases if base is not None for pair in _pairs(prepared, base, step.left.scale)]
     better = []
     for other in found:

@@ -186,9 +186,11 @@ def grow(
             break
         steps[-1], best = advance(prepared, steps[-1], len(steps) - 1)
         if best is None and steps[-1].left.p_value < LEFT:
-            if ends(steps[-1]):
+            # What is written leaves nothing: of the library only a pair that does too could stand in its place.
+            ended = ends(steps[-1])
+            best = look_ahead(prepared, steps[-1], exchanging=not ended)
+            if ended and (best is None or best.left.p_value < LEFT):
                 break
-            best = look_ahead(prepared, steps[-1])
         if best is None:
             break
         best = prune(prepared, best)

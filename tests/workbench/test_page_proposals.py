@@ -258,7 +258,7 @@ def test_whatever_a_search_may_write_is_known_again(tmp_path):
         forms += [(pair, f) for f in generator.permutation(np.array(TWO, dtype=object))[:8]] if len(pair) == 2 else []
         for inputs, form in forms:
             # Rates and slopes are bounded by what the measurements can tell.
-            form = form.told_by([0.2, 0.3][: len(inputs)])
+            form = form.told_by([[-1.0, -0.8, -0.6, 0.0, 0.4, 0.6, 1.0], [-1.0, -0.4, 0.1, 0.5, 1.0]][: len(inputs)])
             starts = {s.name: s.grid[0] * 1.1 for s in form.shapes}
             own = tuple(scales.get(i.name, 0.4) for i in inputs)
             whole = Written(

@@ -51,10 +51,10 @@ class Terms:
         u, v = gram.slope[self.first], np.where(two, gram.slope[self.second], 0.0)
         det = a * b - c**2
         seen = gram.seen[self.first] & gram.seen[self.second] & (~two | (det > 1e-9 * a * b))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             x = np.where(two, (b * u - c * v) / det, u / a)
             y = np.where(two, (a * v - c * u) / det, 0.0)
-        gain = np.where(seen, x * u + y * v, -np.inf)
+            gain = np.where(seen, x * u + y * v, -np.inf)
         return gain, -np.stack([x, y], axis=1)
 
     def best(self, worth: np.ndarray) -> Iterator[tuple[Form, int]]:

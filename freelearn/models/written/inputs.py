@@ -60,6 +60,7 @@ READ: dict[str, Callable[[States, Tensor], Tensor]] = {
 def round_scale(values: Tensor) -> float:
     """A number of one digit about as large as the largest of the values (…): what they are told in.
 
+    >>> import torch
     >>> round_scale(torch.tensor([-0.0043, 0.0041]))
     0.004
     """
