@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from freelearn.inference.prepare import Prepared
@@ -12,7 +13,7 @@ from freelearn.inference.proposals.pushes import pushes
 from freelearn.inference.proposals.scan import Scan
 from freelearn.inference.proposals.trial import price
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import CHEAPER, LEFT, MANY
+from freelearn.inference.thresholds import CHEAPER, LEFT, MANY, NEAR_NOISE
 from freelearn.inference.white_fit import white_fit
 from freelearn.models.base import Model
 
@@ -32,8 +33,11 @@ class Beyond:
 
     def ends(self, step: Step) -> bool:
         """Whether the library need not be searched any further: what it has found leaves something, by one effect or by
-        several, and what is written leaves nothing."""
-        return step.left.p_value < LEFT and self.on_first is not None and self.on_first.complete
+        several, and what is written leaves nothing but about the noise that was stated."""
+        if step.left.p_value >= LEFT or self.on_first is None or not self.on_first.complete:
+            return False
+        heldout, count = self.on_first.step.heldout, self.on_first.step.whiten.count
+        return float(heldout.white.square().sum()) <= NEAR_NOISE**2 * count and not self.on_first.step.worse(step)
 
     def instead(self, last: Step) -> Extended | None:
         """What stands instead of the library's last model: where that leaves something, what is written on the first
@@ -41,15 +45,21 @@ class Beyond:
         the library explains as much always wins."""
         added = self.prepared.question.added(last.effects)
         if last.left.p_value < LEFT:
-            if self.on_first is not None and self.on_first.complete:
-                return self.on_first
-            on_last = extended(self.prepared, [last], self.grow) if added else None
-            tried = [found for found in (on_last, self.on_first) if found is not None]
+            first = self._no_worse(self.on_first, last)
+            if first is not None and first.complete:
+                return first
+            on_last = self._no_worse(extended(self.prepared, [last], self.grow) if added else None, last)
+            tried = [found for found in (on_last, first) if found is not None]
             return next((found for found in tried if found.complete), tried[-1] if tried else None)
         if not added or not (len(added) >= MANY or self._promises(last)):
             return None
         found = self.on_first
         return found if found is not None and found.complete and self._cheaper(found.step, last) else None
+
+    @staticmethod
+    def _no_worse(found: Extended | None, last: Step) -> Extended | None:
+        """The same, but a hint alone where it predicts clearly worse than the library's last model."""
+        return replace(found, complete=False) if found is not None and found.step.worse(last) else found
 
     def _promises(self, last: Step) -> bool:
         """Whether a form of one input promises, to first order, clearly more than the library's last model has."""

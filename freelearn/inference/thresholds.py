@@ -52,6 +52,8 @@ SECOND_INPUT, UNDECIDED = 10.0, 6.0
 # So many effects of the library together may stand for one that it lacks. A written one takes the library's place
 # where it explains so much more of χ² for its constants: what explains as much always wins over it.
 MANY, CHEAPER = 2, 12.0
+# Held-out error, in units of the stated noise, up to which what is written ends the search of the library.
+NEAR_NOISE = 2.0
 
 # --- what need not be computed -----------------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from freelearn.inference.prune import prune
 from freelearn.inference.rank import rank
 from freelearn.inference.refit import rewhitened
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import LEFT, MOST_WRITTEN
+from freelearn.inference.thresholds import LEFT, MOST_WRITTEN, NOTHING
 from freelearn.models.effects.registry import lent
 from freelearn.models.written.written import Written
 
@@ -70,7 +70,8 @@ def _on(prepared: Prepared, base: Step, grow: Grow) -> Extended | None:
         found = [f for f in found if f.chosen.written.name in step.effects]
         if not found:
             return None
-        complete = step.left.p_value >= LEFT
+        # Few rows leave no structure to see in what a failed fit misses.
+        complete = step.left.p_value >= LEFT and step.fit.converged and step.E_heldout <= NOTHING
         classes = classes_of(prepared, step) if complete else []
         step, found, classes = _of_the_library(step, found, classes)
         proposals = [_told(prepared, f, step) for f in found]
