@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.proposals.extend import Extended, Grow, extended
-from freelearn.inference.proposals.pushes import pushes
-from freelearn.inference.proposals.scan import Scan
+from freelearn.inference.proposals.propose import guessed
 from freelearn.inference.proposals.trial import price
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import CHEAPER, LEFT, MANY, NEAR_NOISE
 from freelearn.inference.white_fit import white_fit
-from freelearn.models.base import Model
 
 
 class Beyond:
@@ -63,15 +59,8 @@ class Beyond:
 
     def _promises(self, last: Step) -> bool:
         """Whether a form of one input promises, to first order, clearly more than the library's last model has."""
-        first, question = self.first, self.prepared.question
-
-        def build(more: Sequence[str]) -> Model:
-            return question.build([*first.effects, *more])
-
-        scale = first.left.scale**2
-        guesses = Scan(first.fit, self.prepared.rows, first.whiten, scale, build).guesses(
-            pushes(first.fit, self.prepared.rows, build), pairs=False
-        )
+        first, scale = self.first, self.first.left.scale**2
+        guesses = guessed(self.prepared, first, pairs=False)
         fit = white_fit(last.fit.model, self.prepared.rows, first.whiten, last.fit.vector)
         worth = (first.fit.chi2 - fit.chi2) / scale
         worth -= price(len(fit.vector) - len(first.fit.vector), 1, first.whiten.count)
@@ -80,5 +69,5 @@ class Beyond:
     def _cheaper(self, step: Step, other: Step) -> bool:
         """Whether a step explains clearly more than another for its constants, both with its own noise."""
         fit = white_fit(other.fit.model, self.prepared.rows, step.whiten, other.fit.vector)
-        constants = math.log(max(step.whiten.count, 2)) * (len(fit.vector) - len(step.fit.vector))
+        constants = price(len(fit.vector) - len(step.fit.vector), 1, step.whiten.count)
         return (fit.chi2 - step.fit.chi2) / step.left.scale**2 + constants > CHEAPER

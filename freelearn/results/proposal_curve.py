@@ -28,7 +28,8 @@ class ProposalCurve:
         shown = {
             name: getattr(found, name) / place.factor for name in ("form", "free", "low", "high")
         }  # fmt: skip
-        lost = place.port == "dissipation" and place.where != "wall"
-        y = f"{'lost' if lost else 'Δ'} {place.symbol}{f' [{place.shown}]' if place.shown else ''}".replace("Δ ", "Δ")
+        y = f"{'lost' if place.rubs else 'Δ'} {place.symbol}{f' [{place.shown}]' if place.shown else ''}".replace(
+            "Δ ", "Δ"
+        )
         table = pd.DataFrame({over.name: found.at / over.factor, **shown})
         return cls(sentence(written.formula).rstrip("."), f"{over.name} {over.symbol}{unit}", y, table)

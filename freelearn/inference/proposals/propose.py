@@ -34,11 +34,7 @@ class Proposed:
 def proposed(prepared: Prepared, base: Step) -> Proposed | None:
     """The best written effect on top of a base, whether or not it leaves nothing; None where none clearly helps."""
 
-    def build(more: Sequence[str]) -> Model:
-        return prepared.question.build([*base.effects, *more])
-
-    seen = pushes(base.fit, prepared.rows, build)
-    guesses = Scan(base.fit, prepared.rows, base.whiten, base.left.scale**2, build).guesses(seen)
+    guesses = guessed(prepared, base)
     trials: list[Trial] = []
     for guess in shortlist(guesses):
         trial = tried(prepared, base, guess.written())
@@ -51,6 +47,16 @@ def proposed(prepared: Prepared, base: Step) -> Proposed | None:
     if gain <= TOGETHER * error:
         return None
     return replace(settled(prepared, base, best, trials), places=best_of_places(guesses)[:PLACES_TOLD])
+
+
+def guessed(prepared: Prepared, base: Step, pairs: bool = True) -> list[Guess]:
+    """What every form promises on top of a base, best first. pairs: of inputs too."""
+
+    def build(more: Sequence[str]) -> Model:
+        return prepared.question.build([*base.effects, *more])
+
+    seen = pushes(base.fit, prepared.rows, build)
+    return Scan(base.fit, prepared.rows, base.whiten, base.left.scale**2, build).guesses(seen, pairs)
 
 
 def settled(prepared: Prepared, base: Step, best: Trial, trials: Sequence[Trial]) -> Proposed:

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import torch
-
 from freelearn.inference.noise import Whitener
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.refit import proper
@@ -69,7 +67,7 @@ def tried(
             elif model.declared[label].none is not None:
                 # The first step from no amount is the one that the guess was made by, for all parameters at once.
                 vector[i] = 0.0
-        fit = white_fit(model, prepared.rows, whiten, torch.as_tensor(vector))
+        fit = white_fit(model, prepared.rows, whiten, vector)
         return Trial(written, prepared.step(effects, fit, whiten)) if proper(fit) else None
 
 

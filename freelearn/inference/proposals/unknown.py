@@ -16,6 +16,7 @@ from freelearn.inference.proposals.proposal import Proposal
 from freelearn.inference.proposals.pushes import pushes
 from freelearn.measurements.rows import Rows
 from freelearn.models.written.inputs import Input
+from freelearn.models.written.written import scaled
 
 # Knots of the cubic spline over the input, its penalty's strengths to choose from, and points of the curve.
 KNOTS, STRENGTHS, POINTS = 10, np.logspace(-4, 8, 49), 121
@@ -68,10 +69,7 @@ def _others(proposal: Proposal) -> Tensor:
 
 def _form(proposal: Proposal, at: Tensor) -> Tensor:
     written = proposal.written
-    shapes = {}
-    for shape in written.form.shapes:
-        size = {"x": written.scales[0], "1/x": 1 / written.scales[0], "": 1.0}[shape.of]
-        shapes[shape.name] = written.starts[shape.name] / size
+    shapes = {s.name: written.starts[s.name] / scaled(s, written.scales[0]) for s in written.form.shapes}
     terms = written.form.values([at / written.scales[0]], shapes)
     amounts = [c.start for c in written.constants() if c.amount]
     return torch.stack([a * t for a, t in zip(amounts, terms, strict=True)]).sum(0)

@@ -55,6 +55,11 @@ class Place:
         )
 
     @property
+    def rubs(self) -> bool:
+        """Whether the function works against the direction of the pressure change."""
+        return self.port == "dissipation" and self.where != "wall"
+
+    @property
     def potential(self) -> bool:
         """Whether the function is a potential, of which the loads are derivatives."""
         return self.where == "both"

@@ -34,8 +34,7 @@ class Written:
     @property
     def inputs_named(self) -> list[str]:
         """What it depends on, the direction of the pressure change too."""
-        rubs = self.place.port == "dissipation" and self.place.where != "wall"
-        return [*(["direction"] if rubs else []), *(i.name for i in self.inputs)]
+        return [*(["direction"] if self.place.rubs else []), *(i.name for i in self.inputs)]
 
     @property
     def same_as(self) -> str:
@@ -54,7 +53,7 @@ class Written:
                 f"{{{i}}}", f"({symbol})" if " " in symbol else symbol
             )
         body = text.format(**letters)
-        if self.place.port == "dissipation" and self.place.where != "wall":
+        if self.place.rubs:
             return f"Δ{self.place.symbol} = −sgn(ΔP) · {f'({body})' if len(self.form.terms) > 1 else body}"
         return f"Δ{self.place.symbol} = {body}"
 
