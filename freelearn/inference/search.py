@@ -103,6 +103,9 @@ def search(
         base = next(i for i, step in enumerate(steps) if step.effects == found.base.effects)
         steps, classes = [*steps[: base + 1], found.step], list(found.classes)
         watch(found.step, f"wrote {', '.join(p.written.name for p in found.proposals) or 'nothing'}")
+    elif not classes:
+        # The library's search may have ended for what is not taken after all.
+        classes = classes_of(prepared, steps[-1])
     final = steps[-1]
     ordered = in_order_of(prepared.rows.states) if together else []
     pointed_out = [block.suspect(prepared.rows, prepared.kept, ordered) for block in together]
