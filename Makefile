@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test durations bench lint installed notebooks workbench clean
+.PHONY: setup demo test attack durations bench lint installed audit sbom notebooks docs workbench clean
 
 setup: $(READY)
 
@@ -14,7 +14,10 @@ $(READY): pyproject.toml constraints.txt
 	$(RUN) -m pip install --quiet -c constraints.txt -e ".[workbench,test]"
 	touch $@
 
+# A hidden effect explained, a real muscle, and a plain fit.
 demo: setup
+	$(RUN) discover.py data.hidden=random data.seed=7 train=sample3 hydra.run.dir=outputs/story
+	$(RUN) discover.py data=dmsp20 train=all effects=[fiber_misalignment] ruled_out=[force_gain,pressure_gain] hydra.run.dir=outputs/muscle
 	$(RUN) train.py model=continuum train=sample3
 
 lint: setup
@@ -27,6 +30,10 @@ lint: setup
 test: setup
 	$(RUN) -m pytest -n auto --dist worksteal
 
+# Every attack of tests/attack; `make test` runs a seeded sample of them.
+attack: setup
+	FREELEARN_ATTACKS=all $(RUN) -m pytest -n auto --dist worksteal tests/attack
+
 # How long each test takes, so that the longest begin first.
 durations: setup
 	$(RUN) -m pytest -n auto --dist worksteal --record-durations
@@ -35,9 +42,23 @@ durations: setup
 installed: setup
 	.ci/installed $(PYTHON)
 
+# Known vulnerabilities of the packages that are used.
+audit: setup
+	.ci/audit
+
+# What a release consists of, as dist/freelearn-VERSION.cdx.json (CycloneDX).
+sbom: setup
+	.ci/sbom $(PYTHON)
+
 # The documentation's notebooks, with what they show.
 notebooks: setup
 	$(VENV)/bin/jupyter-execute --inplace docs/*.ipynb
+
+# The documentation as a site, outputs/site/index.html. A warning, a page that no other names among them, is an error.
+docs: setup
+	$(RUN) -m pip install --quiet -c constraints.txt -e ".[docs]"
+	$(RUN) -m sphinx -W --keep-going -q -b html docs outputs/site
+	@echo "site: outputs/site/index.html"
 
 workbench: setup
 	$(RUN) -m freelearn.workbench

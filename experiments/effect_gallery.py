@@ -1,37 +1,55 @@
-"""What each effect does to the loads, as one picture and one table each in outputs/effects.
+"""What each effect does to the loads, as one picture and one table each in outputs/effects, and the pictures of the
+library's effects, smaller, in docs/effects.
 
 `python experiments/effect_gallery.py` draws all effects, with names after it only those. A picture is the difference
 that the effect makes at its `scale` values over length and twist, for sample 4's design at half the protocol's
-pressure, and what the effect needs besides: pressure rising, a state held for a minute, one third of a day gone since
-the first row, and the harshest state of the plane already visited.
+pressure, and what the effect needs besides: pressure rising, a state held for a minute after a last move of 1 mm and
+10° to it, one third of a day gone since the first row, and the harshest state of the plane already visited.
 """
 
 from __future__ import annotations
 
+import json
 import sys
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 from rich.console import Console
 
 from freelearn.bed.virtual import DESIGNS
+from freelearn.files import write_whole
+from freelearn.measurements.accuracy import PAPER
+from freelearn.measurements.beds import ELONGATION, FORCE, MOMENT, TWIST, Quantity
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.models.effect import Effect
 from freelearn.models.effects.registry import EFFECTS, make_effects
 from freelearn.models.prediction import Status
-from freelearn.render.png.canvas import heading, new_figure, save
-from freelearn.testing.effect_page import beds_of
+from freelearn.render.png.canvas import heading, new_figure, ranges, save
+from freelearn.results.formats import MINUS, number, signed
+from freelearn.testing.effect_page import beds_of, in_library
 from freelearn.units import NMM
 
-FOLDER = Path(__file__).resolve().parents[1] / "outputs/effects"
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER, PAGE = ROOT / "outputs/effects", ROOT / "docs/effects"
+# Dots per inch of the pictures in the page.
+SMALL = 90
+COLUMNS = {"force": "force_change_n", "moment": "moment_change_nmm"}
+# What the bed's measuring shows [N, N·mm].
+NOISE = {"force": PAPER.force / FORCE.factor, "moment": PAPER.moment / MOMENT.factor}
 SAMPLE, PRESSURE_KPA, POINTS = 4, 36.25, 49
 # The virtual bed's own material [Pa].
 MATERIAL = {"C1": 1e6, "C2": 4e7}
 HELD, CLOCK = 60.0, 3e4
+# The protocol's steps: 1 mm and 10°.
+MOVED = 1e-3, np.deg2rad(10.0)
 
 
 def plane() -> pd.DataFrame:
@@ -51,7 +69,8 @@ def states_of(table: pd.DataFrame) -> States:
         return torch.full_like(states.length, value)
 
     worst = all_rows(float(states.severity.max()))
-    return states.replace(direction=all_rows(1.0), dwell=all_rows(HELD), clock=all_rows(CLOCK), past_severity=worst)
+    past = {"dwell": HELD, "clock": CLOCK, "moved_length": MOVED[0], "moved_twist": MOVED[1], "direction": 1.0}
+    return states.replace(past_severity=worst, **{name: all_rows(value) for name, value in past.items()})
 
 
 def differences(name: str) -> pd.DataFrame:
@@ -70,39 +89,85 @@ def differences(name: str) -> pd.DataFrame:
 
 def picture(effect: Effect, table: pd.DataFrame) -> Figure:
     """Two panels over length × twist, red where the effect adds to the load and blue where it takes off."""
-    figure = new_figure(10.0, 4.2)
+    figure = new_figure(7.8, 3.4)
     parameters = effect.declared_parameters()
     sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in parameters)
-    figure.suptitle(heading(f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa", True))
-    figure.text(0.995, 0.005, f"can be told on the beds: {beds_of(type(effect))}", ha="right", va="bottom", fontsize=7)
-    x, y = (table[c].to_numpy().reshape(POINTS, POINTS) for c in ("elongation_mm", "twist_deg"))
-    for number, (column, title) in enumerate(
-        (("force_change_n", "change of force F [N]"), ("moment_change_nmm", "change of moment M [N·mm]")), 1
-    ):
-        axes = figure.add_subplot(1, 2, number)
-        z = table[column].to_numpy().reshape(POINTS, POINTS)
-        # What is zero but for rounding should look like it.
-        limit = max(float(np.nanmax(np.abs(z))), 1e-6)
-        mesh = axes.pcolormesh(x, y, z, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="gouraud")
-        if limit > 1e-6 and np.nanmax(z) - np.nanmin(z) > 1e-6 * limit:
-            lines = axes.contour(x, y, z, levels=8, colors="black", linewidths=0.5)
-            axes.clabel(lines, fontsize=7, fmt="%.3g")
-        axes.set_xlabel("elongation [mm]")
-        axes.set_ylabel("twist [deg]")
-        axes.set_title(title, fontsize=10)
-        figure.colorbar(mesh, ax=axes)
-    figure.tight_layout()
+    title = f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa".replace("-", MINUS)
+    figure.suptitle(heading(title, True), fontsize=9.5)
+    for place, load in enumerate((FORCE, MOMENT), 1):
+        axes = figure.add_subplot(1, 2, place)
+        panel(axes, table, load)
+        axes.set_xlabel(ELONGATION.label, fontsize=8.5)
+        axes.set_ylabel(TWIST.label, fontsize=8.5)
+        axes.tick_params(labelsize=8)
+        axes.set_title(f"change of {load.label}", fontsize=9)
+    figure.tight_layout(w_pad=1.5)
     return figure
+
+
+def panel(axes: Axes, table: pd.DataFrame, load: Quantity) -> None:
+    """One load's change: bands between lines of equal change, the middle one about zero."""
+    x, y, z = (table[c].to_numpy().reshape(POINTS, POINTS) for c in ("elongation_mm", "twist_deg", COLUMNS[load.name]))
+    low, high = float(np.nanmin(z)), float(np.nanmax(z))
+    largest, noise = max(-low, high), NOISE[load.name]
+    same = high - low < 1e-6 * largest
+    # Rounding is to give no pattern where the edge of a band is hit.
+    z = np.full_like(z, np.nanmean(z)) if same else z
+    # What changes nothing is scaled to what the measuring shows, and what changes all alike is no darkest corner.
+    limit = noise if largest < 1e-6 * noise else 2 * largest if same else largest
+    levels = band_edges(limit)
+    colors = axes.contourf(
+        x, y, np.clip(z, levels[0], levels[-1]), levels, cmap="RdBu_r", vmin=levels[0], vmax=levels[-1]
+    )
+    if largest < 1e-6 * noise:
+        axes.text(0.5, 0.5, "unchanged", transform=axes.transAxes, ha="center", va="center", fontsize=9)
+    elif same:
+        text = f"{signed(float(np.nanmean(z)))}{load.suffix} everywhere"
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=9)
+    else:
+        lines = axes.contour(x, y, z, levels=levels[1:-1], colors="black", linewidths=0.5)
+        for text in axes.clabel(lines, fontsize=7, fmt=lambda value: number(value, 3)):
+            text.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
+    bar = axes.figure.colorbar(colors, ax=axes, ticks=levels[1:-1])
+    bar.ax.set_yticklabels([number(level, 3) for level in levels[1:-1]], fontsize=7.5)
+
+
+def band_edges(limit: float) -> np.ndarray:
+    """Where the bands of a symmetric scale meet: …, −3u, −u, u, 3u, …, with a round u. No line is at zero: where a
+    change is zero but for rounding, that would be specks.
+
+    >>> band_edges(6.0).tolist()
+    [-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0]
+    """
+    unit = 10.0 ** np.floor(np.log10(limit / 4))
+    unit *= next(factor for factor in (1, 2, 3, 5, 10) if limit <= 9 * factor * unit)
+    count = int(np.ceil((limit / unit + 1) / 2))
+    edges: np.ndarray = unit * (2 * np.arange(-count, count) + 1)
+    return edges
+
+
+def small(figure: Figure, table: pd.DataFrame, path: Path) -> None:
+    """The same picture for the page, in a palette: some ten kilobytes."""
+    memory = BytesIO()
+    figure.savefig(memory, format="png", dpi=SMALL)
+    about = PngInfo()
+    about.add_text("Description", json.dumps(ranges(table[list(COLUMNS.values())])))
+    colors = Image.open(memory).convert("RGB").quantize(64)
+    write_whole(path, lambda beside: colors.save(beside, format="png", optimize=True, pnginfo=about))
 
 
 def main(names: list[str]) -> None:
     """Runs the command."""
     torch.set_num_threads(1)
     console = Console()
-    FOLDER.mkdir(parents=True, exist_ok=True)
+    for folder in (FOLDER, PAGE):
+        folder.mkdir(parents=True, exist_ok=True)
     for effect in make_effects(names or list(EFFECTS), "continuum"):
         table = differences(effect.name)
-        save(picture(effect, table), table, FOLDER / f"{effect.name}.png")
+        figure = picture(effect, table)
+        save(figure, table, FOLDER / f"{effect.name}.png")
+        if in_library(effect):
+            small(figure, table, PAGE / f"{effect.name}.png")
         parameters = ", ".join(f"{p.name} ({p.unit})" for p in effect.declared_parameters())
         told = f"beds: {beds_of(type(effect))}"
         console.print(f"[bold]{effect.name}[/]  {effect.port}  {parameters}  {told}  {effect.suspect}", soft_wrap=True)

@@ -1,6 +1,7 @@
 """Same-sample errors of the three models on the virtual bed, beside the paper's on its own (real) samples.
 
-Run it after changing the bed's truth: `python experiments/same_sample.py`. It prints the table that the README quotes.
+Run it after changing the bed's truth: `python experiments/same_sample.py`. It prints the table that
+docs/simulated_bed.md quotes.
 """
 
 import torch

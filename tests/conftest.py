@@ -93,3 +93,23 @@ def finish():
         assert not session.busy
 
     return wait
+
+
+@pytest.fixture(scope="module")
+def attacked_page(tmp_path_factory):
+    """The page in a process of its own, with a file beside its sessions that is nobody's."""
+    # Here, not above, as above.
+    from attack_page import SECRET, serving
+
+    with serving(tmp_path_factory.mktemp("attacked")) as server:
+        server.folder.mkdir(exist_ok=True)
+        (server.folder / "secret.txt").write_text(SECRET)
+        yield server
+
+
+@pytest.fixture
+def server(attacked_page):
+    """That page. No attack leaves a traceback in its log, nor a long line or anything that a terminal obeys."""
+    yield attacked_page
+    assert "Traceback" not in attacked_page.log
+    assert all(len(line) < 400 and line.isprintable() for line in attacked_page.log.splitlines())

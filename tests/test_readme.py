@@ -1,4 +1,4 @@
-"""What the README tells a user to do, done."""
+"""What README and docs tell a user to do, done."""
 
 import json
 import os
@@ -12,10 +12,11 @@ import pytest
 from conftest import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 
-def section(heading):
-    return README.split(f"## {heading}\n")[1].split("\n## ")[0]
+def page(name):
+    return (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
 
 
 def typed(line: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -31,7 +32,7 @@ def typed(line: str, folder: Path, **environment: str) -> subprocess.CompletedPr
 
 @pytest.mark.slow
 def test_an_effect_of_ones_own_as_written(tmp_path):
-    text = section("Your own effect")
+    text = page("own_effect")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     search, fit = re.findall(r"^(FREELEARN_EFFECTS=gauge.py python .*)$", text, re.MULTILINE)
     own = tmp_path / "gauge.py"
@@ -58,7 +59,7 @@ def test_an_effect_of_ones_own_as_written(tmp_path):
 
 @pytest.mark.slow
 def test_a_model_of_ones_own_as_written(tmp_path):
-    text = section("Your own model")
+    text = page("own_model")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (line,) = re.findall(r"^(FREELEARN_MODELS=muscle.py python .*)$", text, re.MULTILINE)
     own = tmp_path / "muscle.py"
@@ -85,7 +86,7 @@ def test_a_model_of_ones_own_as_written(tmp_path):
 
 @pytest.mark.slow
 def test_the_rubbers_commands_lead_into_each_other(tmp_path, shared_data):
-    lines = re.findall(r"^(python .*)$", section("Rubber alone"), re.MULTILINE)
+    lines = re.findall(r"^(python .*)$", page("rubber"), re.MULTILINE)
     assert len(lines) == 3
     folder = shared_data / "rubber" / "treloar_1944"
     for line in lines:
@@ -100,22 +101,46 @@ def test_the_rubbers_commands_lead_into_each_other(tmp_path, shared_data):
 
 
 def test_the_model_it_shows_is_the_one_that_is_tested():
-    text = section("Your own model")
+    text = page("own_model")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     tested = (ROOT / "tests" / "support" / "braided.py").read_text()
     assert tested.endswith(code)
 
 
-def test_every_picture_and_page_it_points_to_is_there():
-    for target in re.findall(r"\]\((?!https?:)([^)]+)\)", README):
-        assert (ROOT / target).is_file(), target
+def targets(text):
+    return [target.split("#")[0] for target in re.findall(r"\]\((?!https?:|#)([^)]+)\)", text)]
+
+
+@pytest.mark.parametrize("path", [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES], ids=lambda path: path.stem)
+def test_every_picture_and_page_it_points_to_is_there(path):
+    for target in targets(path.read_text(encoding="utf-8")):
+        assert (path.parent / target).is_file(), target
+
+
+def test_every_page_can_be_found():
+    """From the README, and in the site's contents."""
+    seen, todo = set(), [ROOT / "README.md"]
+    while todo:
+        path = todo.pop()
+        seen.add(path)
+        pages = [(path.parent / target).resolve() for target in targets(path.read_text(encoding="utf-8"))]
+        todo += [target for target in pages if target.suffix == ".md" and target not in seen]
+    contents = page("index")
+    for path in PAGES:
+        if path.stem != "index":
+            assert path in seen or path.stem in ("api", "reproducibility"), path.name
+            assert re.search(rf"^{path.stem}$", contents, re.MULTILINE), path.name
+
+
+def test_it_is_two_screens_at_most():
+    assert len(README.splitlines()) <= 90
 
 
 def test_every_override_it_lists_exists():
     models = {path.stem for path in (ROOT / "conf" / "model").glob("*.yaml")}
-    assert models <= set(re.findall(r"`(\w+)`", section("Fit a model")))
+    assert models <= set(re.findall(r"`(\w+)`", page("fit")))
     for group in ("fit", "split"):
         for path in (ROOT / "conf" / group).glob("*.yaml"):
-            assert f"`{path.stem}`" in README
+            assert f"`{path.stem}`" in page("fit")
     for path in (ROOT / "conf" / "experiment").glob("*.yaml"):
-        assert path.stem in section("The paper's study")
+        assert path.stem in page("study")

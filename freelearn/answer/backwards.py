@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import torch
 from torch import Tensor
 
@@ -37,7 +35,7 @@ def backwards(rows: Rows, seed: int) -> MLP:
 
 def under_load(states: States, loads: Tensor) -> States:
     """The same states as of a bed that hangs loads (N, 2) on the actuators."""
-    return replace(states, bed=DEAD_LOAD, force=loads[:, 0], moment=loads[:, 1])
+    return states.replace(bed=DEAD_LOAD, force=loads[:, 0], moment=loads[:, 1])
 
 
 def _place(states: States) -> Tensor:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import torch
@@ -36,7 +36,7 @@ class System:
     def of(cls, model: Model, states: States) -> System:
         """The equations of a model at the designs, and with the memory, of some states."""
         direct = model.family == "mlp"
-        return cls(model, states if direct else replace(states, bed=KINEMATIC))
+        return cls(model, states if direct else states.replace(bed=KINEMATIC))
 
     @classmethod
     def placed(cls, model: Model, states: States, shown: Tensor) -> System:

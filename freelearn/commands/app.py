@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 
 from freelearn.commands.command_line import command_line, program
-from freelearn.commands.configuration import CONF, offer_own_models
+from freelearn.commands.configuration import offer_own_models
+from freelearn.commands.ending import one_sentence
+from freelearn.commands.hold import leave_nothing
+from freelearn.commands.hydra_app import hydra_app, values_of
 from freelearn.commands.parse import parse
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
+
+# In a terminal, within a second of the command.
+LOADING = "loading torch and Lightning…"
 
 
 def train_app() -> None:
@@ -30,69 +34,57 @@ def discover_app() -> None:
 
 
 def _run(task: Callable[[DictConfig], float | None], name: str) -> None:
-    try:
+    with one_sentence("interrupted before it began."):
         offer_own_models()
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")
-    hydra.main(version_base="1.3", config_path=str(CONF), config_name=name)(task)()
+    hydra_app(name, task)
 
 
 def _train(config: DictConfig) -> float | None:
     chosen = HydraConfig.get()
     folder = Path(chosen.runtime.output_dir)
     command = command_line([*program("train")], chosen.overrides.task)
-    several = chosen.mode == RunMode.MULTIRUN
-    try:
-        content: Any = OmegaConf.to_container(config, resolve=True)
-        if several:
+    if chosen.mode == RunMode.MULTIRUN:
+        again = f"the same command with hydra.sweep.dir={folder.parent} goes on from here"
+        with one_sentence(f"interrupted; {again}.", folder):
             from freelearn.commands.job import sweep_job
 
-            return sweep_job(content, chosen.job.num, folder, command)
-        settings = parse(TrainSettings, content)
+            return sweep_job(values_of(config), chosen.job.num, folder, command)
+    none = "interrupted before the run was complete; its folder holds no results.json."
+    with one_sentence(none, folder), _nothing(folder):
+        settings = parse(TrainSettings, values_of(config))
         # After the settings are checked: torch and Lightning take seconds to import.
         from rich.console import Console
 
-        from freelearn.commands.train import train
+        console = Console()
+        with console.status(LOADING):
+            from freelearn.commands.train import train
 
-        train(settings, folder, console=Console(), command=command)
-    except UserError as mistake:
-        _leave_nothing(folder)
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        if several:
-            sys.exit(f"error: interrupted; the same command with hydra.sweep.dir={folder.parent} goes on from here.")
-        sys.exit("error: interrupted before the run was complete; its folder holds no results.json.")
+        train(settings, folder, console=console, command=command)
     return None
 
 
 def _discover(config: DictConfig) -> None:
     chosen = HydraConfig.get()
     folder = Path(chosen.runtime.output_dir)
-    try:
-        content: Any = OmegaConf.to_container(config, resolve=True)
-        settings = parse(DiscoverSettings, content)
+    again = "the same command with hydra.run.dir=… of this run goes on from here"
+    with one_sentence(f"interrupted; {again}.", folder), _nothing(folder):
+        settings = parse(DiscoverSettings, values_of(config))
         # After the settings are checked, as above.
         from rich.console import Console
 
-        from freelearn.commands.discover import discover
+        console = Console()
+        with console.status(LOADING):
+            from freelearn.commands.discover import discover
 
         command = command_line([*program("discover")], chosen.overrides.task)
-        discover(settings, folder, Console(), command)
-    except UserError as mistake:
-        _leave_nothing(folder)
-        sys.exit(f"error: {mistake}")
-    except KeyboardInterrupt:
-        sys.exit("error: interrupted; the same command with hydra.run.dir=… of this run goes on from the last step.")
+        discover(settings, folder, console, command)
 
 
-def _leave_nothing(folder: Path) -> None:
-    """Removes the folder of a run that ended before it began: only what Hydra itself wrote there, and empty folders."""
-    if {path.name for path in folder.glob("*")} - {".hydra"}:
-        return
-    for path in (folder / ".hydra").glob("*.yaml"):
-        path.unlink()
-    for empty in (folder / ".hydra", folder, folder.parent):
-        try:
-            empty.rmdir()
-        except OSError:
-            return  # not empty, or not ours to remove
+@contextmanager
+def _nothing(folder: Path) -> Iterator[None]:
+    """Leaves no folder of a run that ended by a mistake before it began."""
+    try:
+        yield
+    except (UserError, OSError):
+        leave_nothing(folder)
+        raise

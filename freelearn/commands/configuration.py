@@ -12,6 +12,7 @@ from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from freelearn.commands.parse import Chosen, parse
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
@@ -30,10 +31,17 @@ def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     with _composing():
         try:
             config = compose(name, list(overrides))
-        except HydraException as problem:
-            raise UserError(str(problem)) from None
-    content: Any = OmegaConf.to_container(config, resolve=True)
+            content: Any = OmegaConf.to_container(config, resolve=True)
+        except (HydraException, OmegaConfBaseException, ValueError, RecursionError) as problem:
+            raise UserError(uncomposed(problem)) from None
     return dict(content)
+
+
+def uncomposed(problem: Exception) -> str:
+    """Why a configuration was not composed, from what the composing raised."""
+    if isinstance(problem, RecursionError):
+        return "A value of the command line is nested too deeply: write it with fewer brackets."
+    return str(problem).strip()
 
 
 def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from freelearn.commands.device import resolve_device
 from freelearn.commands.examine import examine
 from freelearn.commands.key import job_key
 from freelearn.commands.mistakes import Mistakes
+from freelearn.commands.progress import Progress
 from freelearn.commands.search_task import Task
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import load_table, seal
@@ -23,10 +23,11 @@ from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.options import LEVENBERG_MARQUARDT, NORMAL
-from freelearn.inference.candidate import StepRecord, not_testable
+from freelearn.inference.candidate import not_testable
+from freelearn.inference.journal import kept_in
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
-from freelearn.inference.step import Step, record
+from freelearn.inference.step import Step
 from freelearn.inference.testable import candidates
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
@@ -37,14 +38,14 @@ from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.own import load_own_code
+from freelearn.results.digests import with_digests
 from freelearn.results.discovery import Discovery
 from freelearn.results.origin import Provenance
 from freelearn.results.proposals import known, write_proposals
-from freelearn.results.run_files import check_folder
+from freelearn.results.run_files import begin_results, check_folder
 from freelearn.results.suspect_files import write_suspects
 from freelearn.threads import one_thread
-
-PROGRESS = "progress.json"
+from freelearn.work import watched
 
 
 def discover(
@@ -61,24 +62,23 @@ def discover(
     from freelearn.render.terminal.discovery import DiscoveryView
 
     view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated)
-    measured = _measuring(task)
     key = job_key(settings)
+    progress = Progress(folder, key)
 
     def step(reached: Step, text: str) -> None:
         view.step(reached, text)
         if watch:
             watch(reached, text)
 
-    def keep(steps: Sequence[Step]) -> None:
-        write_text(folder / PROGRESS, json.dumps({"key": key, "steps": [record(s) for s in steps]}) + "\n")
-
-    with view:
-        findings = search(task.question(measured.accuracy), _progress(folder, key), step, keep)
+    with view, kept_in(progress.journal()), watched(view.doing):
+        measured = _measuring(task)
+        findings = search(task.question(measured.accuracy), step)
     # What the search wrote in this run counts as an effect until the run ends.
     with known(findings):
         discovery = examine(task, findings, measured)
         _write(discovery, folder, key)
         _show(discovery, folder, command, settings.figures, provenance.simulated)
+        progress.end()
         view.end(discovery, folder)
     return discovery
 
@@ -163,17 +163,9 @@ def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simul
     report_discovery(discovery, folder, command, figures)
 
 
-def _progress(folder: Path, key: str) -> list[StepRecord]:
-    """Steps that an interrupted run of the same question left."""
-    try:
-        content = json.loads((folder / PROGRESS).read_text(encoding="utf-8"))
-        return content["steps"] if content["key"] == key else []
-    except (OSError, ValueError, KeyError):
-        return []
-
-
 def _write(discovery: Discovery, folder: Path, key: str) -> None:
     findings = discovery.findings
+    begin_results(folder, "discovery.json")
     for name, table in discovery.predictions.items():
         _write_table(table, folder / f"predictions_{name}.csv")
     _write_table(discovery.splits, folder / "splits.csv")
@@ -181,10 +173,9 @@ def _write(discovery: Discovery, folder: Path, key: str) -> None:
     if findings.verdict == "proposed":
         write_proposals(findings.proposals, discovery.content["model"], findings.noise_floor, folder)
     write_suspects(discovery.suspects, Provenance.from_plain(discovery.content["data"]), folder)
-    write_text(
-        folder / "discovery.json", json.dumps(discovery.content | {"key": key}, indent=2, allow_nan=False) + "\n"
-    )
-    (folder / PROGRESS).unlink(missing_ok=True)
+    tables = [f"predictions_{name}.csv" for name in discovery.predictions]
+    whole = with_digests(discovery.content | {"key": key}, folder, [*tables, "checkpoint.ckpt"])
+    write_text(folder / "discovery.json", json.dumps(whole, indent=2, allow_nan=False) + "\n")
 
 
 def _write_table(table: pd.DataFrame, path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from freelearn.commands.command_line import program
+from freelearn.commands.ending import one_sentence
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.beds import FORCE, MOMENT, bed_of
@@ -155,7 +155,5 @@ def main() -> None:
     parser.add_argument("--no-bands", action="store_true", help="curves without their 95 %% bands")
     chosen = parser.parse_args()
     out = chosen.out or chosen.folder / "figures"
-    try:
+    with one_sentence("interrupted before all was drawn.", out):
         draw_folder(chosen.folder, out, chosen.train, chosen.state, Console(), not chosen.no_bands)
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")

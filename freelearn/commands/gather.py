@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from freelearn.commands.command_line import command_line, program
-from freelearn.errors import UserError
+from freelearn.commands.ending import one_sentence
 from freelearn.files import write_whole
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.collect import collect
@@ -65,7 +65,5 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
     command = command_line(program("gather", ["python", "-m", "freelearn.gather"]), sys.argv[1:])
-    try:
+    with one_sentence("interrupted before all was gathered.", arguments.out or arguments.folder[0]):
         gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")

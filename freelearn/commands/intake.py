@@ -16,7 +16,7 @@ from freelearn.commands.intake_files import PROVENANCE, beside, check_out, write
 from freelearn.commands.parse import parsed
 from freelearn.commands.settings import IntakeSettings
 from freelearn.commands.small_app import small_app
-from freelearn.files import write_text
+from freelearn.files import remove_unfinished, write_text
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.convert import convert
 from freelearn.measurements.intake.draft import draft
@@ -50,6 +50,7 @@ def _draft(data: Path, folder: Path, console: Console) -> None:
     found = guess(data / files[0] if files else data)
     path = folder / f"{_stem(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)
+    remove_unfinished(folder)
     write_text(path, draft(found, files))
     command = _command([*program("intake"), _option("data.path", data), _option("recipe", path)])
     show_guess(console, found, path, command)

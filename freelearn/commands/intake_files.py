@@ -6,12 +6,13 @@ import json
 import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from freelearn.csv_text import csv_text
-from freelearn.errors import UserError
-from freelearn.files import write_text
+from freelearn.errors import UserError, cannot_write
+from freelearn.files import remove_unfinished
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.faults import Fault, TableError
 from freelearn.measurements.intake.assemble import Intake
@@ -25,33 +26,40 @@ MOST_FAULTS = 10
 
 def write_intake(intake: Intake, recipe: Recipe, out: Path, made: dict[str, Any]) -> Sequence[str]:
     """The table, its members and its provenance: all of them, or none. Gives the warnings of reading the table."""
+    process = os.getpid()
+    # Written under these names, and moved in this order: the table last, for it marks a whole result.
+    moved = {
+        out.with_name(f".{out.stem}.{process}.members.csv"): beside(out, "_members.csv"),
+        out.with_name(f".{out.stem}.{process}.provenance.json"): beside(out, PROVENANCE),
+        out.with_name(f".{out.stem}.{process}.part.csv"): out,
+    }
+    members, told, part = moved
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        part = out.with_name(f".{out.stem}.{os.getpid()}.part.csv")
-        written = [part]
+        remove_unfinished(out.parent)
         try:
             part.write_text(csv_text(intake.table), encoding="utf-8")
             if intake.members is not None:
-                written.append(out.with_name(f".{out.stem}.{os.getpid()}.members.csv"))
-                written[1].write_text(csv_text(intake.members), encoding="utf-8")
-            warnings = _checked(intake, recipe, part, written[1:])
-            if intake.members is not None:
-                os.replace(written[1], beside(out, "_members.csv"))
-            write_text(beside(out, PROVENANCE), json.dumps(made, indent=1, ensure_ascii=False) + "\n")
-            # Last, for it marks a whole result.
-            os.replace(part, out)
+                members.write_text(csv_text(intake.members), encoding="utf-8")
+            warnings = _checked(intake, recipe, part, [members] if intake.members is not None else [])
+            told.write_text(json.dumps(made, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            for written, name in moved.items():
+                if written.exists():
+                    os.replace(written, name)
         finally:
-            for path in written:
-                path.unlink(missing_ok=True)
+            for path in moved:
+                with suppress(OSError):
+                    path.unlink(missing_ok=True)
     except OSError as problem:
-        raise UserError(f"{out} cannot be written: {problem.strerror}. Choose another place with out=FILE.") from None
+        raise cannot_write(out, problem, "choose another place with out=FILE") from None
     return warnings
 
 
 def _checked(intake: Intake, recipe: Recipe, part: Path, members: Sequence[Path]) -> Sequence[str]:
     """Reads the table as train and discover will. Raises UserError that names the lines of the raw file."""
     try:
-        return read_table(part, BEDS[recipe.bed], read_members(members[0]) if members else None).warnings
+        read = read_table(part, BEDS[recipe.bed], read_members(members[0]) if members else None)
+        return [_of_raw(intake, warning) for warning in read.warnings]
     except TableError as error:
         faults = [_raw_fault(intake, fault) for fault in error.faults[:MOST_FAULTS]]
         more = len(error.faults) - len(faults)
@@ -65,8 +73,13 @@ def _checked(intake: Intake, recipe: Recipe, part: Path, members: Sequence[Path]
 def _raw_fault(intake: Intake, fault: Fault) -> str:
     """A fault of the table, told by the lines of the raw file."""
     column, value = fault.column and f", {fault.column}", f"{fault.value!r} " if fault.value else ""
-    problem = re.sub(r"line (\d+)", lambda found: _raw_line(intake, int(found[1])), fault.problem)
+    problem = _of_raw(intake, fault.problem)
     return f"{_raw_line(intake, fault.line)}{column}: {value}{problem}"
+
+
+def _of_raw(intake: Intake, sentence: str) -> str:
+    """A sentence about the table, with the lines of the raw file."""
+    return re.sub(r"line (\d+)", lambda found: _raw_line(intake, int(found[1])), sentence)
 
 
 def _raw_line(intake: Intake, line: int) -> str:

@@ -10,22 +10,24 @@ from typing import Any
 
 from rich.console import Console
 
+from freelearn.commands.job_folder import named_folder
 from freelearn.commands.key import job_key
 from freelearn.commands.parse import parse
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.train import train
-from freelearn.errors import UserError
+from freelearn.errors import UserError, cannot_write
 from freelearn.files import write_text
 from freelearn.models.own import load_own_code
 from freelearn.results.collect import ERROR_FILE
+from freelearn.results.digests import check_files, read_document
 from freelearn.results.run import Run
 
 
 def sweep_job(config: Mapping[str, Any], number: int, folder: Path, command: str) -> float | None:
-    """Runs a job unless `folder` already holds its results; returns E on its training set, where that is tested.
+    """Runs a job unless its folder already holds its results; returns E on its training set, where that is tested.
 
-    config: composed, as plain values. A combination named in `exclude` is left out. Any failure, a mistake in the
-    configuration included, ends up in error.json beside the other jobs' results.
+    folder: Hydra's; see named_folder. config: composed, as plain values. A combination named in `exclude` is left out.
+    Any failure, a mistake in the configuration included, ends up in error.json beside the other jobs' results.
     """
     console = Console(soft_wrap=True)
     asked = _asked(config)
@@ -33,6 +35,7 @@ def sweep_job(config: Mapping[str, Any], number: int, folder: Path, command: str
     if any(_matches(config, combination) for combination in config["exclude"] or []):
         return None
     try:
+        folder = named_folder(folder, number, asked)
         load_own_code()
         settings = parse(TrainSettings, config)
         key = job_key(settings)
@@ -43,6 +46,9 @@ def sweep_job(config: Mapping[str, Any], number: int, folder: Path, command: str
         run = train(settings, folder, key=key, command=command)
     except UserError as mistake:
         _fail(folder, console, label, asked, str(mistake))
+        return None
+    except OSError as refusal:
+        _fail(folder, console, label, asked, str(cannot_write(refusal.filename or folder, refusal)))
         return None
     except Exception as problem:
         folder.mkdir(parents=True, exist_ok=True)
@@ -75,10 +81,13 @@ def _matches(config: Mapping[str, Any], combination: Mapping[str, Any]) -> bool:
 
 
 def _results(folder: Path) -> dict[str, Any] | None:
+    """What a job before left, None where any of it is damaged."""
     try:
-        return dict(json.loads((folder / "results.json").read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        content = read_document(folder / "results.json")
+        check_files(content, folder)
+    except UserError:
         return None
+    return content
 
 
 def _fail(folder: Path, console: Console, label: str, asked: Mapping[str, Any], message: str) -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from freelearn.commands.settings import Settings, TrainSettings, plain
 from freelearn.commands.tables import data_version
+from freelearn.errors import UserError
 from freelearn.fit.code_version import code_version
+from freelearn.measurements.text_file import add_to_digest
 from freelearn.models.own import own_files
 
 # Rooms of the package that results come from; pictures and terminal output cannot change them.
@@ -26,7 +28,9 @@ def job_key(settings: Settings) -> str:
 
 
 def _content(path: Path) -> str:
+    digest = hashlib.sha256()
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
+        add_to_digest(digest, path)
+        return digest.hexdigest()
+    except UserError:
         return ""  # reading it says what is wrong with the file

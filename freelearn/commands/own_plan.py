@@ -11,6 +11,7 @@ from freelearn.errors import UserError
 from freelearn.measurements.beds import BED
 from freelearn.measurements.columns import Columns
 from freelearn.measurements.faults import Fault, TableError
+from freelearn.measurements.questions import faults_of_given
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
 
 # What else of a row counts, where the file says it.
@@ -32,13 +33,15 @@ def read_plan(path: Path, measured: pd.DataFrame) -> pd.DataFrame:
     faults = [*header_faults(header, records.header_line), *odd_rows(records)]
     if not faults:
         cells = dict(zip(header, zip(*records.rows, strict=True), strict=True))
-        numbers = pd.DataFrame({name: numbers_of(cells[name]) for name in wanted})
+        lines = pd.Index(records.lines, dtype=np.int64)
+        numbers = pd.DataFrame({name: numbers_of(cells[name]) for name in wanted}, index=lines)
         for name in wanted:
             for i in np.flatnonzero(numbers[name].isna()):
                 faults.append(Fault(records.lines[i], name, cells[name][i], "is no number: say where to measure"))
+        faults = faults or faults_of_given(numbers, cells, records.header_line, wanted)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
-    return _completed(path, numbers, measured)
+    return _completed(path, numbers.reset_index(drop=True), measured)
 
 
 def _completed(path: Path, numbers: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:

@@ -92,7 +92,7 @@ def _sentence(error: Any) -> str:
         return f"{text}." if text.startswith(("data=", "intake", name)) or not name else f"{name} = {value!r}: {text}."
     if kind in _LIMITS:
         limit, text = _LIMITS[kind]
-        return f"{name} = {value!r} {text.format(format(error['ctx'][limit], 'g'))}."
+        return f"{name} = {value!r} {text.format(format(error['ctx'][limit], '.12g'))}."
     if kind in ("missing", "extra_forbidden", "unexpected_keyword_argument"):
         return f"{name} {_WHAT[kind]}."
     if kind == "literal_error":

@@ -25,12 +25,15 @@ def _plan(content: Any, folder: Path) -> None:
     # After the settings are checked: torch takes seconds to import.
     from rich.console import Console
 
-    from freelearn.commands.plan_run import planned, write_plan
-    from freelearn.render.terminal.plan import show_plan
+    console = Console()
+    with console.status("loading torch…"):
+        from freelearn.commands.plan_run import planned, write_plan
+        from freelearn.render.terminal.plan import show_plan
 
-    made = planned(settings)
+    with console.status("planning…"):
+        made = planned(settings)
     write_plan(made, folder, settings.figures)
-    show_plan(Console(), made, folder)
+    show_plan(console, made, folder)
 
 
 def checked(content: Any) -> PlanSettings:

@@ -29,7 +29,7 @@ from freelearn.inference.next_experiment import TELLING
 from freelearn.measurements.states import kinematic_state
 from freelearn.results.formats import all_finite
 from freelearn.results.plan import Certificate, Expected, Narrowed, Plan, plan_table
-from freelearn.results.run_files import check_folder
+from freelearn.results.run_files import begin_results
 from freelearn.threads import one_thread
 
 
@@ -163,7 +163,7 @@ def _about(settings: PlanSettings, source: Source) -> dict[str, Any]:
 
 def write_plan(made: Plan, folder: Path, figures: bool) -> None:
     """plan.csv, the picture, and plan.json last. Raises UserError where the folder cannot be written to."""
-    check_folder(folder)
+    begin_results(folder, "plan.json")
     write_text(folder / "plan.csv", csv_text(made.table))
     if figures:
         # matplotlib costs a second to import: only when there is something to draw.

@@ -57,7 +57,7 @@ class Source:
     @property
     def provenance(self) -> Provenance:
         """Where the rows came from."""
-        return Provenance.from_plain(self.content["data"])
+        return Provenance.from_plain(self.content.get("data", {}))
 
     def build(self, effects: list[str]) -> Model[Any]:
         """A fresh model with these effects."""
@@ -65,6 +65,12 @@ class Source:
 
     def classes(self) -> list[dict[str, WhiteFit]]:
         """The classes of more than one library effect, each member with its fit. Raises UserError."""
+        try:
+            return self._classes()
+        except (TypeError, KeyError, AttributeError, ValueError):
+            raise UserError(f"The classes in {self.folder} are not as discover wrote them: run it again.") from None
+
+    def _classes(self) -> list[dict[str, WhiteFit]]:
         several = [c for c in self.content.get("alternatives", []) if len(c) > 1]
         if not several and any(len(c) > 1 for c in self.content.get("classes", [])):
             if "alternatives" in self.content:

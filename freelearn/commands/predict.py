@@ -34,9 +34,10 @@ def _predict(content: Any, folder: Path) -> None:
 
 def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
     """Writes answers.csv, solutions.csv where rows have several, and the maps to `folder`. Raises UserError."""
-    from freelearn.results.fitted_model import load
+    with console.status("loading torch and the model…"):
+        from freelearn.results.fitted_model import load
 
-    fitted = load(settings.run)
+        fitted = load(settings.run)
     if settings.data.path is not None:
         _answer(settings, fitted, folder, console)
     if settings.maps:
@@ -52,15 +53,15 @@ def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Conso
     from freelearn.files import write_text
     from freelearn.measurements.questions import read_questions
     from freelearn.render.terminal.answers import show_answers
-    from freelearn.results.run_files import check_folder
+    from freelearn.results.run_files import begin_results
 
     assert settings.data.path is not None
     asked = read_questions(settings.data.path, fitted.columns)
     with console.status("answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
-    check_folder(folder)
     # Of an earlier run into the same folder.
-    (folder / SOLUTIONS).unlink(missing_ok=True)
+    for name in (ANSWERS, SOLUTIONS):
+        begin_results(folder, name)
     if len(answers.every):
         write_text(folder / SOLUTIONS, csv_text(answers.every, "%.10g"))
     write_text(folder / ANSWERS, csv_text(answers.table(), "%.10g"))

@@ -70,7 +70,8 @@ def run(
         model.set_values(constituents)
         options = None
     elif not model.needs_validation:
-        labels = np.where(labels == VALIDATION, TRAIN, labels)
+        # Not np.where, which makes a word of its own for each row.
+        labels[labels == VALIDATION] = TRAIN
     if options is None and model.needs_validation:
         raise UserError("A network has no parameters before a fit: choose a fit other than none.")
     start: Tensor = model.vector().detach().clone()
@@ -127,7 +128,7 @@ def _fitted(
     parts = rows[training], rows[validation]
 
     def problem(outcome: FitOutcome) -> Problem:
-        return Problem(model, parts[0][torch.as_tensor(outcome.kept)])
+        return Problem(model, parts[0] if outcome.kept.all() else parts[0][torch.as_tensor(outcome.kept)])
 
     def compute() -> tuple[FitOutcome, Uncertainty]:
         # Lightning takes seconds to import, and a fit that was kept needs none of it.

@@ -29,7 +29,8 @@ STRICT = ConfigDict(extra="forbid")
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Deviation = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-Seed = Annotated[int, Field(strict=True, ge=0)]
+# What every generator of random numbers takes.
+Seed = Annotated[int, Field(strict=True, ge=0, le=2**32 - 1)]
 Share = Annotated[float, Field(strict=True, gt=0, lt=1)]
 Switch = Annotated[bool, Field(strict=True)]
 
@@ -87,7 +88,7 @@ def _effect_values(value: Any) -> Any:
     """{effect: {parameter: number or list of numbers}}; lists become tuples."""
     if value is None:
         return {}
-    if isinstance(value, Mapping):
+    if isinstance(value, Mapping) and all(not values or isinstance(values, Mapping) for values in value.values()):
         numbers = {
             str(effect): {str(n): tuple(x) if isinstance(x, list) else x for n, x in (values or {}).items()}
             for effect, values in value.items()

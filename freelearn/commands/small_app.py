@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import hydra
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 
-from freelearn.commands.configuration import CONF
-from freelearn.errors import UserError
+from freelearn.commands.ending import one_sentence
+from freelearn.commands.hydra_app import hydra_app, values_of
 from freelearn.files import remove_empty
 
 # What a command does with the plain values of its configuration and its folder.
@@ -25,13 +23,10 @@ def small_app(name: str, task: Task, before: str) -> None:
     def run(config: DictConfig) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
         try:
-            task(OmegaConf.to_container(config, resolve=True), folder)
-        except UserError as mistake:
-            sys.exit(f"error: {mistake}")
-        except KeyboardInterrupt:
-            sys.exit(f"error: interrupted before {before}.")
+            with one_sentence(f"interrupted before {before}.", folder):
+                task(values_of(config), folder)
         finally:
             # After a mistake, or with files elsewhere, there is nothing in it.
             remove_empty(folder)
 
-    hydra.main(version_base="1.3", config_path=str(CONF), config_name=name)(run)()
+    hydra_app(name, run)

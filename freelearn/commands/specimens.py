@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -12,7 +11,7 @@ import torch
 from rich.console import Console
 
 from freelearn.commands.command_line import program
-from freelearn.errors import UserError
+from freelearn.commands.ending import one_sentence
 from freelearn.files import write_whole
 from freelearn.fit.rubber import fit_rubber
 from freelearn.inference.rubber import NEO_HOOKEAN, compare, conclusion
@@ -92,12 +91,10 @@ def main() -> None:
     if arguments.compare and (arguments.effects or arguments.held_out):
         parser.error("--compare tries all effects and holds out each mode in turn: drop --effects and --held-out")
     torch.set_num_threads(1)
-    out = arguments.out or Path("outputs/specimens") / datetime.now().strftime("%Y-%m-%d/%H-%M-%S")
-    try:
+    out = arguments.out or Path("outputs/specimens") / datetime.now().strftime("%Y-%m-%d/%H-%M-%S-%f")
+    with one_sentence("interrupted before there was a result.", out):
         data = read_specimens(arguments.table)
         if arguments.compare:
             compare_specimens(data, out, Console())
         else:
             fit_specimens(data, arguments.effects, arguments.held_out, out, Console())
-    except UserError as mistake:
-        sys.exit(f"error: {mistake}")

@@ -19,6 +19,7 @@ from freelearn.files import write_text
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.table import TableFile, read_table
+from freelearn.measurements.text_file import add_to_digest
 from freelearn.results.origin import Provenance
 
 # Tables kept in memory, so that the jobs of a sweep in one process read or simulate each of them once.
@@ -43,8 +44,11 @@ def load_table(data: DataSettings) -> LoadedTable:
     if isinstance(data, VirtualData):
         table = _simulated(_bed(data))
         return LoadedTable(table, np.arange(len(table)) + 2, (), Provenance("virtual", True, seed=data.seed))
+    before = _stamp(data.path)
     digest = data_version(data)
     read = _read(str(data.path), digest, data.bed, None if data.members is None else str(data.members))
+    if before != _stamp(data.path):
+        raise UserError(f"{data.path} changed while it was read: start again once nothing writes to it.")
     provenance = Provenance("csv", False, path=str(data.path), sha256=digest)
     return LoadedTable(read.table, read.lines, tuple(read.warnings), provenance)
 
@@ -55,11 +59,12 @@ def data_version(data: DataSettings) -> str:
     if not isinstance(data, CsvData):
         return ""
     try:
-        digest = hashlib.sha256(Path(data.path).read_bytes())
-        if data.members is not None:
-            digest.update(Path(data.members).read_bytes())
+        digest = hashlib.sha256()
+        for path in (data.path, data.members):
+            if path is not None:
+                add_to_digest(digest, path)
         return digest.hexdigest()
-    except OSError:
+    except UserError:
         return ""  # reading the table says what is wrong with the file
 
 
@@ -81,6 +86,15 @@ def _bed(data: VirtualData) -> str:
     effects = data.truth_effects if data.hidden is None else _hidden(data)
     parts = {"truth": data.truth, "effects": effects, "accuracy": vars(data.accuracy)}
     return json.dumps(parts | {"buckled_share": data.buckled_share, "seed": data.seed})
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """What changes with a file; empty where it cannot be looked at."""
+    try:
+        of = path.stat()
+    except (OSError, ValueError):
+        return ()
+    return of.st_ino, of.st_size, of.st_mtime_ns
 
 
 @lru_cache(KEPT)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ from freelearn.errors import UserError
 from freelearn.fit.options import NORMAL
 from freelearn.fit.profile import Told
 from freelearn.fit.store import FitStore
+from freelearn.heap import give_back
 from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
 from freelearn.measurements.members import members_in
@@ -33,13 +35,15 @@ from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
 from freelearn.models.effects.registry import missing_columns
 from freelearn.models.own import load_own_code
+from freelearn.render.terminal.long_work import LongWork
 from freelearn.render.terminal.profile_progress import ProfileProgress
 from freelearn.results.curve import StateCurves
 from freelearn.results.origin import Origin
 from freelearn.results.run import CONSTITUENT_SET, Run
 from freelearn.results.run_curves import run_curves
-from freelearn.results.run_files import check_folder, predictions, training_samples, write_run
+from freelearn.results.run_files import begin_results, check_folder, predictions, training_samples, write_run
 from freelearn.threads import one_thread
+from freelearn.work import watched
 
 if TYPE_CHECKING:
     from lightning import Callback
@@ -79,15 +83,28 @@ def train(
     progress: makes what is told of epochs, instead of the console.
     """
     one_thread()
-    task = _prepared(settings, folder)
+    with _saying(console, "reading the table…"):
+        task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None
+    give_back()
     with ProfileProgress(console) as told:
         outcome = _run(task, folder, _bar(console, settings, progress), store, told=told)
-    predicted = predictions(outcome)
-    own = training_samples(outcome, predicted)
-    outcome, notes = _judged(task, outcome, own, folder, store)
+    give_back()
+    with _saying(console, "evaluating…"):
+        predicted = predictions(outcome)
+        own = training_samples(outcome, predicted)
+        outcome, notes = _judged(task, outcome, own, folder, store)
+    if store and store.unkept:
+        notes.append(f"the fit could not be kept for other runs: {store.unkept.rstrip('.')}")
     _write(task, outcome, predicted, own, folder, _origin(task, notes, key), command, console)
     return outcome
+
+
+@contextmanager
+def _saying(console: Console | None, what: str) -> Iterator[None]:
+    """Shows what is done, and how far it is where that takes long; nothing where the output is not a terminal."""
+    with LongWork(console, what) as shown, watched(shown):
+        yield
 
 
 def _prepared(settings: TrainSettings, folder: Path) -> _Task:
@@ -201,16 +218,19 @@ def _write(
     from freelearn.render.html.run import report_run
     from freelearn.render.tensorboard.run import log_run
 
-    log_run(outcome, folder)
-    shown: list[StateCurves] = []
-    if task.settings.figures:
-        # matplotlib costs a second to import: only when there is something to draw.
-        from freelearn.render.tensorboard.figures import log_figures
+    give_back()
+    with _saying(console, "drawing and writing…"):
+        begin_results(folder)
+        log_run(outcome, folder, origin)
+        shown: list[StateCurves] = []
+        if task.settings.figures:
+            # matplotlib costs a second to import: only when there is something to draw.
+            from freelearn.render.tensorboard.figures import log_figures
 
-        shown = run_curves(outcome, own, task.settings.bands, task.settings.split.by_states)
-        log_figures(outcome, own, shown, folder, origin.provenance.simulated)
-    report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown)
-    write_run(outcome, predicted, folder, origin)
+            shown = run_curves(outcome, own, task.settings.bands, task.settings.split.by_states)
+            log_figures(outcome, own, shown, folder, origin.provenance.simulated)
+        report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown)
+        write_run(outcome, predicted, folder, origin)
     if console:
         from freelearn.render.terminal.run import show_run
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -71,7 +71,7 @@ class Path:
             direction = torch.as_tensor(self.direction, dtype=torch.float64) * changes
             return part.replace(direction=direction.reshape(-1), dwell=dwell)
 
-        return replace(directed(states), members=tuple(map(directed, states.members)))
+        return directed(states).replace(members=tuple(map(directed, states.members)))
 
 
 def _visits(levels: int, most: int) -> list[tuple[int, ...]]:

@@ -57,6 +57,7 @@ class LevenbergMarquardtEpochs:
             xtol=tolerance,
             max_iterations=max_epochs,
             batched=True,
+            pieces=problem.pieces if problem.parted else None,
         )
         self.state = self.solver.init(start)
         self.epochs = 0

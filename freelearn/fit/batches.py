@@ -17,12 +17,16 @@ class FitData(L.LightningDataModule):
 
     def __init__(self, train: Rows, validation: Rows) -> None:
         super().__init__()
-        self.batch = train, validation
+        self.batches: list[Batch] = [(train, validation)]
 
     def train_dataloader(self) -> DataLoader[Batch]:
         """The one batch."""
         # batch_size=None hands the tuple through as it is, without collating rows one by one.
-        return DataLoader([self.batch], batch_size=None)  # type: ignore[arg-type]
+        return DataLoader(self.batches, batch_size=None)  # type: ignore[arg-type]
+
+    def release(self) -> None:
+        """Lets the rows go: the trainer, which is kept, holds what it was given."""
+        self.batches.clear()
 
     def transfer_batch_to_device(self, batch: Batch, device: torch.device, dataloader_idx: int) -> Batch:
         """The rows where the model is."""

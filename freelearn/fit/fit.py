@@ -57,7 +57,9 @@ def fit(
     for _ in range(ROUNDS):
         make = partial(_algorithm, starts=places, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience, options.race)
-        run(module, FitData(_some(train, kept), _some(validation, kept_validation)), folder, progress, device)
+        data = FitData(_some(train, kept), _some(validation, kept_validation))
+        run(module, data, folder, progress, device)
+        data.release()
         offset = history[-1][0] + 1 if history else 0
         history += [(epoch + offset, error, watched) for epoch, error, watched in module.history]
         now, now_validation = _ok(model, train), _ok(model, validation)

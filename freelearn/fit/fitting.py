@@ -143,6 +143,8 @@ class Fitting(L.LightningModule):
         self.unlogged.clear()
 
     def on_train_end(self) -> None:
-        """Leaves the best restart's parameters in the model."""
+        """Leaves the best restart's parameters in the model, and of the rows nothing: the trainer is kept."""
         if self.algorithm is not None:
             self.model.set_vector(self.best[int(self.best_error.argmin())])
+            self.algorithm = self.validation = None
+            del self.problem

@@ -7,13 +7,13 @@ Guide for MINPACK-1, ANL-80-74, 1980).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import torch
 from torch import Tensor
 
 from freelearn.fit.solver import Point, Result, State, Termination, put, take
-from freelearn.fit.trust_region import linear_model, trial_point
+from freelearn.fit.trust_region import Reduced, linear_model, reduced, trial_point, triangular_factor
 
 EPS = torch.finfo(torch.float64).eps
 # A sum of squares may change by this fraction through rounding alone.
@@ -23,7 +23,11 @@ SMALLEST_GAIN = 1e-4
 FIRST_RADIUS = 10.0
 SHORTEST_RADIUS = 1e-150
 
+# Residuals whose squares are summed at once.
+SUMMED = 1_000_000
+
 Function = Callable[[Tensor], Tensor]
+Pieces = Callable[[Tensor], Iterable[Tensor]]
 
 
 class LevenbergMarquardt:
@@ -39,6 +43,8 @@ class LevenbergMarquardt:
         xtol: converged when the unconstrained step p has ‖J p‖ ≤ xtol ‖D x‖, D the norms of J's columns: the
             residuals it changes are then below what a relative change xtol of the parameters does.
         max_iterations: most trial steps per member.
+        pieces: in place of `jacobian`, where that would take too much memory: parameters (members, p) to its rows
+            from above to below, (members, some, p) at a time.
         batched: `residual` and `jacobian` take all members at once, (members, p) → (members, m[, p]).
 
     While several members (rows of x) run, residual and Jacobian go through `torch.func.vmap`; a single one
@@ -61,8 +67,9 @@ class LevenbergMarquardt:
         xtol: float = 1e-15,
         max_iterations: int = 2000,
         batched: bool = False,
+        pieces: Pieces | None = None,
     ) -> None:
-        self.residual = residual
+        self.residual, self.pieces = residual, pieces
         self.batched = batched
         self.jacobian = torch.func.jacfwd(residual) if jacobian is None else jacobian
         bounded = lower if lower is not None else upper
@@ -117,9 +124,9 @@ class LevenbergMarquardt:
         x = trial_point(old.model, old.x, state.radius, self.lower, self.upper)
         residual = self._evaluate(self.residual, x)
         # Taken as one sum, the reduction keeps digits that the difference of the two losses would lose.
-        actual = ((old.residual - residual) * (old.residual + residual)).sum(-1)
+        actual = _summed(lambda r, s: (r - s) * (r + s), old.residual, residual)
         predicted = old.model.predicted_reduction(x - old.x)
-        loss = residual.square().sum(-1)
+        loss = _summed(torch.mul, residual, residual)
         better = (actual > 0) & (loss <= old.loss) & (predicted > 0) & (actual >= SMALLEST_GAIN * predicted)
         point, moved = self._move(old, x, residual, better)
         gain = torch.where(moved, actual / predicted, -torch.inf)
@@ -147,18 +154,27 @@ class LevenbergMarquardt:
 
         `norms` are the largest column norms so far: as in MINPACK the scale D of a parameter never falls.
         """
-        jacobian = self._evaluate(self.jacobian, x)
-        columns = torch.linalg.vector_norm(jacobian, dim=-2)
-        loss = residual.square().sum(-1)
-        valid = loss.isfinite() & columns.isfinite().all(-1)
-        if not valid.all():
-            loss = torch.where(loss.isfinite(), loss, torch.inf)
-            jacobian = torch.where(valid[:, None, None], jacobian, 0.0)
-            columns = torch.where(valid[:, None], columns, 0.0)
-        norms = torch.maximum(norms, columns)
-        usable = torch.where(valid[:, None], residual, 0.0)
-        model, gradient = linear_model(jacobian, usable, columns, norms, x, self.lower, self.upper)
-        size = torch.linalg.vector_norm(columns * x, dim=-1)
+        loss = _summed(torch.mul, residual, residual)
+        if self.pieces is None:
+            jacobian = self._evaluate(self.jacobian, x)
+            columns = torch.linalg.vector_norm(jacobian, dim=-2)
+            valid = loss.isfinite() & columns.isfinite().all(-1)
+            if not valid.all():
+                jacobian = torch.where(valid[:, None, None], jacobian, 0.0)
+                columns = torch.where(valid[:, None], columns, 0.0)
+            usable = residual if valid.all() else torch.where(valid[:, None], residual, 0.0)
+            factored = Reduced(*triangular_factor(jacobian, usable), columns)
+        else:
+            jacobian, usable = residual.new_zeros(len(x), 0, x.shape[-1]), residual
+            factored = reduced(self.pieces(x), residual)
+            valid = loss.isfinite() & factored.columns.isfinite().all(-1)
+            if not valid.all():
+                usable = torch.where(valid[:, None], residual, 0.0)
+                factored = Reduced(*(torch.where(valid.view(-1, *[1] * (t.ndim - 1)), t, 0.0) for t in factored))
+        loss = torch.where(loss.isfinite(), loss, torch.inf)
+        norms = torch.maximum(norms, factored.columns)
+        model, gradient = linear_model(factored, usable, norms, x, self.lower, self.upper)
+        size = torch.linalg.vector_norm(factored.columns * x, dim=-1)
         return Point(x, residual, loss, jacobian, norms, gradient, size, model), valid
 
     def _assess(self, state: State, old: Point, actual: Tensor, moved: Tensor) -> Tensor:
@@ -204,3 +220,11 @@ class LevenbergMarquardt:
             # Called directly: data-dependent early exits inside the function work, and pay, only outside vmap.
             return function(x[0]).detach().unsqueeze(0)
         return torch.func.vmap(function, randomness="error")(x).detach()
+
+
+def _summed(terms: Callable[[Tensor, Tensor], Tensor], first: Tensor, second: Tensor) -> Tensor:
+    """Sum over the last axis of terms of two tensors (members, m), without holding all of very many terms."""
+    if first.shape[-1] <= SUMMED:
+        return terms(first, second).sum(-1)
+    parts = zip(first.split(SUMMED, -1), second.split(SUMMED, -1), strict=True)
+    return torch.stack([terms(*part).sum(-1) for part in parts]).sum(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
 from functools import cached_property
 
 import torch
@@ -12,6 +12,10 @@ from freelearn.measurements.error import load_scale
 from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import BLOCK, Bound, Model
+from freelearn.work import tell
+
+# With more rows everything is made in pieces of so many, and nothing is kept of them: it would be 60 numbers a row.
+MANY_ROWS, PIECE = 500_000, 1 << 15
 
 
 class Problem:
@@ -22,12 +26,32 @@ class Problem:
     one; by default the largest of the rows.
     """
 
-    def __init__(self, model: Model, rows: Rows, scale: Tensor | None = None) -> None:
+    def __init__(self, model: Model, rows: Rows, scale: Tensor | None = None, near: Near | None = None) -> None:
         self.model = model
         self.rows = rows
         # A fit moves on from equilibria that it has found.
-        self.states = replace(rows.states, near=Near())
+        self.states = rows.states.replace(near=Near() if near is None else near)
         self.scale = load_scale(rows.loads) if scale is None else scale
+        pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS else ()
+        self.begun = [slice(start, start + PIECE) for start in pieces]
+        self.near = [Near() for _ in self.begun]
+
+    @property
+    def parted(self) -> bool:
+        """Whether there are so many rows that everything is made in pieces."""
+        return bool(self.begun)
+
+    def parts(self) -> Iterator[Problem]:
+        """The problem in pieces, which begin where those before them ended."""
+        total = len(self.begun)
+        for number, (rows, near) in enumerate(zip(self.begun, self.near, strict=True), 1):
+            yield Problem(self.model, self.rows[rows], self.scale, near)
+            tell("evaluating", number, total)
+
+    def pieces(self, vectors: Tensor) -> Iterator[Tensor]:
+        """As `jacobians`, but some rows after the other, (members, 2n, p) each."""
+        for part in self.parts():
+            yield part.jacobians(vectors)
 
     @cached_property
     def bound(self) -> Bound | None:
@@ -46,10 +70,15 @@ class Problem:
 
     def residuals(self, vectors: Tensor) -> Tensor:
         """Residuals of several members: (members, p) → (members, 2N), in one batch."""
+        recorded = torch.is_grad_enabled() and vectors.requires_grad
+        if self.parted and not recorded:
+            found = vectors.new_empty(len(vectors), len(self.rows), 2)
+            for rows, part in zip(self.begun, self.parts(), strict=True):
+                found[:, rows] = part.residuals(vectors).view(len(vectors), -1, 2)
+            return found.view(len(vectors), -1)
         if len(vectors) > 1:
             return torch.func.vmap(self.residual)(vectors)
         # Outside vmap the radial equilibrium may stop as soon as it has converged.
-        recorded = torch.is_grad_enabled() and vectors.requires_grad
         if self.bound and not recorded:
             return self._scaled(self.bound.loads(vectors[0]))[None]
         return self.residual(vectors[0])[None]

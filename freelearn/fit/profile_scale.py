@@ -51,7 +51,7 @@ def allowances(problem: Problem, vector: Tensor, slopes: Sequence[Tensor], freed
     unit = torch.where(length > 0, length, 1.0)
     scaled = jacobian / unit
     factor = torch.linalg.qr(scaled, mode="r").R
-    scores = state_scores(scaled, residual, problem.rows.state)
+    scores = state_scores([scaled], residual, problem.rows.state)
     # At a bound the scores do not add up to zero; what they scatter is about their mean.
     scores = scores - scores.mean(0)
     added = bend(problem, vector, factor, unit, free)

@@ -44,10 +44,10 @@ MESSAGES = {
 class Point(NamedTuple):
     """A point x (members, p) with all that is known there.
 
-    `residual` (members, m); `loss` (members,) = ‖r‖², inf where r is not finite; `jacobian` (members, m, p),
-    zero where not finite; `norms` (members, p), largest norms of its columns so far; `gradient` (members,),
-    largest cosine between r and the columns of free parameters; `size` (members,) = ‖D x‖, D the norms of the
-    columns here; `model`, the trust region's view of the Jacobian.
+    `residual` (members, m); `loss` (members,) = ‖r‖², inf where r is not finite; `jacobian` (members, m, p), zero where
+    not finite, and without rows where it came in pieces; `norms` (members, p), largest norms of its columns so far;
+    `gradient` (members,), largest cosine between r and the columns of free parameters; `size` (members,) = ‖D x‖, D the
+    norms of the columns here; `model`, the trust region's view of the Jacobian.
     """
 
     x: Tensor
@@ -63,7 +63,8 @@ class Point(NamedTuple):
 class Result(NamedTuple):
     """Outcome of a search; the leading axis `members` is absent when a single start (p,) was given.
 
-    `x` (members, p); `loss` (members,) = ‖r‖²; `residual` (members, m) and `jacobian` (members, m, p) at x;
+    `x` (members, p); `loss` (members,) = ‖r‖²; `residual` (members, m) and `jacobian` (members, m, p) at x (without
+    rows where it came in pieces);
     `gradient` (members,), largest cosine between r and a free column of J; `status` (members,), `Termination`
     values; `iterations`, trial steps; `evaluations` of the residual; `jacobian_evaluations`.
     """

@@ -5,22 +5,28 @@ from __future__ import annotations
 import hashlib
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, fields
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from filelock import FileLock
+from filelock import FileLock, Timeout
 
-from freelearn.files import write_whole
+from freelearn.errors import UserError, cannot_write
+from freelearn.files import write_bytes
 from freelearn.fit.code_version import code_version
 from freelearn.fit.options import FitOptions
 from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.uncertainty import Uncertainty
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
+
+# Bytes of a digest.
+DIGEST = hashlib.sha256().digest_size
 
 
 @dataclass(frozen=True)
@@ -36,23 +42,63 @@ class Fitted:
 
 class FitStore:
     """One file per fit in `folder`. Safe with several processes: files are whole or absent, and of two processes
-    that need the same fit the second waits for the first one's."""
+    that need the same fit the second waits for the first one's.
+
+    unkept: why fits could not be kept, "" where they could; nothing but the time of another fit depends on it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.unkept, self.swept = "", False
 
     def fitted(self, model: Model, key: str, compute: Callable[[], Fitted]) -> Fitted:
         """The fit under `key`, from its file or else from `compute`; the model holds its parameters afterwards."""
         path = self.folder / f"{key}.fit"
+        self.sweep()
         if (kept := _read(path, model)) is not None:
             return kept
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with FileLock(self.folder / f".{key}.lock"):
+        with ExitStack() as held:
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                held.enter_context(_locked(self.folder / f".{key}.lock"))
+            except (OSError, ValueError) as problem:
+                self.unkept = str(cannot_write(self.folder, problem, "name another folder by fits=…"))
+                return compute()
             if (kept := _read(path, model)) is not None:
                 return kept
             fitted = compute()
-            write_whole(path, lambda beside: torch.save(_pack(model, fitted), beside))
+            try:
+                write_bytes(path, _packed(model, fitted))
+            except UserError as problem:
+                self.unkept = str(problem)
         return fitted
+
+    def sweep(self) -> None:
+        """Removes the locks of processes that were killed, and what they had begun to write under them."""
+        if self.swept:
+            return
+        self.swept = True
+        try:
+            locks = list(self.folder.glob(".*.lock"))
+        except (OSError, ValueError):
+            return  # keeping a fit says what is wrong with the folder
+        for lock in locks:
+            # One that is held is in use.
+            with suppress(OSError, ValueError, Timeout), _locked(lock, timeout=0):
+                for unfinished in self.folder.glob(f"{lock.name.removesuffix('.lock')}.fit.*.part"):
+                    unfinished.unlink()
+
+
+@contextmanager
+def _locked(path: Path, timeout: float = -1) -> Iterator[None]:
+    """Holds a lock, and leaves no file of it behind: whoever waits for it, or makes it anew, looks for the fit first.
+    timeout: how long to wait for it, −1 forever. Raises OSError, or Timeout."""
+    with FileLock(path, timeout=timeout):
+        try:
+            yield
+        finally:
+            # Where an open file cannot be removed, the next command does.
+            with suppress(OSError):
+                path.unlink()
 
 
 def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, seed: int) -> str:
@@ -85,14 +131,20 @@ def timed(compute: Callable[[], tuple[FitOutcome, Uncertainty]]) -> Fitted:
     return Fitted(outcome, errors, time.perf_counter() - began)
 
 
-def _pack(model: Model, fitted: Fitted) -> dict[str, Any]:
-    """Plain containers and tensors, which torch reads back without executing anything."""
-    return {
-        "state": model.description()["state"],
-        "outcome": _plain(fitted.outcome),
-        "uncertainty": _plain(fitted.uncertainty),
-        "seconds": fitted.seconds,
-    }
+def _packed(model: Model, fitted: Fitted) -> bytes:
+    """Plain containers and tensors, which torch reads back without executing anything, after their digest."""
+    file = BytesIO()
+    torch.save(
+        {
+            "state": model.description()["state"],
+            "outcome": _plain(fitted.outcome),
+            "uncertainty": _plain(fitted.uncertainty),
+            "seconds": fitted.seconds,
+        },
+        file,
+    )
+    content = file.getvalue()
+    return hashlib.sha256(content).digest() + content
 
 
 def _plain(record: Any) -> dict[str, Any]:
@@ -103,15 +155,19 @@ def _plain(record: Any) -> dict[str, Any]:
 def _read(path: Path, model: Model) -> Fitted | None:
     """The stored fit, its parameters put into `model`; None where there is none that can be read."""
     try:
-        content = torch.load(path, weights_only=True)
-        model.load_state_dict(content["state"])
+        stored = path.read_bytes()
+        digest, packed = stored[:DIGEST], stored[DIGEST:]
+        # A number that changed on the disk would else be taken for the fit's.
+        if hashlib.sha256(packed).digest() != digest:
+            return None
+        content = torch.load(BytesIO(packed), weights_only=True)
         outcome = content["outcome"] | {"kept": content["outcome"]["kept"].numpy()}
         errors: dict[str, Any] = {
             n: v.numpy() if isinstance(v, torch.Tensor) else v for n, v in content["uncertainty"].items()
         }
-        return Fitted(FitOutcome(**outcome), Uncertainty(**errors), content["seconds"], reused=True)
-    except FileNotFoundError:
-        return None
+        fitted = Fitted(FitOutcome(**outcome), Uncertainty(**errors), content["seconds"], reused=True)
+        model.load_state_dict(content["state"])
     except Exception:
-        # A damaged file, or one that another version wrote: the fit is made again and the file replaced.
+        # No file, a damaged one, or one that another version wrote: the fit is made again and the file replaced.
         return None
+    return fitted

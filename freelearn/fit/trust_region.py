@@ -10,6 +10,7 @@ all arrays is `members`.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import torch
@@ -81,6 +82,32 @@ def triangular_factor(jacobian: Tensor, residual: Tensor) -> tuple[Tensor, Tenso
     return factor[..., :parameters], factor[..., parameters]
 
 
+class Reduced(NamedTuple):
+    """R (members, k, p) and Qᵀ r (members, k) of a Jacobian J and residuals r, and the norms (members, p) of J's
+    columns."""
+
+    factor: Tensor
+    projection: Tensor
+    columns: Tensor
+
+
+def reduced(pieces: Iterable[Tensor], residual: Tensor) -> Reduced:
+    """Of a J that comes in pieces (members, rows, p), one below the other, and is never whole; residual (members, m).
+    NaN columns where a piece is not finite."""
+    factors, squares, at = [], [], 0
+    for piece in pieces:
+        below = residual[:, at : at + piece.shape[1]]
+        at += piece.shape[1]
+        factor, projection = triangular_factor(piece, below)
+        factors.append(torch.cat([factor, projection[..., None]], dim=-1))
+        squares.append(piece.square().sum(-2))
+    columns = torch.stack(squares).sum(0).sqrt()
+    whole = torch.cat(factors, dim=-2)
+    parameters = whole.shape[-1] - 1
+    factor, projection = triangular_factor(whole[..., :parameters], whole[..., parameters])
+    return Reduced(factor, projection, columns)
+
+
 def _upper(matrix: Tensor) -> Tensor:
     """R (members, min(m, n), n) of a matrix (members, m, n)."""
     return torch.geqrf(matrix)[0][..., : matrix.shape[-1], :].triu()
@@ -102,21 +129,20 @@ def decompose(factor: Tensor, projection: Tensor, scale: Tensor, free: Tensor) -
 
 
 def linear_model(
-    jacobian: Tensor,
+    factored: Reduced,
     residual: Tensor,
-    columns: Tensor,
     norms: Tensor,
     x: Tensor,
     lower: Tensor | None,
     upper: Tensor | None,
 ) -> tuple[LinearModel, Tensor]:
-    """Model of r (members, m) with Jacobian J (members, m, p) at x (members, p), and its gradient.
+    """Model of r (members, m) with the Jacobian J that was factored at x (members, p), and its gradient.
 
-    `columns` are the norms of J's columns, `norms` the scales D asked for (both (members, p)), 1 taken for 0.
+    `norms` are the scales D asked for (members, p), 1 taken for 0.
     A parameter is fixed when its column is zero, or when it lies on a bound and descent points out of the box.
     The gradient (members,) is the largest cosine between r and the columns of free parameters, 0 for r = 0.
     """
-    factor, projection = triangular_factor(jacobian, residual)
+    factor, projection, columns = factored
     slope = apply(factor.mT, projection)
     free = columns > 0
     if lower is not None and upper is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +15,8 @@ from torch import Tensor
 from freelearn.fit.finish import least_squares_part
 from freelearn.fit.options import NORMAL
 from freelearn.fit.problem import Problem
+from freelearn.fit.trust_region import reduced
+from freelearn.measurements.groups import groups
 from freelearn.models.base import Model
 
 # Directions whose effect on the residuals is this much weaker than the strongest one's count as undetermined.
@@ -95,9 +98,13 @@ def uncertainty(problem: Problem) -> Uncertainty:
     model = problem.model
     vector = model.vector().detach()
     names = model.labels()
-    jacobian = problem.jacobians(vector[None])[0]
     with torch.no_grad():
-        residual = problem.residual(vector)
+        residual = problem.residuals(vector[None])[0] if problem.parted else problem.residual(vector)
+    if problem.parted:
+        # Its triangular factor has the same singular values and right vectors.
+        jacobian = reduced(problem.pieces(vector[None]), residual[None]).factor[0]
+    else:
+        jacobian = problem.jacobians(vector[None])[0]
     physical = _flat(model, vector)
     to_physical = torch.func.jacfwd(lambda v: _flat(model, v))(vector)
 
@@ -113,10 +120,11 @@ def uncertainty(problem: Problem) -> Uncertainty:
     determined = moved & ((right[~strong] ** 2).sum(0) < DETERMINED)
 
     rank = int(strong.sum())
-    chi_square = float(residual.square().sum())
+    chi_square = float(residual.dot(residual) if problem.parted else residual.square().sum())
     count = problem.rows.readings.count
     independent = to_physical @ (bread * (chi_square / max(count - rank, 1))) @ to_physical.T
-    scores = state_scores(jacobian, residual, problem.rows.state)
+    parts = problem.pieces(vector[None]) if problem.parted else [jacobian[None]]
+    scores = state_scores((part[0] for part in parts), residual, problem.rows.state)
     states = len(scores)
     robust = to_physical @ (bread @ (scores.T @ scores) @ bread) @ to_physical.T * small_sample(states, rank)
 
@@ -140,7 +148,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
         covariance=np.where(known[:, None] & known, robust.numpy(), np.nan),
         chi_square=chi_square,
         residuals=count,
-        rows=int(problem.rows.readings.present.any(-1).sum()),
+        rows=int(problem.rows.readings.present.any(-1).count_nonzero()),
     )
 
 
@@ -155,13 +163,19 @@ def _flat(model: Model[Any], vector: Tensor) -> Tensor:
     return torch.cat([v.reshape(-1) for v in values.values()])
 
 
-def state_scores(jacobian: Tensor, residual: Tensor, state: np.ndarray) -> Tensor:
-    """Each kinematic state's part of Jᵀr, (states, p): what its rows say together. jacobian: (2N, p); residual: (2N,);
-    state: (N,)."""
-    _, cluster = np.unique(state, return_inverse=True)
-    scores = (jacobian * residual[:, None]).reshape(len(state), 2, -1).sum(1)
-    total = torch.zeros(int(cluster.max()) + 1, jacobian.shape[1], dtype=jacobian.dtype)
-    return total.index_add_(0, torch.as_tensor(cluster), scores)
+def state_scores(jacobian: Iterable[Tensor], residual: Tensor, state: np.ndarray) -> Tensor:
+    """Each kinematic state's part of Jᵀr, (states, p): what its rows say together. jacobian: (2N, p), in pieces from
+    above to below; residual: (2N,); state: (N,)."""
+    cluster, at = torch.as_tensor(groups(state)), 0
+    total = torch.zeros(0, 0)
+    for piece in jacobian:
+        rows = slice(at, at + len(piece) // 2)
+        if not at:
+            total = torch.zeros(int(cluster.max()) + 1, piece.shape[1], dtype=piece.dtype)
+        scores = (piece * residual[2 * rows.start : 2 * rows.stop, None]).reshape(len(piece) // 2, 2, -1).sum(1)
+        total.index_add_(0, cluster[rows], scores)
+        at = rows.stop
+    return total
 
 
 def small_sample(states: int, rank: int) -> float:

@@ -1,4 +1,4 @@
-"""Entries of discovery.json about effects that were tried, and what a search needs to go on."""
+"""Entries of discovery.json about effects that were tried."""
 
 from __future__ import annotations
 
@@ -20,14 +20,6 @@ class Candidate(TypedDict):
     p_value: float | None
     E_heldout: float | None
     E_new_sample: float | None
-
-
-class StepRecord(TypedDict):
-    """What a search needs to take a step up again: all effects, the raw parameters by label, what was tried."""
-
-    effects: list[str]
-    vector: dict[str, float]
-    candidates: list[Candidate]
 
 
 def not_testable(effect: str, reason: str) -> Candidate:

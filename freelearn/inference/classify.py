@@ -11,6 +11,7 @@ from freelearn.inference.rank import rank
 from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import BETTER, COINCIDE, COMPARABLE, EXCHANGES, WORTH_EXCHANGING
+from freelearn.work import begin
 
 # For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
 EquivalenceClass = dict[str, Step]
@@ -51,7 +52,8 @@ def one_for_two(prepared: Prepared, final: Step, classes: list[EquivalenceClass]
     """The model with one effect in the place of two that it stands in both classes of, if it predicts as well."""
     for one, other in combinations(classes, 2):
         first, second = next(iter(one)), next(iter(other))
-        for name in (set(one) & set(other)) - {first, second}:
+        # In the order of the class: a set's own order is another one in every process.
+        for name in (n for n in one if n in other and n not in (first, second)):
             # Without the second effect; the first has been exchanged for the shared one already.
             fewer = without(prepared, one[name], second)
             if fewer is not None:
@@ -64,6 +66,7 @@ def one_for_two(prepared: Prepared, final: Step, classes: list[EquivalenceClass]
 def stand_ins(prepared: Prepared, final: Step, effect: str) -> dict[str, Step]:
     """The final model, and the models with another effect in the place of this one, by that effect's name."""
     models = {effect: final}
+    begin(f"looking what could stand in for {effect}")
     reduced = without(prepared, final, effect)
     if reduced is None:
         return models

@@ -51,7 +51,8 @@ class Failure:
     def sentence(self) -> str:
         """What a researcher would say about it."""
         parts = [
-            f"{q.name} is {'over' if mean > 0 else 'under'}-predicted by {abs(mean):.3g}{q.suffix} ({abs(sigma):.1f} σ)"
+            # Loads have signs: one of −100 N in the place of −114 N is too high, and not "over-predicted".
+            f"predicted {q.name} is {abs(mean):.3g}{q.suffix} too {'high' if mean > 0 else 'low'} ({abs(sigma):.1f} σ)"
             for q, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True)
             if abs(sigma) >= 0.5
         ]
@@ -76,7 +77,8 @@ def inputs_of(table: pd.DataFrame) -> pd.DataFrame:
             **state,
             **(pressures or {"pressure": table["pressure_kpa"].to_numpy()}),
             "direction": pressure_direction(table),
-        }
+        },
+        copy=False,
     )
 
 
@@ -89,6 +91,8 @@ def failures(
     where nothing was. scale: (2,), largest loads, which the error is normalized by. noise: (N, 2), one standard
     deviation of each load. The tree splits on the signed residuals, so a region is one where the model errs in one way.
     """
+    if inputs.empty:
+        return []  # every reading is suspected
     told = [i for i, quantity in enumerate(bed.readings) if quantity in bed.measured]
     quantities = tuple(bed.readings[i] for i in told)
     there = np.isfinite(residual)
@@ -96,9 +100,11 @@ def failures(
     leaf = max(10, int(SMALLEST * len(inputs)))
     least = SMALLEST_GAIN * float(scaled.var(0).mean())
     columns = {str(name): inputs[name].to_numpy(dtype=np.float64) for name in inputs.columns}
+    found = regions(columns, scaled, DEPTH, leaf, least)
+    del columns
     squared = (scaled**2).sum(1)
     regional = []
-    for region in regions(columns, scaled, DEPTH, leaf, least):
+    for region in found:
         inside = region.inside
         count = there[inside].sum(0)
         with np.errstate(invalid="ignore"):  # a quantity that was read in no row of the region

@@ -16,6 +16,7 @@ from freelearn.inference.refit import refit, rewhitened, without
 from freelearn.inference.score import EffectScore, evidence
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import MOST_AHEAD, PAIRS, TOGETHER
+from freelearn.work import begin
 
 
 def look_ahead(prepared: Prepared, step: Step, exchanging: bool = True) -> Step | None:
@@ -23,6 +24,7 @@ def look_ahead(prepared: Prepared, step: Step, exchanging: bool = True) -> Step 
     predicts held-out states clearly better."""
     if len(prepared.question.added(step.effects)) > MOST_AHEAD:
         return None
+    begin("trying two effects at once")
     fewer = prepared.question.added(step.effects) if exchanging else []
     bases = [step, *(without(prepared, step, effect) for effect in fewer)]
     found = [pair for base in bases if base is not None for pair in _pairs(prepared, base, step.left.scale)]

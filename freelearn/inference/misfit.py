@@ -8,10 +8,11 @@ import pandas as pd
 import torch
 
 from freelearn.inference.failures import Failure, failures, inputs_of
-from freelearn.inference.noise import Whitener, noise_floor, sensitivities
+from freelearn.inference.noise import noise_floor, variances
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import load_scale
-from freelearn.measurements.rows import Readings, Rows
+from freelearn.measurements.rows import Readings
+from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.predicted import usable
 
@@ -37,16 +38,20 @@ def misfit(model: Model, predictions: pd.DataFrame, accuracy: Accuracy) -> Misfi
     rows = usable(predictions).index.to_numpy(copy=True)
     if len(rows) < FEWEST:
         return None
-    kept = predictions.iloc[rows]
-    used = Rows.from_table(predictions)[torch.as_tensor(rows)]
-    bed, readings = used.states.bed, used.readings
-    missed = readings.missed(Readings.from_table(kept, predicted=True).value)
-    residual = torch.where(readings.present, missed, torch.nan)
-    state = torch.as_tensor(used.state)
-    whiten = Whitener(sensitivities(model, used.states), state, accuracy, bed=bed, present=readings.present)
+    # Of many rows copies count: none where all are used, and nothing is held longer than it is needed.
+    every = len(rows) == len(predictions)
+    kept = predictions if every else predictions.iloc[rows]
+    states, readings = States.from_table(predictions), Readings.from_table(kept)
+    bed = states.bed
+    variance = variances(model, states if every else states[torch.as_tensor(rows)], accuracy, readings.present)
+    del states, rows
     tested = torch.as_tensor((kept["split"] == "test").to_numpy(copy=True))
     scored = tested if bool(tested.any()) else ~tested
-    floor = noise_floor(whiten.variance[scored], readings.present[scored], load_scale(readings.value[scored]))
-    inputs = inputs_of(predictions).iloc[rows].reset_index(drop=True)
+    floor = noise_floor(variance[scored], readings.present[scored], load_scale(readings.value[scored]))
+    missed = readings.missed(Readings.from_table(kept, predicted=True).value)
+    residual = torch.where(readings.present, missed, torch.nan).numpy()
     scale = load_scale(readings.value).numpy()
-    return Misfit(failures(inputs, residual.numpy(), scale, whiten.variance.sqrt().numpy(), bed), floor)
+    del readings, missed
+    inputs = inputs_of(predictions)
+    inputs = inputs if every else inputs.loc[kept.index].reset_index(drop=True)
+    return Misfit(failures(inputs, residual, scale, variance.sqrt_().numpy(), bed), floor)

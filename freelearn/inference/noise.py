@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import torch
 from torch import Tensor
 
@@ -12,23 +14,49 @@ from freelearn.measurements.bed_accuracy import sensors, shared
 from freelearn.measurements.beds import KINEMATIC, Bed
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
+from freelearn.work import tell
 
 
 def sensitivities(model: Model, states: States) -> Tensor:
     """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer.
 
     Of other beds: of what they measure by what they impose, (N, 2, 2 + pressures), see States.inputs."""
-    parts = []
+    return torch.cat(list(_sensitivities(model, states)))
+
+
+def variances(model: Model, states: States, accuracy: Accuracy, present: Tensor) -> Tensor:
+    """Of each reading, (N, 2) SI: the whitener's `variance`, without all that it needs besides for many rows.
+
+    present: (N, 2) bool, readings that there are."""
+    variance, start = torch.empty(present.shape, dtype=torch.float64), 0
+    for part in _sensitivities(model, states):
+        rows = slice(start, start + len(part))
+        own, position = _parts(part, accuracy, states.bed, present[rows])
+        variance[rows] = torch.where(present[rows], own + position.square().sum(-1), 0.0)
+        start = rows.stop
+        tell("evaluating", start, len(states))
+    return variance
+
+
+def _parts(sensitivity: Tensor, accuracy: Accuracy, bed: Bed, told: Tensor) -> tuple[Tensor, Tensor]:
+    """Variances (N, 2) of what each row errs in by itself, and what its state's position error does to it, (N, 2, 2),
+    as far as it is told by a reading (N, 2)."""
+    by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
+    own = sensors(accuracy, bed) ** 2 + by_pressure.square().sum(-1)
+    return own, torch.where(told[..., None], sensitivity[:, :, :2], 0.0) * shared(accuracy, bed)
+
+
+def _sensitivities(model: Model, states: States) -> Iterator[Tensor]:
     values = {name: value.detach() for name, value in model.values().items()}
-    for rows in torch.arange(len(states)).split(BLOCK):
-        part = states[rows]
+    for start in range(0, max(len(states), 1), BLOCK):
+        part = states[start : start + BLOCK]
         with torch.enable_grad():
             inputs = [x.detach().requires_grad_() for x in part.inputs()]
             force, moment = model.chain(part.with_inputs(inputs), values).loads.unbind(-1)
             by_force = torch.autograd.grad(force.sum(), inputs, retain_graph=True, materialize_grads=True)
             by_moment = torch.autograd.grad(moment.sum(), inputs, materialize_grads=True)
-        parts.append(torch.stack([torch.stack(by_force, -1), torch.stack(by_moment, -1)], dim=1))
-    return torch.cat(parts).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
+        each = torch.stack([torch.stack(by_force, -1), torch.stack(by_moment, -1)], dim=1)
+        yield each.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def noise_floor(variance: Tensor, present: Tensor, scale: Tensor) -> float:
@@ -70,7 +98,7 @@ class Whitener:
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
-        own = sensors(accuracy, bed) ** 2 + by_pressure.square().sum(-1)
+        own, position = _parts(sensitivity, accuracy, bed, self.told)
         force, moment = own.unbind(-1)
         counts = present if scatter is None else present & (scatter.reading > 0)
         # A reading that does not count tells nothing of the other one of its row.
@@ -78,7 +106,6 @@ class Whitener:
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
         self.lean = slant / self.moment
-        position = torch.where(self.told[..., None], sensitivity[:, :, :2], 0.0) * shared(accuracy, bed)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
         self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
         if scatter is None:

@@ -79,10 +79,10 @@ def prepare(question: Question) -> tuple[Prepared, Step]:
     found: Scatter | None = None
     for _ in range(WHITENINGS):
         with torch.no_grad():
-            answered = model(question.rows.states).status == Status.OK
+            answered = fit.model(question.rows.states).status == Status.OK
         if int(answered.sum()) > 2 * len(fit.vector) and not torch.equal(answered, kept):
             rows, kept, found = question.rows[torch.nonzero(answered)[:, 0]], answered, None
-            fit = evaluated(model, rows, fit.vector)
+            fit = evaluated(fit.model, rows, fit.vector)
         whiten = whitener(fit, rows, question.accuracy, found)
         found = whiten.scatter
         fit = white_fit(model, rows, whiten, fit.vector)

@@ -29,3 +29,7 @@ class Question:
     def added(self, effects: Sequence[str]) -> list[str]:
         """Those of a model's effects that were not given."""
         return [effect for effect in effects if effect not in self.given]
+
+    def on(self, effects: Sequence[str]) -> Callable[[Sequence[str]], Model]:
+        """What builds the model that has these effects, and more."""
+        return lambda more: self.build([*effects, *more])

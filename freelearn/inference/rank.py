@@ -8,17 +8,13 @@ from freelearn.inference.candidate import Candidate
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.score import EffectScore, score_effects
 from freelearn.inference.step import Step
-from freelearn.models.base import Model
 
 
 def rank(prepared: Prepared, step: Step, names: Sequence[str], scale: float) -> list[EffectScore]:
     """Scores of the named effects on top of the step's model. scale: of the noise, in units of the stated one."""
     question = prepared.question
-
-    def build(more: Sequence[str]) -> Model:
-        return question.build([*step.effects, *more])
-
-    return score_effects(step.fit, prepared.rows, step.whiten, names, build, scale**2, question.seed)
+    on = question.on(step.effects)
+    return score_effects(step.fit, prepared.rows, step.whiten, names, on, scale**2, question.seed)
 
 
 def outcomes(number: int, scores: Sequence[EffectScore], fitted: Mapping[str, Step]) -> list[Candidate]:

@@ -13,6 +13,7 @@ from freelearn.inference.score import EffectScore
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import REFITTED
 from freelearn.inference.white_fit import GIVEN_UP, WhiteFit, WhiteProblem, white_fit
+from freelearn.work import begin
 
 # Times that the way to a start is halved.
 HALVINGS = 16
@@ -35,6 +36,7 @@ def refit(
         assert s.still is not None
         best = rival if rival is not None else min((other.fit.chi2 for other in fitted.values()), default=None)
         effects = [*step.effects, s.effect]
+        begin(f"trying {' + '.join(effects)}")
         model = prepared.question.build(effects)
         start = _sound(WhiteProblem(model, prepared.rows, step.whiten), s.still, s.start, step.fit.chi2)
         fit = white_fit(model, prepared.rows, step.whiten, start, best)

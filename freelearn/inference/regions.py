@@ -50,19 +50,39 @@ def regions(inputs: Mapping[str, np.ndarray], target: np.ndarray, depth: int, le
 def _best(inputs: Mapping[str, np.ndarray], target: np.ndarray, inside: np.ndarray, leaf: int) -> _Split | None:
     """The split of the rows inside that lowers the sum of squares most; None where every side would be too small."""
     best: _Split | None = None
-    rows = np.flatnonzero(inside)
+    # Of many rows every array counts: none that is not needed, and none longer than it is.
+    rows = None if inside.all() else np.flatnonzero(inside)
     for name, values in inputs.items():
-        order = rows[np.argsort(values[rows], kind="stable")]
+        order = np.argsort(values if rows is None else values[rows], kind="stable")
+        order = order if rows is None else rows[order]
         along = values[order]
-        count = np.arange(1, len(order))
-        possible = (along[1:] > along[:-1]) & (count >= leaf) & (len(order) - count >= leaf)
+        rising = along[1:] > along[:-1]
+        del along
+        count = np.arange(1.0, len(order))
+        possible = rising & (count >= leaf) & (len(order) - count >= leaf)
         if not possible.any():
             continue
-        sums = target[order].cumsum(0)
-        before, whole = sums[:-1], sums[-1]
-        parts = before**2 / count[:, None] + (whole - before) ** 2 / (len(order) - count)[:, None]
-        gains = np.where(possible, (parts - whole**2 / len(order)).sum(1), -np.inf)
+        gains = _gains(target, order, count)
+        gains[~possible] = -np.inf
         at = int(gains.argmax())
         if best is None or gains[at] > best.gain:
-            best = _Split(float(gains[at]), name, float((along[at] + along[at + 1]) / 2))
+            best = _Split(float(gains[at]), name, float((values[order[at]] + values[order[at + 1]]) / 2))
     return best
+
+
+def _gains(target: np.ndarray, order: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """By how much the sum of squares of target (N, k) falls where its rows, in some order (n,), are cut after the first
+    1, 2, …, count (n − 1,). Column by column and in place: of many rows all of this at once would not fit."""
+    gains = np.zeros(len(count))
+    for column in target.T:
+        before = column[order].cumsum()
+        whole, before = before[-1], before[:-1]
+        rest = whole - before
+        np.square(before, out=before)
+        before /= count
+        np.square(rest, out=rest)
+        rest /= len(order) - count
+        before += rest
+        before -= whole**2 / len(order)
+        gains += before
+    return gains

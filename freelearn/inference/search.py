@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import torch
 
 from freelearn.inference.beyond import Beyond
 from freelearn.inference.blocks import Block, blocks
-from freelearn.inference.candidate import StepRecord
 from freelearn.inference.classify import EquivalenceClass, classes_of, classify
 from freelearn.inference.crossval import paired
 from freelearn.inference.look_ahead import look_ahead
@@ -37,13 +35,11 @@ from freelearn.inference.thresholds import (
     REGROWN,
     UNASKED,
 )
-from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.rows import Rows
+from freelearn.work import begin
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
-# Given all steps so far after each, so that an interrupted search can be taken up again.
-Keep = Callable[[Sequence[Step]], None]
 
 
 @dataclass(frozen=True)
@@ -75,21 +71,20 @@ class Findings:
         return self.steps[-1]
 
 
-def search(
-    question: Question, known: Sequence[StepRecord] = (), watch: Watch | None = None, keep: Keep | None = None
-) -> Findings:
+def search(question: Question, watch: Watch | None = None) -> Findings:
     """Adds the missing effects one by one.
 
     prepare → (rank → refit → prune) for each effect → classify, and once more where that exchanged an effect and
-    something is left. What stays unexplained keeps no effect that explains little beside it. known: records of the
-    steps of an interrupted search of the same question (see `record`), which are taken up instead of searched for.
+    something is left. What stays unexplained keeps no effect that explains little beside it. Inside a journal (see
+    `kept_in`) it goes on from where an interrupted search of the same question was.
     """
-    watch, keep = watch or (lambda step, text: None), keep or (lambda steps: None)
+    watch = watch or (lambda step, text: None)
+    begin("fitting the model as it is, and how its readings scatter")
     prepared, first = prepare(question)
-    steps = resumed(prepared, first, known)
-    watch(steps[-1], "base model" if len(steps) == 1 else "resumed")
+    steps = [first]
+    watch(first, "base model")
     beyond = Beyond(prepared, steps[0], lambda more: grow(prepared, more))
-    classes = from_library(prepared, steps, beyond, watch, keep)
+    classes = from_library(prepared, steps, beyond, watch)
     together, without_drift = slipped_together(prepared, steps[-1])
     if without_drift is not steps[-1]:
         steps[-1] = without_drift
@@ -130,14 +125,12 @@ def search(
     )
 
 
-def from_library(
-    prepared: Prepared, steps: list[Step], beyond: Beyond, watch: Watch, keep: Keep
-) -> list[EquivalenceClass]:
+def from_library(prepared: Prepared, steps: list[Step], beyond: Beyond, watch: Watch) -> list[EquivalenceClass]:
     """Adds to the steps what the library has, exchanges what explains less, and takes out what explains little of what
     stays unexplained; the classes of what the last of them has. Where what is written leaves nothing, it ends early."""
     classes: list[EquivalenceClass] = []
     for _ in range(REGROWN):
-        grow(prepared, steps, watch, keep, beyond.ends)
+        grow(prepared, steps, watch, beyond.ends)
         before = steps[-1]
         if before.left.p_value < LEFT and beyond.ends(before):
             return []
@@ -177,7 +170,6 @@ def grow(
     prepared: Prepared,
     steps: list[Step],
     watch: Watch = lambda step, text: None,
-    keep: Keep = lambda steps: None,
     ends: Callable[[Step], bool] = lambda step: False,
 ) -> None:
     """Adds to the last of the steps one effect after another, or two at once where no single one helps.
@@ -202,13 +194,13 @@ def grow(
         added = [effect for effect in best.effects if effect not in steps[-1].effects]
         steps.append(best)
         watch(best, f"added {', '.join(added)}")
-        keep(steps)
 
 
 def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | None]:
     """The step with the candidates that were tried on it, and the model with the one more effect that predicts held-out
     states best; None when none is significant. number: the step's place in the trail."""
     others = [name for name in prepared.question.candidates if name not in step.effects]
+    begin(f"ranking {len(others)} effects on {' + '.join(step.effects) or 'the model alone'}")
     scores = rank(prepared, step, others, step.left.scale)
     asked = not prepared.question.added(step.effects) or step.left.p_value < ASKED
     alpha = ALPHA if asked else UNASKED
@@ -225,20 +217,6 @@ def advance(prepared: Prepared, step: Step, number: int) -> tuple[Step, Step | N
     if not better:
         return step, None
     return step, rewhitened(prepared, min(better, key=lambda other: other.heldout.loss.sum()))
-
-
-def resumed(prepared: Prepared, first: Step, known: Sequence[StepRecord]) -> list[Step]:
-    """The steps of an interrupted search, fitted once more from where they ended."""
-    steps = [first]
-    for number, past in enumerate(known):
-        if number:
-            model = prepared.question.build(past["effects"])
-            start = torch.tensor([past["vector"][label] for label in model.labels()], dtype=torch.float64)
-            fit = white_fit(model, prepared.rows, steps[-1].whiten, start)
-            again = prepared.step(list(past["effects"]), fit, steps[-1].whiten)
-            steps.append(rewhitened(prepared, again))
-        steps[-1] = steps[-1].tried(list(past["candidates"]))
-    return steps
 
 
 def verdict(

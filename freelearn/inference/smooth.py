@@ -16,6 +16,8 @@ LEVERAGED = 1800
 FREE = 1e-10
 # Variance of a shape's coefficient to begin with, in units of the residuals' own, and the range it stays in.
 BROAD, LEAST, MOST = 1.0, 1e-6, 1e12
+# Share of the largest below which a column of what the model absorbs is one of the others once more.
+SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Smooth:
         unit = noise.square().mean(0).sqrt()
         size = shapes.square().mean(0).sqrt()
         shapes, kind = shapes[:, size > 1e-9] / size[size > 1e-9], kind[size > 1e-9]
-        own = jacobian / jacobian.flatten(0, 1).square().mean(0).sqrt().clamp_min(1e-300) * unit.mean()
+        own = _span(jacobian) * unit.mean()
         self.columns = torch.cat([both_loads(shapes * unit[0], shapes * unit[1]), own], dim=2)
         kinds = int(kind.max()) + 1
         self.group = torch.cat([kind, kind + kinds, torch.full((own.shape[2],), -1)])
@@ -109,3 +111,14 @@ class Smooth:
 
     def _sum(self, rows: Tensor) -> Tensor:
         return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)
+
+
+def _span(jacobian: Tensor) -> Tensor:
+    """Independent columns (n, 2, r ≤ p) of unit mean square that span those of a Jacobian (n, 2, p).
+
+    Of two parameters that move the loads alike, together with next to no prior, no precision could be inverted."""
+    flat = jacobian.flatten(0, 1)
+    flat = flat / flat.square().mean(0).sqrt().clamp_min(1e-300)
+    basis, size = torch.linalg.svd(flat, full_matrices=False)[:2]
+    kept: Tensor = basis[:, size > SAME * size[:1]] * len(flat) ** 0.5
+    return kept.reshape(*jacobian.shape[:2], -1)

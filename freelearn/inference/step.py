@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from freelearn.inference.candidate import Candidate, StepRecord
+from freelearn.inference.candidate import Candidate
 from freelearn.inference.crossval import HeldOut
 from freelearn.inference.noise import Whitener
 from freelearn.inference.score import EffectScore
@@ -59,9 +59,3 @@ class Step:
         if "left" in vars(self):  # known already, and dear
             vars(step)["left"] = self.left
         return step
-
-
-def record(step: Step) -> StepRecord:
-    """What a search needs to take the step up again, as plain values."""
-    vector = dict(zip(step.fit.model.labels(), step.fit.vector.tolist(), strict=True))
-    return StepRecord(effects=step.effects, vector=vector, candidates=list(step.candidates))

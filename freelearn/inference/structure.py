@@ -45,7 +45,7 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     absorbed = orthonormal(jacobian.flatten(0, 1))
     views = [_view(basis, absorbed, flat, whiten) for basis in bases(states)]
     views = [view for view in views if view.rank]
-    total = float(flat.square().sum())
+    total = max(float(flat.square().sum()), SMALLEST)
     if not views:
         return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
     finest = max(views, key=lambda view: view.rank)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from copy import deepcopy
 from dataclasses import dataclass
 
 import torch
@@ -10,6 +12,7 @@ from torch import Tensor
 from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.problem import Problem
 from freelearn.fit.solver import State, Termination
+from freelearn.inference.journal import Ending, ended
 from freelearn.inference.linear_algebra import norms, orthonormal
 from freelearn.inference.noise import Whitener
 from freelearn.inference.thresholds import BEHIND, PROMISE, TRUST
@@ -86,16 +89,43 @@ class WhiteProblem:
             return self._last[1]
         return self.problem.jacobians(vector[None])[0].reshape(*self.shape, -1)
 
+    def asked(self, start: Tensor, rival: float | None, most: int) -> str:
+        """Digest of what a fit from a start (p,) is about."""
+        model = self.problem.model
+        digest = hashlib.sha256(repr((model.name, model.labels(), self.shape, rival, most)).encode())
+        for tensor in (start, self.whiten.own, self.whiten.shared, self.whiten.shrink):
+            digest.update(tensor.detach().numpy().tobytes())
+        return digest.hexdigest()[:24]
+
+    def unmoved(self) -> WhiteProblem:
+        """The same, where no earlier search for an equilibrium decides from where the next one begins: else what it
+        says at a vector hangs, in its last digits, on the way there."""
+        near = self.problem.states.near
+        moved = self.problem.bound is not None or (near is not None and near.moved)
+        return WhiteProblem(self.problem.model, self.problem.rows, self.whiten) if moved else self
+
 
 def white_fit(
     model: Model, rows: Rows, whiten: Whitener, start: Tensor, rival: float | None = None, most: int = MAX_ITERATIONS
 ) -> WhiteFit:
-    """Fits from one raw start (p,); the model holds the result afterwards.
+    """Fits from one raw start (p,). The fit has a model of its own: the one given stays as it is, it may be another
+    fit's.
 
     rival: χ² that the fit has to match; one that clearly cannot is given up, unconverged. most: iterations.
     """
+    model = deepcopy(model)
     problem = WhiteProblem(model, rows, whiten)
-    lower, upper = model.raw_bounds()
+    ending = ended(problem.asked(start, rival, most), lambda: _sought(problem, start, rival, most))
+    vector = torch.tensor(ending["vector"], dtype=torch.float64)
+    model.set_vector(vector)
+    # What a fit ends with follows from its last vector alone, whether the way there was gone now or taken from a
+    # journal.
+    return _ended(problem.unmoved(), vector, Termination(ending["status"]), ending["message"])
+
+
+def _sought(problem: WhiteProblem, start: Tensor, rival: float | None, most: int) -> Ending:
+    """How the search for a minimum ends."""
+    lower, upper = problem.problem.model.raw_bounds()
     solver = LevenbergMarquardt(
         problem.residuals,
         problem.jacobians,
@@ -109,11 +139,10 @@ def white_fit(
     )
     state = solver.init(start[None])
     message = ""
-    while state.running and not (message := _enough(state, rows.readings.count, rival)):
+    while state.running and not (message := _enough(state, problem.problem.rows.readings.count, rival)):
         state = solver.step(state)
     result = state.result().member(0)
-    model.set_vector(result.x)
-    return _ended(problem, result.x, Termination(int(result.status)), message or state.result().message(0))
+    return Ending(vector=result.x.tolist(), status=int(result.status), message=message or state.result().message(0))
 
 
 def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:

@@ -36,7 +36,9 @@ class Error(NamedTuple):
 
 def load_scale(measured: Tensor) -> Tensor:
     """Largest |force| and |moment| of a set, (2,) N, N·m (or of what its bed measures): what E is normalized by. Zero
-    loads scale by one."""
+    loads, and those of no rows, scale by one."""
+    if not len(measured):
+        return measured.new_ones(measured.shape[1])
     largest = measured.abs().amax(0)
     return torch.where(largest > 0, largest, 1.0)
 

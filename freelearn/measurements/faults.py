@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.measurements.not_numbers import not_a_number
 
 PRINTED_FAULTS = 20
 PRINTED_CHARACTERS = 40
@@ -101,18 +102,6 @@ def faults_by_rules(
 def no_number(column: str) -> Callable[[pd.DataFrame], pd.Series]:
     """The rows of a column that hold no number."""
     return lambda table: table[column].isna()
-
-
-def not_a_number(text: str) -> str:
-    """What is wrong with a cell's text that is no finite number."""
-    cell = text.strip()
-    if not cell:
-        return "is blank: write a number, or delete the line"
-    if cell.lower().lstrip("+-") in ("nan", "na", "n/a", "null", "none", "inf", "infinity"):
-        return "is not a finite number: write one, or delete the line"
-    if cell.count(",") == 1 and cell.replace(",", "", 1).lstrip("+-").isdigit():
-        return f"has a decimal comma: write {cell.replace(',', '.')}"
-    return "is not a number: write digits with a decimal point, without a unit"
 
 
 def _good(rule: Rule) -> Callable[[pd.DataFrame], pd.Series]:

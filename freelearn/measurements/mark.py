@@ -6,9 +6,9 @@ import csv
 import io
 from collections.abc import Collection
 
+from freelearn.measurements.records import separator_line
+from freelearn.measurements.text_file import BYTE_ORDER_MARK
 from freelearn.measurements.usable import LEFT_OUT
-
-BYTE_ORDER_MARK = "\ufeff"
 
 
 def mark_left_out(content: bytes, lines: Collection[int]) -> bytes:
@@ -21,14 +21,17 @@ def mark_left_out(content: bytes, lines: Collection[int]) -> bytes:
     b'sample,note,left_out\r\n3,a,\r\n3,b,1\r\n'
     """
     text = content.decode("utf-8")
-    mark, text = (BYTE_ORDER_MARK, text[1:]) if text.startswith(BYTE_ORDER_MARK) else ("", text)
+    bare = text.lstrip(BYTE_ORDER_MARK)
+    mark, text = text[: len(text) - len(bare)], bare
     raw = list(io.StringIO(text, newline=""))
     reader = csv.reader(raw, strict=True)
     parts: list[str] = []
-    start, place, new = 0, -1, False
+    start, place, new, begun = 0, -1, False, False
     for row in reader:
         piece, line, start = "".join(raw[start : reader.line_num]), start + 1, reader.line_num
-        if row and place < 0:
+        if not begun and separator_line(row):
+            begun = True
+        elif row and place < 0:
             header = [name.strip() for name in row]
             new = LEFT_OUT not in header
             place = len(header) if new else header.index(LEFT_OUT)

@@ -11,6 +11,7 @@ import pandas as pd
 from freelearn.errors import UserError
 from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, TableError, faults_by_rules
+from freelearn.measurements.limits import limit_rules
 from freelearn.measurements.members import DESIGN, SECOND
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records
 from freelearn.measurements.schema import missing_column, number_rules
@@ -37,7 +38,7 @@ def read_members(path: str | Path) -> pd.DataFrame:
     numbers = pd.DataFrame(
         {name: numbers_of(text[name]) for name in known if name in text}, index=pd.Index(records.lines, dtype=np.int64)
     )
-    rules = [*number_rules(known, text, {SECOND}), *design_rules(), _in_order(len(numbers))]
+    rules = [*number_rules(known, text, {SECOND}), *design_rules(), *limit_rules(known), _in_order(len(numbers))]
     types: dict[str, tuple[str | None, bool]] = {name: ("float64", name in required) for name in known}
     found: list[Fault] = faults_by_rules(
         numbers, text, records.header_line, rules, types, lambda name, head: missing_column(name, head, known)

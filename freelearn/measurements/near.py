@@ -18,6 +18,11 @@ class Near:
     def __init__(self) -> None:
         self._place: Tensor | None = None
 
+    @property
+    def moved(self) -> bool:
+        """Whether a search has ended anywhere: the next one then depends on those before it."""
+        return self._place is not None
+
     def start(self, otherwise: Tensor) -> Tensor:
         """Where to begin, (N, 2): at the last place of the rows that have one."""
         if self._place is None or self._place.shape != otherwise.shape:

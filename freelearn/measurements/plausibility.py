@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from freelearn.measurements.beds import bed_of
-from freelearn.measurements.unit_checks import CHECKS
-from freelearn.measurements.usable import usable_rows
+from freelearn.measurements.beds import FORCE, bed_of
+from freelearn.measurements.unit_checks import CHECKS, FORCE_NEEDS, force_unit
+from freelearn.measurements.usable import used_rows
 
 
 class UnitWarning(str):
@@ -33,20 +33,31 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
 
     Suspicions only: nothing is converted, and an unusual actuator may be right as it is.
     """
-    used = table[usable_rows(table)]
+    used = used_rows(table)
     # A bed need not have every column; one that it does not know stays text.
     numbers = used.select_dtypes("number").dropna(axis=1, how="all")
     found = [warning for needs, check in CHECKS.items() if set(needs) <= set(numbers) for warning in check(numbers)]
+    # Beside a column that is suspected itself, the force tells nothing.
+    if FORCE in bed_of(used).measured and set(FORCE_NEEDS) <= set(numbers) and not _about(found, FORCE_NEEDS):
+        found += force_unit(numbers)
     return [*map(UnitWarning, found), *_step(used)]
 
 
+def _about(sentences: Sequence[str], columns: Sequence[str]) -> bool:
+    return any(sentence.startswith(f"{column} ") for sentence in sentences for column in columns)
+
+
 def _step(used: pd.DataFrame) -> Iterator[str]:
-    if (used["step"] == 0).all():
-        state = [quantity.column for quantity in bed_of(used).state]
-        states = used.groupby(["sample", *state], sort=False)
-        pressures = states["pressure_kpa"].nunique()
-        if (pressures > 1).any():
-            yield (
-                f"step is 0 in every row although a kinematic state has up to {pressures.max()} pressures: "
-                "count 0, 1, … in time within each state, so that rising and falling pressure can be told apart."
-            )
+    state = [quantity.column for quantity in bed_of(used).state]
+    states = used.groupby(["sample", *state], sort=False)
+    # Several visits of one place, each with a step of its own, count nowhere either.
+    if (states["step"].nunique() > 1).any():
+        return
+    pressures = states["pressure_kpa"].nunique()
+    if (pressures > 1).any():
+        same = used["step"].iloc[0] if used["step"].nunique() == 1 else None
+        yield (
+            f"step {'never changes' if same is None else f'is {same} in every row'} although a kinematic state has up "
+            f"to {pressures.max()} pressures: count 0, 1, … in time within each state, so that rising and falling "
+            "pressure can be told apart."
+        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,6 +15,7 @@ from freelearn.measurements.beds import DIAMETER, ELONGATION, FORCE, MOMENT, TWI
 from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, TableError, faults_by_rules
+from freelearn.measurements.limits import limit_rules
 from freelearn.measurements.members import DESIGN, SECOND
 from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
 from freelearn.measurements.schema import RULES, number_rules
@@ -59,7 +60,7 @@ def read_questions(path: str | Path, columns: Columns) -> Questions:
         text.setdefault(name, [row[i] for row in rows])
     known = [name for name in dict.fromkeys(known_names) if name in text]
     numbers = pd.DataFrame({name: numbers_of(text[name]) for name in known}, index=pd.Index(lines, dtype=np.int64))
-    faults += _faults(numbers, text, records.header_line, known)
+    faults += faults_of_given(numbers, text, records.header_line, known)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
     numbers = numbers.reset_index(drop=True)
@@ -67,11 +68,15 @@ def read_questions(path: str | Path, columns: Columns) -> Questions:
     return Questions(table, np.array(lines, dtype=np.int64), _unused(header, known, columns))
 
 
-def _faults(
-    numbers: pd.DataFrame, text: dict[str, Sequence[str]], header_line: int, known: Sequence[str]
+def faults_of_given(
+    numbers: pd.DataFrame, text: Mapping[str, Sequence[str]], header_line: int, known: Sequence[str]
 ) -> list[Fault]:
-    """Cells that are no numbers, and designs that are none. Any cell may be blank."""
-    kept = [_of_given(rule) for rule in (*design_rules(), *RULES) if rule.column]
+    """Cells that are no numbers, designs that are none, and values that no bed can have. Any cell may be blank.
+
+    numbers: of the known columns, NaN where there is none; its index is the line in the file. text: every column's
+    cells as they stand there.
+    """
+    kept = [_of_given(rule) for rule in (*design_rules(), *RULES, *limit_rules(known)) if rule.column]
     rules = [*number_rules(known, text, known), *kept]
     types: dict[str, tuple[str | None, bool]] = dict.fromkeys(known, ("float64", False))
     return faults_by_rules(numbers, text, header_line, rules, types, lambda name, head: "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -48,7 +48,7 @@ class Readings:
     def __len__(self) -> int:
         return len(self.value)
 
-    def __getitem__(self, rows: Tensor) -> Readings:
+    def __getitem__(self, rows: Tensor | slice) -> Readings:
         return Readings(self.value[rows], self.present[rows], self.slack[rows])
 
     def to(self, device: torch.device | str) -> Readings:
@@ -63,7 +63,8 @@ class Readings:
     @cached_property
     def count(self) -> int:
         """How many readings there are."""
-        return int(self.present.sum())
+        # Not their sum, for which every mark becomes a number first.
+        return int(self.present.count_nonzero())
 
     def missed(self, predicted: Tensor) -> Tensor:
         """Predicted − measured where it counts, (N, 2): zero where nothing was measured, and for a push on a tube that
@@ -125,16 +126,18 @@ class Rows:
         if self.states.bed is not DEAD_LOAD:
             return self
         place, hung = self.readings.value, torch.stack([self.states.force, self.states.moment], dim=-1)
-        states = replace(
-            self.states, bed=KINEMATIC, length=self.states.reference_length + place[:, 0], twist=place[:, 1]
+        states = self.states.replace(
+            bed=KINEMATIC, length=self.states.reference_length + place[:, 0], twist=place[:, 1]
         )
         return Rows(states, Readings.whole(hung), self.state)
 
     def __len__(self) -> int:
         return len(self.states)
 
-    def __getitem__(self, rows: Tensor) -> Rows:
-        """The rows of these numbers (n,) int64, or marked by (N,) bool."""
+    def __getitem__(self, rows: Tensor | slice) -> Rows:
+        """The rows of these numbers (n,) int64, or marked by (N,) bool, or of a slice, which shares their memory."""
+        if isinstance(rows, slice):
+            return Rows(self.states[rows], self.readings[rows], self.state[rows])
         there = rows.to(self.loads.device)
         return Rows(self.states[there], self.readings[there], self.state[rows.cpu().numpy()])
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from difflib import get_close_matches
 
+import numpy as np
 import pandas as pd
 
 from freelearn.measurements.columns import MARKS, Columns
 from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
+from freelearn.measurements.limits import limit_rules
 from freelearn.measurements.members import DESIGN, SECOND
 
 # The standard atmosphere is 101.325 kPa; gauges err and weather changes little below it.
 VACUUM_KPA = -101.4
+ABSOLUTE_ZERO_C = -273.15
 # Sample and step numbers beyond this are typing errors; below it float64 holds every integer exactly.
 LARGEST_NUMBER = 1_000_000_000
 
@@ -45,6 +48,22 @@ def _no_mark(column: str) -> Callable[[pd.DataFrame], pd.Series]:
     return lambda table: ~table[column].isin([0, 1])
 
 
+def _alike(keys: pd.DataFrame) -> np.ndarray:
+    """Rows with the digest of another one, (N,) bool: all that repeat each other, and hardly any more.
+
+    Rows themselves are compared by tables of every column's values, which take ten times the memory of the columns."""
+    digest = np.zeros(len(keys), dtype=np.uint64)
+    for _, column in keys.items():
+        # Not -0.0, which equals 0.0 but in its bits.
+        digest = digest * np.uint64(1_000_003) ^ pd.util.hash_array(column.to_numpy(np.float64) + 0.0)
+    ordered = np.sort(digest)
+    several = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+    del ordered
+    place = np.searchsorted(several, digest)
+    alike: np.ndarray = np.append(several, 0)[place] == digest if len(several) else np.zeros(len(keys), dtype=bool)
+    return alike
+
+
 class _Repeats:
     """Rows that say the same as an earlier one."""
 
@@ -63,7 +82,13 @@ class _Repeats:
 
     def _repeated(self, table: pd.DataFrame) -> pd.Series:
         keys = self._keys(table)
-        return keys.duplicated() & keys.notna().all(axis=1) & (keys.shape[1] > len(self.columns.state) + 1)
+        repeated = pd.Series(np.zeros(len(table), dtype=bool), index=table.index)
+        if keys.shape[1] <= len(self.columns.state) + 1:
+            return repeated
+        like = np.flatnonzero(_alike(keys))
+        again = keys.iloc[like]
+        repeated.iloc[like] = (again.duplicated() & again.notna().all(axis=1)).to_numpy()
+        return repeated
 
     def _first_line(self, table: pd.DataFrame) -> pd.Series:
         keys = self._keys(table)
@@ -95,6 +120,12 @@ RULES = (
         ("outer_diameter_mm",),
         lambda t: t["outer_diameter_mm"] <= 0,
         "is not positive: give the outer diameter under pressure",
+    ),
+    Rule(
+        "temperature_c",
+        ("temperature_c",),
+        lambda t: t["temperature_c"] < ABSOLUTE_ZERO_C,
+        "is below absolute zero: give degrees Celsius",
     ),
     *(Rule(column, (column,), _no_mark(column), "is neither 0 nor 1: write one of them") for column in MARKS),
     *(
@@ -138,15 +169,33 @@ def find_faults(
     file. text: every column's cells as they stand in the file, in the header's order.
     """
     known = columns.known
-    may_be_blank = {*columns.measured, *columns.blank}
     # Numbers first, so that a cell without one is reported as that.
-    rules = number_rules(known, text, may_be_blank)
-    rules += [*design_rules(), *RULES, *map(_below_vacuum, columns.pressures), _Repeats(columns).rule]
+    rules = [*number_rules(known, text, _may_be_blank(columns)), *_rules(columns)]
     types: dict[str, tuple[str | None, bool]] = {name: ("float64", name in columns.required) for name in known}
     faults = faults_by_rules(
         numbers, text, header_line, rules, types, lambda n, header: missing_column(n, header, known)
     )
     return [*faults, *_nothing_measured(text, header_line, columns)]
+
+
+def faultless(numbers: pd.DataFrame, header: Sequence[str], columns: Columns) -> bool:
+    """Whether a table of which nothing but blank cells is NaN has no fault: `find_faults` then finds none."""
+    if not set(columns.required) <= set(header) or _nothing_measured(dict.fromkeys(header, ()), 1, columns):
+        return False
+    filled = [name for name in columns.known if name not in _may_be_blank(columns)]
+    rules = [*number_rules(filled, {}, ()), *_rules(columns)]
+    # Not as one table, which would take a mark for each cell.
+    return not any(rule.bad(numbers).any() for rule in rules if set(rule.needs) <= set(numbers))
+
+
+def _may_be_blank(columns: Columns) -> set[str]:
+    return {*columns.measured, *columns.blank}
+
+
+def _rules(columns: Columns) -> list[Rule]:
+    """What numbers may break."""
+    rules = [*design_rules(), *RULES, *map(_below_vacuum, columns.pressures)]
+    return [*rules, *limit_rules(columns.known, columns.measured), _Repeats(columns).rule]
 
 
 def number_rules(known: Sequence[str], text: Mapping[str, Sequence[str]], may_be_blank: Collection[str]) -> list[Rule]:

@@ -35,11 +35,11 @@ def _samples_of(name: str, present: np.ndarray) -> np.ndarray:
         chosen = present
     elif name == "even":
         chosen = present[present % 2 == 0]
-    elif match := re.fullmatch(r"sample(\d+)", name):
+    elif match := re.fullmatch(r"sample([0-9]{1,18})", name):
         chosen = present[present == int(match.group(1))]
         if not len(chosen):
             raise _no_rows(name, present)
-    elif match := re.fullmatch(r"without(\d+)", name):
+    elif match := re.fullmatch(r"without([0-9]{1,18})", name):
         chosen = present[present != int(match.group(1))]
     else:
         raise _unknown(name)
@@ -76,19 +76,22 @@ def split_rows(table: pd.DataFrame, seed: int, by_states: bool, shares: tuple[fl
     """
     usable = usable_rows(table)
     sample = table["sample"].to_numpy()
-    unit = kinematic_state(table) if by_states else np.arange(len(table))
-    label = np.full(len(table), "", dtype="<U10")
+    # Without them every row is one.
+    unit = kinematic_state(table) if by_states else np.empty(0)
+    # The words themselves, each once: not a copy for every row.
+    label = np.full(len(table), "", dtype=object)
     for number in np.unique(sample):
         rows = np.flatnonzero(usable & (sample == number))
-        units = np.random.default_rng([seed, int(number)]).permutation(np.unique(unit[rows]))
+        units = np.random.default_rng([seed, int(number)]).permutation(np.unique(unit[rows]) if by_states else rows)
         bounds = np.round(np.cumsum(shares) * len(units)).astype(int)
         for name, part in zip((TRAIN, VALIDATION, TEST), np.split(units, bounds), strict=True):
-            label[rows[np.isin(unit[rows], part)]] = name
+            label[rows[np.isin(unit[rows], part)] if by_states else part] = name
     return label
 
 
 def overlap(first: str, second: str) -> bool:
     """Whether two sets share a sample, judged by their names, of a table that has every sample they name."""
-    named = [int(n) for n in re.findall(r"\d+", f"{first} {second}")]
-    every = np.arange(1, max(named, default=0) + 3)
+    named = [int(n) for n in re.findall(r"[0-9]+", f"{first} {second}")]
+    # Of samples that neither names it only matters whether they are even.
+    every = np.array([*named, max(named, default=0) + 1, max(named, default=0) + 2])
     return bool(np.isin(samples_of(first, every), samples_of(second, every)).any())

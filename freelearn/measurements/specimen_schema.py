@@ -16,6 +16,8 @@ COLUMNS = ("mode", "stretch", "stress_mpa", "stretch_2", "stress_2_mpa")
 OPTIONAL = ("stretch_2", "stress_2_mpa")
 # Stretches across that differ by more than this share from what a mode imposes are of another mode.
 SAME_STRETCH = 0.02
+# No specimen is stretched so far, as percent of a percent are, nor carries so much: pascals are beneath it.
+MOST_STRETCH, MOST_MPA = 1e5, 1e10
 
 
 def _in(mode: str, table: pd.DataFrame) -> pd.Series:
@@ -24,6 +26,10 @@ def _in(mode: str, table: pd.DataFrame) -> pd.Series:
 
 def _not_positive(column: str) -> Callable[[pd.DataFrame], pd.Series]:
     return lambda table: table[column] <= 0
+
+
+def _beyond(column: str, most: float) -> Callable[[pd.DataFrame], pd.Series]:
+    return lambda table: table[column].abs() > most
 
 
 def _of_another_mode(table: pd.DataFrame) -> pd.Series:
@@ -42,6 +48,15 @@ def _unmeasured(table: pd.DataFrame) -> pd.Series:
 
 RULES = (
     Rule("stretch", ("stretch",), no_number("stretch"), ""),
+    *(
+        Rule(column, (column,), _beyond(column, most), f"is beyond {most:g}: {why}")
+        for column, most, why in (
+            ("stretch", MOST_STRETCH, "nothing is stretched so far, so give the length over the unloaded length"),
+            ("stretch_2", MOST_STRETCH, "nothing is stretched so far, so give the length over the unloaded length"),
+            ("stress_mpa", MOST_MPA, "nothing carries so much, so give megapascals"),
+            ("stress_2_mpa", MOST_MPA, "nothing carries so much, so give megapascals"),
+        )
+    ),
     Rule("mode", ("mode",), lambda t: t["mode"].isna(), f"is no mode: write {', '.join(MODES)}"),
     *(
         Rule(

@@ -12,11 +12,12 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.faults import TableError
-from freelearn.measurements.records import SEPARATORS, header_faults, numbers_of, odd_rows, read_records
+from freelearn.measurements.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
 from freelearn.measurements.specimen_modes import MODES, mode_name
 from freelearn.measurements.specimen_schema import COLUMNS, OPTIONAL, find_faults
 from freelearn.measurements.specimen_stresses import Stresses
 from freelearn.measurements.specimen_suspicions import suspicions
+from freelearn.measurements.text_file import read_bytes
 
 # Headings of tables in the literature, and ours.
 ALIASES = {"lambda": "stretch", "P_MPa": "stress_mpa"}
@@ -58,7 +59,7 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
         files.append({"path": path, "sha256": ""})
         try:
             tables.append(_read(path, mode))
-            files[-1]["sha256"] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+            files[-1]["sha256"] = hashlib.sha256(read_bytes(path)).hexdigest()
         except UserError as mistake:
             mistakes.append(mistake)
     if len(mistakes) == 1:
@@ -75,13 +76,20 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
 def _split(source: str) -> tuple[str | None, str]:
     """Mode and path of MODE=FILE, or None and the path of FILE."""
     short, equals, path = source.partition("=")
-    if not equals or Path(source).exists():
+    if not equals or _there(source):
         return None, source
     mode = mode_name(short)
     if mode is None:
         known = ", ".join(f"{mode.short} ({name})" for name, mode in MODES.items())
         raise UserError(f"Unknown mode {short!r} in {source!r}: write MODE=FILE with one of {known}.")
     return mode, path
+
+
+def _there(path: str) -> bool:
+    try:
+        return Path(path).exists()
+    except OSError:
+        return False  # no file can have such a name
 
 
 def _read(path: str, mode: str | None) -> pd.DataFrame:
@@ -126,9 +134,7 @@ def _complete(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
-    for separator, name in SEPARATORS.items():
-        if len(header) == 1 and separator in header[0]:
-            raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
+    refuse_separators(path, header, {*COLUMNS, *ALIASES})
     if not np.isnan(numbers_of(header)).any():
         required = [name for name in COLUMNS if name not in OPTIONAL]
         raise UserError(f"{path} has no header: its first line must name the columns {', '.join(required)}.")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,8 +25,33 @@ SHEAR_MODULUS, STIFFER = 1e6, 30.0
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
 LEAST_HOOP, MOST_HOOP, HOOP_ITERATIONS = 0.05, 9.0, 40
 
+# Rows that severities are computed of at once: all of most tables.
+BLOCK = 1_000_000
+
 # What a row remembers of those before it.
 MEMORY = ("clock", "dwell", "moved_length", "moved_twist", "severity", "past_severity")
+
+
+class Memory:
+    """What N rows remember, made when somebody first asks: few effects do, and it takes more than all else together."""
+
+    def __init__(self, make: Callable[[], Mapping[str, Tensor]]) -> None:
+        """make: every quantity of MEMORY by name, each (N,)."""
+        self._make = make
+        self._made: Mapping[str, Tensor] | None = None
+
+    def __getitem__(self, name: str) -> Tensor:
+        if self._made is None:
+            self._made = self._make()
+        return self._made[name]
+
+    def changed(self, change: Callable[[Tensor], Tensor]) -> Memory:
+        """The same with every tensor changed, once it is asked for."""
+        return Memory(lambda: {name: change(self[name]) for name in MEMORY})
+
+
+def _none() -> Any:
+    return None
 
 
 @dataclass(frozen=True)
@@ -45,7 +71,8 @@ class States:
     What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
     first row; dwell [s] since the first row of the kinematic state; moved_length [m] and moved_twist [rad], by which
     the bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
-    past_severity, the largest among the sample's rows so far, itself included. All zero unless given.
+    past_severity, the largest among the sample's rows so far, itself included. All zero unless given. memory: where
+    those come from that are not given.
     """
 
     fiber_angle: Tensor
@@ -57,12 +84,12 @@ class States:
     pressure: Tensor
     sample: Tensor
     direction: Tensor
-    clock: Tensor = None  # type: ignore[assignment]
-    dwell: Tensor = None  # type: ignore[assignment]
-    moved_length: Tensor = None  # type: ignore[assignment]
-    moved_twist: Tensor = None  # type: ignore[assignment]
-    severity: Tensor = None  # type: ignore[assignment]
-    past_severity: Tensor = None  # type: ignore[assignment]
+    clock: Tensor = field(default_factory=_none)
+    dwell: Tensor = field(default_factory=_none)
+    moved_length: Tensor = field(default_factory=_none)
+    moved_twist: Tensor = field(default_factory=_none)
+    severity: Tensor = field(default_factory=_none)
+    past_severity: Tensor = field(default_factory=_none)
     force: Tensor = None  # type: ignore[assignment]
     moment: Tensor = None  # type: ignore[assignment]
     second_angle: Tensor | None = None
@@ -70,21 +97,33 @@ class States:
     bed: Bed = KINEMATIC
     members: tuple[States, ...] = ()
     near: Near | None = None
+    memory: Memory | None = None
 
     def __post_init__(self) -> None:
-        for name in (*MEMORY, "force", "moment"):
+        for name in ("force", "moment"):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, torch.zeros_like(self.length))
+                object.__setattr__(self, name, _zeros(self.length))
+        for name in MEMORY:
+            if getattr(self, name) is None:
+                # Not there until somebody asks.
+                object.__delattr__(self, name)
+
+    def __getattr__(self, name: str) -> Tensor:
+        if name not in MEMORY:
+            raise AttributeError(name)
+        value = _zeros(self.length) if self.memory is None else self.memory[name]
+        object.__setattr__(self, name, value)
+        return value
 
     def __len__(self) -> int:
         return self.length.shape[0]
 
     def __getitem__(self, rows: Tensor | slice) -> States:
-        return self._each(lambda tensor: tensor[rows])
+        return self._each(lambda tensor: _picked(tensor, rows))
 
-    def replace(self, **changes: Tensor) -> States:
-        """The same states with some fields, each (N,), exchanged."""
-        return replace(self, **changes)  # type: ignore[arg-type]
+    def replace(self, **changes: Any) -> States:
+        """The same states with some fields exchanged: tensors (N,), or others."""
+        return States(**vars(self) | changes)
 
     def detach(self) -> States:
         """The same states, cut from every derivative."""
@@ -96,10 +135,10 @@ class States:
 
     def _each(self, change: Callable[[Tensor], Tensor]) -> States:
         """The same states with every tensor changed."""
-        own = {f.name: getattr(self, f.name) for f in fields(self)}
-        changed = {name: change(value) for name, value in own.items() if isinstance(value, Tensor)}
+        changed = {name: change(value) for name, value in vars(self).items() if isinstance(value, Tensor)}
         members = tuple(member._each(change) for member in self.members)
-        return replace(self, members=members, **changed)  # type: ignore[arg-type]
+        memory = None if self.memory is None else self.memory.changed(change)
+        return self.replace(members=members, memory=memory, **changed)
 
     def tensors(self) -> Iterator[tuple[str, Tensor]]:
         """Every tensor by name, the members' too."""
@@ -134,7 +173,7 @@ class States:
         if not self.members:
             return self.replace(pressure=inputs[2], **state)
         members = tuple(m.replace(pressure=p) for m, p in zip(self.members, inputs[2:], strict=True))
-        return replace(self, members=members, pressure=torch.stack(list(inputs[2:])).mean(0), **state)  # type: ignore[arg-type]
+        return self.replace(members=members, pressure=torch.stack(list(inputs[2:])).mean(0), **state)
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> States:
@@ -147,10 +186,10 @@ class States:
             return torch.as_tensor(table[name].to_numpy(dtype=np.float64) * factor)
 
         bed, reference = bed_of(table), column("length_mm", MM)
-        resting = torch.zeros_like(reference)
+        resting = _zeros(reference)
         hung = bed is DEAD_LOAD
-        second = column(SECOND, DEG) if SECOND in table else resting + torch.nan
-        some = bool(second.isfinite().any())
+        second = column(SECOND, DEG) if SECOND in table else None
+        some = second is not None and bool(second.isfinite().any())
         return cls(
             fiber_angle=column("gamma_deg", DEG),
             reference_length=reference,
@@ -163,11 +202,25 @@ class States:
             direction=torch.as_tensor(pressure_direction(table)),
             force=column("force_n") if hung else resting,
             moment=column("moment_nmm", NMM) if hung else resting,
-            second_angle=second.nan_to_num(nan=0.0) if some else None,
-            second_share=second.isfinite().double() if some else None,
+            second_angle=second.nan_to_num(nan=0.0) if some and second is not None else None,
+            second_share=second.isfinite().double() if some and second is not None else None,
             bed=bed,
             members=tuple(_member(table, number) for number in members_in(table.columns)),
-        ).replace(**{name: torch.as_tensor(value) for name, value in _memory(table).items()})
+            memory=Memory(lambda: {name: torch.as_tensor(value) for name, value in _memory(table).items()}),
+        )
+
+
+def _zeros(like: Tensor) -> Tensor:
+    """As many zeros, in the memory of one."""
+    return like.new_zeros(1).expand(like.shape[:1]) if len(like) else torch.zeros_like(like)
+
+
+def _picked(tensor: Tensor, rows: Tensor | slice) -> Tensor:
+    """Some rows of a tensor (N,)."""
+    if isinstance(rows, Tensor) and tensor.stride() == (0,):
+        # All are one number, which need not be copied.
+        return tensor[:1].expand(int(rows.sum()) if rows.dtype is torch.bool else rows.shape)
+    return tensor[rows]
 
 
 def _member(table: pd.DataFrame, number: int) -> States:
@@ -227,6 +280,12 @@ def severity(table: pd.DataFrame) -> np.ndarray:
     I₄ = q (sin Γ + ρ cos Γ)² + λ² cos² Γ. q is the one at which the wall balances the pressure: ∂S/∂q = P R λ/(t C1). A
     second family adds a term like the first's.
     """
+    if len(table) <= BLOCK:
+        return _severity(table)
+    return np.concatenate([_severity(table.iloc[i : i + BLOCK]) for i in range(0, len(table), BLOCK)])
+
+
+def _severity(table: pd.DataFrame) -> np.ndarray:
     length, inner, outer = (
         table[name].to_numpy(np.float64) * MM for name in ("length_mm", "inner_radius_mm", "outer_radius_mm")
     )

@@ -15,6 +15,7 @@ from freelearn.measurements.beds import BED, KINEMATIC, Bed
 from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.faults import TableError
 from freelearn.measurements.members import with_members
+from freelearn.measurements.plain_table import read_plain
 from freelearn.measurements.plausibility import unit_warnings
 from freelearn.measurements.records import (
     Records,
@@ -24,9 +25,11 @@ from freelearn.measurements.records import (
     read_records,
     refuse_separators,
 )
+from freelearn.measurements.row_suspicions import row_suspicions
 from freelearn.measurements.rows import Readings
-from freelearn.measurements.schema import find_faults
-from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows
+from freelearn.measurements.schema import faultless, find_faults
+from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows, used_rows
+from freelearn.work import tell
 
 BLANK_MARKS = (LEFT_OUT, SLACK)
 
@@ -38,7 +41,7 @@ class TableFile:
     table: the file's columns and N rows in their order: sample, step, buckled and left_out (blank: 0) as int64, the
     contract's other columns as float64 in the units that their names say, further columns as the text in the file.
     lines: the line in the file at which each row begins, (N,) int64. warnings: about columns that are not used or not
-    there, and about units that look wrong (UnitWarning).
+    there, about units that look wrong (UnitWarning), and about rows that do.
     """
 
     table: pd.DataFrame
@@ -54,9 +57,51 @@ def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | N
     Raises TableError with all faults of the rows and columns, and UserError where the file as a whole is not such a
     table. Nothing is executed or written.
     """
+    columns = Columns(bed, 0 if members is None else len(members))
+    read = _plain(path, bed, columns) or _careful(path, bed, columns)
+    header, frame = read.header, read.frame
+    if not usable_rows(frame).any():
+        marked = "buckled" if frame["buckled"].all() else "buckled or left out"
+        raise UserError(f"Every row of {path} is marked as {marked}, so none can be fitted or scored.")
+    if bed is not KINEMATIC or BED in frame:
+        frame[BED] = bed.name
+    if members is not None:
+        frame = with_members(frame, members)
+    _refuse_nothing_read(path, frame)
+    warnings = [*_near_optional(header, columns), *_unmeasured(header, columns)]
+    return TableFile(frame, read.lines, [*warnings, *unit_warnings(frame), *row_suspicions(frame, read.lines)])
+
+
+@dataclass(frozen=True)
+class _Read:
+    """header: as in the file. frame: its columns, as of TableFile, in their order. lines: of the rows."""
+
+    header: list[str]
+    frame: pd.DataFrame
+    lines: np.ndarray
+
+
+def _plain(path: str | Path, bed: Bed, columns: Columns) -> _Read | None:
+    """A large file without anything odd; None where the careful reader has to look at it."""
+    plain = read_plain(path, columns.known, columns.required)
+    if plain is None or (BED in plain.text and {cell.strip() for cell in set(plain.text[BED])} != {bed.name}):
+        return None
+    for name in (name for name in BLANK_MARKS if name in plain.numbers):
+        np.nan_to_num(plain.numbers[name], copy=False)
+    tell("checking", 0, 1)
+    if not faultless(pd.DataFrame(plain.numbers, copy=False), plain.header, columns):
+        return None
+    for name in (name for name in INTEGERS if name in plain.numbers):
+        plain.numbers[name] = plain.numbers[name].astype(np.int64)
+    cells = {name: plain.numbers[name] if name in plain.numbers else plain.text[name] for name in plain.header}
+    lines = np.arange(2, 2 + len(plain), dtype=np.int64)
+    return _Read(plain.header, pd.DataFrame(cells, copy=False), lines)
+
+
+def _careful(path: str | Path, bed: Bed, columns: Columns) -> _Read:
+    """Any file, with every fault in one report."""
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    columns = Columns(bed, 0 if members is None else len(members))
     _refuse_other_formats(path, header, columns)
     _refuse_other_bed(path, header, records, bed)
     if not records.rows:
@@ -79,17 +124,8 @@ def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | N
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
 
     numbers = numbers.astype({name: np.int64 for name in INTEGERS if name in numbers}).reset_index(drop=True)
-    if not usable_rows(numbers).any():
-        marked = "buckled" if numbers["buckled"].all() else "buckled or left out"
-        raise UserError(f"Every row of {path} is marked as {marked}, so none can be fitted or scored.")
     frame = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in header})
-    if bed is not KINEMATIC:
-        frame[BED] = bed.name
-    if members is not None:
-        frame = with_members(frame, members)
-    _refuse_nothing_read(path, frame)
-    warnings = [*_near_optional(header, columns), *_unmeasured(header, columns), *unit_warnings(frame)]
-    return TableFile(frame, np.array(lines, dtype=np.int64), warnings)
+    return _Read(header, frame, np.array(lines, dtype=np.int64))
 
 
 def _unmarked(cells: Sequence[str]) -> list[str]:
@@ -98,8 +134,7 @@ def _unmarked(cells: Sequence[str]) -> list[str]:
 
 
 def _refuse_nothing_read(path: str | Path, frame: pd.DataFrame) -> None:
-    usable = frame[usable_rows(frame)]
-    if not bool(Readings.from_table(usable).present.any()):
+    if not bool(Readings.from_table(used_rows(frame)).present.any()):
         raise UserError(f"{path} has no reading in any row that may be fitted: fill in what was measured.")
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import pandas as pd
 
 from freelearn.measurements.sign_check import signs
-from freelearn.units import DEG
+from freelearn.units import DEG, KPA, MM
 
 INCH_MM = 25.4
 PSI_KPA = 6.894757
@@ -17,6 +18,9 @@ LARGEST_TWIST_RAD = 2.2
 # Outer radius [mm] below which a short tube whose diameter is measured is taken for a blood vessel, or a part of one,
 # and the least and largest shares of its length by which such are stretched.
 VESSEL_MM, LEAST_STRAIN, LARGEST_STRAIN = 5.0, -0.5, 1.0
+# Shares of the pressure's thrust on the bore, and of that and a soft wall's spring [Pa], beyond which no table's
+# largest force is: of measured and simulated actuators it was 0.24 to 96 times the thrust.
+LEAST_OF_THRUST, MOST_OF_LOADS, WALL_PA = 0.03, 300.0, 1e6
 
 
 def _lengths(used: pd.DataFrame) -> Iterator[str]:
@@ -132,3 +136,23 @@ CHECKS: dict[tuple[str, ...], Callable[[pd.DataFrame], Iterator[str]]] = {
     ("pressure_kpa", "sample"): signs,
     ("outer_diameter_mm", "outer_radius_mm"): _diameter,
 }
+# What a force is compared with.
+FORCE_NEEDS = ("force_n", "pressure_kpa", "inner_radius_mm", "outer_radius_mm", "length_mm", "elongation_mm")
+
+
+def force_unit(used: pd.DataFrame) -> Iterator[str]:
+    """A sentence where the forces that a bed measured are far too small or too large for its pressures."""
+    largest, inner = used["force_n"].abs().max(), used["inner_radius_mm"].median()
+    outer, strain = used["outer_radius_mm"].median(), (used["elongation_mm"] / used["length_mm"]).abs().max()
+    thrust = math.pi * (MM * inner) ** 2 * KPA * used["pressure_kpa"].max()
+    spring = math.pi * MM**2 * (outer**2 - inner**2) * WALL_PA * strain
+    if 0 < largest < LEAST_OF_THRUST * thrust:
+        yield (
+            f"force_n may be in kN (largest {largest:.3g}, beside {thrust:.3g} N of pressure on the bore): "
+            f"in N it would be {1000 * largest:.4g}."
+        )
+    elif largest > MOST_OF_LOADS * (thrust + spring):
+        yield (
+            f"force_n may be in mN (largest {largest:.3g}, beside {thrust + spring:.3g} N of pressure on the bore and "
+            f"stretched rubber): in N it would be {largest / 1000:.4g}."
+        )

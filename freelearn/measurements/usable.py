@@ -25,6 +25,12 @@ def usable_rows(table: pd.DataFrame) -> np.ndarray:
     return usable
 
 
+def used_rows(table: pd.DataFrame) -> pd.DataFrame:
+    """The table's usable rows; the table itself where all are, which on large ones saves a copy."""
+    usable = usable_rows(table)
+    return table if usable.all() else table[usable]
+
+
 def left_out_rows(table: pd.DataFrame) -> np.ndarray:
     """Rows that only the user's mark keeps from being fitted and scored, (N,) bool: buckled ones are not counted twice.
 

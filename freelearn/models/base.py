@@ -33,7 +33,7 @@ class Bound(Protocol):
 class Model(Chain, Generic[P]):
     """Derive from it, name the class of its parameters, and write `structure`: that is a whole model.
 
-    Effects, fits, uncertainty, checkpoints and discovery then work on it. The README shows one in twenty lines.
+    Effects, fits, uncertainty, checkpoints and discovery then work on it. docs/own_model.md shows one in twenty lines.
     """
 
     name: str

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import torch
 
 from freelearn.errors import UserError
-from freelearn.files import write_whole
+from freelearn.files import write_bytes
 from freelearn.models.base import Model
 from freelearn.models.chain import Chain
 from freelearn.models.continuum import Continuum
@@ -70,18 +72,34 @@ def build_model(
 
 def save_checkpoint(model: Model[Any], path: Path) -> None:
     """Writes a fitted model so that `load_model` and `torch.load(weights_only=True)` read it; whole or not at all."""
-    write_whole(path, lambda beside: torch.save({"freelearn": model.description()}, beside))
+    # Not straight into the file: its name would get into the content, and a full disk is no OSError of torch's.
+    content, known = BytesIO(), model.description()
+    torch.save({"freelearn": known | {"digest": _digest(known)}}, content)
+    write_bytes(path, content.getvalue())
 
 
 def load_model(path: str | Path) -> Model[Any]:
     """A fitted model from a run's checkpoint.ckpt. Executes nothing from the file. Raises UserError."""
     try:
-        content = torch.load(path, weights_only=True)["freelearn"]
+        content = dict(torch.load(path, weights_only=True)["freelearn"])
+        # torch reads a number that was changed on the disk like any other.
+        if content.pop("digest", None) not in (None, _digest(content)):
+            raise ValueError("it is not as it was written")
+        known: dict[str, Any] = {name: content.get(name) for name in ("effects", "samples")}
+        model = build_model(content["model"], **known, members=content.get("members", 0))
+        model.load_state_dict(content["state"])
+    except UserError:
+        raise
     except FileNotFoundError:
         raise UserError(f"No checkpoint at {path}.") from None
     except Exception as problem:
         raise UserError(f"{path} is not a freelearn checkpoint: {problem}".split("\n")[0]) from None
-    known = {name: content.get(name) for name in ("effects", "samples")}
-    model = build_model(content["model"], **known, members=content.get("members", 0))
-    model.load_state_dict(content["state"])
     return model
+
+
+def _digest(description: Mapping[str, Any]) -> str:
+    """Of a model's description but for a digest in it."""
+    digest = hashlib.sha256(repr([(k, description[k]) for k in sorted(description) if k != "state"]).encode())
+    for name, tensor in sorted(description["state"].items()):
+        digest.update(repr((name, tensor.dtype, tuple(tensor.shape))).encode() + tensor.contiguous().numpy().tobytes())
+    return digest.hexdigest()

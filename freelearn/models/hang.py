@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import torch
@@ -43,7 +42,7 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
     with the stiffness cut from the derivative, has the derivative of the implicit function theorem (see models.mount).
     A row that does not settle, or not in a stable state, has no equilibrium.
     """
-    near, states = states.near, replace(states, near=None)
+    near, states = states.near, states.replace(near=None)
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
         at = _solve(states.detach(), fixed, near, loads, rows_of)

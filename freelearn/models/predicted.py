@@ -17,11 +17,18 @@ def predicted_table(table: pd.DataFrame, split: str | np.ndarray, prediction: Pr
     """
     status, bed = prediction.status.numpy(), bed_of(table)
     loads = np.where((status == Status.NO_EQUILIBRIUM)[:, None], np.nan, prediction.loads.numpy())
-    words = np.array([s.name.lower() for s in Status])[status]
+    words = np.array([s.name.lower() for s in Status], dtype=object)[status]
     shown = {q.predicted: loads[:, i] / q.factor for i, q in enumerate(bed.readings) if q in bed.measured}
     return table.assign(split=split, **shown, status=words)
 
 
 def usable(predictions: pd.DataFrame) -> pd.DataFrame:
     """Rows that are fitted or scored: neither buckled nor left out, and with a valid prediction."""
-    return predictions[usable_rows(predictions) & (predictions["status"] == "ok").to_numpy()]
+    kept = answered(predictions)
+    return predictions if kept.all() else predictions[kept]
+
+
+def answered(predictions: pd.DataFrame) -> np.ndarray:
+    """Which rows are `usable`, (N,) bool."""
+    kept: np.ndarray = usable_rows(predictions) & (predictions["status"] == "ok").to_numpy()
+    return kept

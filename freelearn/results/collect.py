@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.results.digests import read_document
 
 # What a failed job leaves instead of results.json.
 ERROR_FILE = "error.json"
@@ -59,7 +60,18 @@ def collect(folders: Sequence[Path]) -> pd.DataFrame:
 def _jobs(folder: Path) -> list[Path]:
     """Folders of jobs that ended, in the order of their numbers."""
     ended = {path.parent for name in ("results.json", ERROR_FILE) for path in folder.glob(f"*/{name}")}
-    return sorted(ended, key=lambda path: (not path.name.isdigit(), path.name.zfill(12)))
+    return sorted(ended, key=job_order)
+
+
+def job_order(folder: Path) -> tuple[bool, int, str]:
+    """Sorts folders of jobs by the number at the end of their names; those without one are last.
+
+    >>> sorted(map(Path, ("b_seed0_10", "mine", "c_seed0_2", "7")), key=job_order)[:3] == [
+    ...     Path("c_seed0_2"), Path("7"), Path("b_seed0_10")]
+    True
+    """
+    number = re.search(r"(?:^|_)(\d+)$", folder.name)
+    return number is None, int(number[1]) if number else 0, folder.name
 
 
 def _rows(job: Path, base: Path) -> list[dict[str, Any]]:
@@ -67,15 +79,18 @@ def _rows(job: Path, base: Path) -> list[dict[str, Any]]:
     path = job / "results.json"
     failed = not path.exists()
     try:
-        content = json.loads((job / ERROR_FILE if failed else path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as problem:
-        return [{"run": name, "error": f"{path.name} cannot be read: {problem}", "model": "?", "effects": ""}]
-    common = {key: content.get(key) for key in ("model", "train", "seed", "fit", "split")}
-    common |= {"effects": "+".join(content["effects"]), "run": name, "error": ""}
-    if failed:
-        return [common | {"test": content["test"], "error": content["error"]}]
-    common |= {"parameters": len(content["parameters"]), "data": content["data"]}
-    return [common | {"test": test, **scores} for test, scores in content["tests"].items()]
+        content = read_document(job / ERROR_FILE if failed else path)
+        common = {key: content.get(key) for key in ("model", "train", "seed", "fit", "split")}
+        common |= {"effects": "+".join(content["effects"]), "run": name, "error": ""}
+        if failed:
+            return [common | {"test": content["test"], "error": content["error"]}]
+        common |= {"parameters": len(content["parameters"]), "data": content["data"]}
+        return [common | {"test": test, **scores} for test, scores in content["tests"].items()]
+    except UserError as problem:
+        wrong = str(problem)
+    except (KeyError, TypeError, AttributeError) as problem:
+        wrong = f"{job} holds no results of a run ({type(problem).__name__}: {problem}): make the run again"
+    return [{"run": name, "error": wrong, "model": "?", "effects": ""}]
 
 
 def _labels(table: pd.DataFrame) -> pd.Series:

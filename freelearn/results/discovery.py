@@ -29,6 +29,7 @@ from freelearn.models.base import Model
 from freelearn.models.predicted import predicted_table
 from freelearn.results.curve import StateCurves, state_curves
 from freelearn.results.curve_rows import curves_of
+from freelearn.results.estimate import Estimate, searched_estimates
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
 from freelearn.results.proposal_curve import ProposalCurve
@@ -107,6 +108,13 @@ def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFram
         return predicted_table(table, "train", model(states))
 
 
+def final_estimates(findings: Findings) -> list[Estimate]:
+    """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
+    model = findings.final.fit.model
+    freedom = max(len(np.unique(findings.rows.state)) - len(model.vector()), 1)
+    return searched_estimates(findings.final.fit.values(), stderr(findings.final), model.declared, freedom)
+
+
 def document(
     findings: Findings,
     failed: list[Failure],
@@ -131,6 +139,7 @@ def document(
         "alternatives": [{name: _rebuilt(step) for name, step in members.items()} for members in findings.classes],
         "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
+        "parameters": {estimate.name: estimate.plain() for estimate in final_estimates(findings)},
         "trail": [_entry(step, previous) for previous, step in pairs],
         "candidates": [*(c for step in findings.steps for c in step.candidates), *untestable],
         "failures": [f.numbers() for f in failed],

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from freelearn.inference.next_experiment import NextState
 from freelearn.inference.step import Step
 from freelearn.inference.thresholds import LEFT
 from freelearn.measurements.beds import BEDS, Quantity
-from freelearn.results.discovery import Discovery, sigmas_heldout, stderr
-from freelearn.results.estimate import parameter_table, searched_estimates
+from freelearn.results.discovery import Discovery, final_estimates, sigmas_heldout
+from freelearn.results.estimate import parameter_table
 from freelearn.results.formats import fixed, number, percent, sentence, signed
-from freelearn.results.proposals import proposal_lines
+from freelearn.results.proposal_words import proposal_lines
+from freelearn.results.proposals import proposal_entry
 from freelearn.results.quantities import digits
 from freelearn.results.staircase import staircase_row
 from freelearn.results.tables import DisplayTable
@@ -27,12 +26,7 @@ def step_row(step: Step, text: str) -> list[str]:
 
 def final_parameters(discovery: Discovery) -> DisplayTable:
     """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
-    findings = discovery.findings
-    model = findings.final.fit.model
-    values = findings.final.fit.values()
-    freedom = max(len(np.unique(findings.rows.state)) - len(model.vector()), 1)
-    estimates = searched_estimates(values, stderr(findings.final), model.declared, freedom)
-    return parameter_table(estimates, "Parameters of the last model")
+    return parameter_table(final_estimates(discovery.findings), "Parameters of the last model")
 
 
 def next_states(proposed: Sequence[NextState], most: int | None = None) -> DisplayTable:
@@ -119,7 +113,7 @@ def written_lines(discovery: Discovery) -> list[str]:
     findings = discovery.findings
     lines = []
     for proposal in findings.proposals:
-        first, *rest = proposal_lines(proposal, findings.noise_floor)
+        first, *rest = proposal_lines(proposal_entry(proposal, findings.noise_floor), proposal.written)
         # A name keeps its small letters.
         lines += [f"{first}.", *map(sentence, rest)]
     if lines and findings.verdict != "proposed":

@@ -10,20 +10,23 @@ import pandas as pd
 from freelearn.results.formats import percent
 from freelearn.results.run import CONSTITUENT_SET
 
+# The end of every color scale [%]: at 100 % a model does no better than none.
+WORST = 500.0
 # Sets of several samples, in reading order, and last what was not fitted.
 GROUPS = ("even", "all", CONSTITUENT_SET)
 
 
 def error_range(cells: pd.DataFrame) -> tuple[float, float]:
-    """Ends [%] of one logarithmic color scale for every map drawn from `cells` (column E, a fraction).
+    """Ends [%] of one logarithmic color scale for every map drawn from `cells` (column E, a fraction). What lies beyond
+    WORST has the last color: a model that is off a thousandfold would leave the others one shade.
 
-    >>> error_range(pd.DataFrame({"E": [0.021, 2.0]}))
-    (2.0, 210.0)
+    >>> error_range(pd.DataFrame({"E": [0.021, 2.0]})), error_range(pd.DataFrame({"E": [0.021, 400.0]}))
+    ((2.0, 210.0), (2.0, 500.0))
     """
     error = 100 * cells["E"].to_numpy(dtype=np.float64)
     error = error[np.isfinite(error) & (error > 0)]
     low, high = (float(error.min()), float(error.max())) if len(error) else (1.0, 100.0)
-    return low / 1.05, high * 1.05
+    return low / 1.05, max(min(high * 1.05, WORST), 1.2 * low)
 
 
 def set_order(names: pd.Series) -> list[str]:
@@ -50,10 +53,23 @@ def error_grid(cells: pd.DataFrame, across: list[str], down: list[str]) -> np.nd
     return values
 
 
+def cell_text(error: float) -> str:
+    """An error [%] in a cell's few letters; blank where there is none.
+
+    >>> [cell_text(error) for error in (0.7027, 21.16, 271.2, 43943.0, float("nan"))]
+    ['0.7', '21.2', '271', '44k', '']
+    """
+    if not np.isfinite(error):
+        return ""
+    if error >= 9999.5:
+        return f"{error / 1000:.0f}k"
+    return f"{error:.1f}" if error < 99.95 else f"{error:.0f}"
+
+
 def mean_text(cells: pd.DataFrame) -> str:
-    """Mean over one label's fitted cells [%], with its spread over seeds where there are several."""
+    """Mean and median over one label's fitted cells [%], with the mean's spread over seeds where there are several."""
     fitted = cells[cells["train"] != CONSTITUENT_SET]
-    text = f"{percent(fitted['E'].mean(), 1)} %"
+    text = f"mean {percent(fitted['E'].mean(), 1)} %, median {percent(fitted['E'].median(), 1)} %"
     deviation = fitted["deviation"].mean()
     if not deviation > 0:
         return text
@@ -62,7 +78,7 @@ def mean_text(cells: pd.DataFrame) -> str:
 
 def caption(ours: pd.Series, published: Mapping[str, float] | None, simulated: bool) -> str:
     """Our figures of one label (a row of sweep.summary) beside the paper's, which measured other, real samples."""
-    parts = {"mean": "mean", "range": "range", "diagonal": "own set", "min": "least", "max": "most"}
+    parts = {"mean": "mean", "median": "median", "range": "range", "diagonal": "own set", "min": "least", "max": "most"}
     lines = [f"{'E [%]':<8}{'here':>7}" + (f"{'paper':>7}" if published else "")]
     for part, name in parts.items():
         line = f"{name:<8}{percent(ours[part], 1):>7}"

@@ -13,6 +13,8 @@ from freelearn.models.parameter import Parameter
 from freelearn.results.formats import finite, number, percent
 from freelearn.results.tables import DisplayTable
 
+# SI units: no parameter that does anything is so small.
+GONE = 1e-20
 HEADINGS = ("value", "± stderr", "95 % from", "to")
 
 
@@ -95,9 +97,18 @@ def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTa
     """Parameters with 95 % intervals."""
     rows = []
     for e in estimates:
-        cells = [number(e.value), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
+        cells = [number(_shown(e.value)), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
         rows.append([e.name, *cells, e.unit])
     return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last=["unit"])
+
+
+def _shown(value: float) -> float:
+    """Zero in the place of what a logarithm has run away to: 3.8e−34 Pa tells a reader nothing, a note says the rest.
+
+    >>> _shown(3.8e-34), _shown(-2e-9)
+    (0.0, -2e-09)
+    """
+    return 0.0 if abs(value) < GONE else value
 
 
 def intervals_caption(estimates: Sequence[Estimate]) -> str:
@@ -116,6 +127,6 @@ def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
         relative = f"({percent(e.stderr / abs(e.value))}%)" if e.value and math.isfinite(e.stderr) else ""
         # An unknown standard error leaves its cells blank; the report names the parameter under its warnings.
         known = [number(e.stderr, 4), relative, number(e.low, 6), number(e.high, 6), number(e.independent, 4)]
-        rows.append([e.name, number(e.value, 8), *known, e.unit])
+        rows.append([e.name, number(_shown(e.value), 8), *known, e.unit])
     numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
     return DisplayTable.of(["name"], numbers, rows, last=["unit"])

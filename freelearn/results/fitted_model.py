@@ -255,7 +255,7 @@ def _standing(states: States) -> States:
     still = torch.zeros(len(states), dtype=torch.float64)
     named = ("direction", "moved_length", "moved_twist", "dwell", "clock")
     alone = states.replace(**dict.fromkeys(named, still), past_severity=states.severity)
-    return replace(alone, members=tuple(_standing(member) for member in states.members))
+    return alone.replace(members=tuple(_standing(member) for member in states.members))
 
 
 def _undirected(states: States, table: pd.DataFrame) -> States:
@@ -263,7 +263,7 @@ def _undirected(states: States, table: pd.DataFrame) -> States:
     members = tuple(
         _directed(member, table[pressure_column(i)]) for i, member in enumerate(states.members, start=1)
     )  # fmt: skip
-    return replace(_directed(states, table["pressure_kpa"]), members=members)
+    return _directed(states, table["pressure_kpa"]).replace(members=members)
 
 
 def _directed(states: States, pressure: pd.Series) -> States:

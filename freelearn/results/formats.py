@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 DASH = "–"
@@ -12,8 +13,8 @@ MINUS = "−"
 def number(value: float | None, digits: int = 5) -> str:
     """A number with so many significant digits; a dash where there is none.
 
-    >>> number(-0.00123456, 3), number(1e6), number(None), number(float("nan"))
-    ('−0.00123', '1e+06', '–', '–')
+    >>> number(-0.00123456, 3), number(-2e-6), number(None), number(float("nan"))
+    ('−0.00123', '−2e−06', '–', '–')
     """
     return _finished(value, f".{digits}g")
 
@@ -48,13 +49,22 @@ def percent(value: float | None, digits: int = 2) -> str:
 def sentence(text: str) -> str:
     """Words as a sentence of their own. A name at its beginning stays as it is.
 
-    >>> sentence("force is over-predicted")
-    'Force is over-predicted.'
+    >>> sentence("force is too high")
+    'Force is too high.'
     >>> sentence("force_gain.gain is at its bound")
     'force_gain.gain is at its bound.'
     """
     name = "_" in text.split(" ")[0]
     return f"{text if name else text[0].upper() + text[1:]}."
+
+
+def true_minus(text: str) -> str:
+    """Words with minus signs before their numbers where hyphens stood; dates, names and versions keep theirs.
+
+    >>> true_minus("-3 mm at (-60°) and 1e-05, on 2026-01-02 in run-7.csv")
+    '−3 mm at (−60°) and 1e−05, on 2026-01-02 in run-7.csv'
+    """
+    return re.sub(r"(?<![^\s(\[±…])-(?=[\d.])|(?<=\de)-(?=\d)", MINUS, text)
 
 
 def ascii_minus(text: str) -> str:
@@ -91,5 +101,4 @@ def all_finite(value: Any) -> Any:
 def _finished(value: float | None, form: str) -> str:
     if value is None or not math.isfinite(value):
         return DASH
-    mantissa, *exponent = format(value, form).split("e")
-    return "e".join([mantissa.replace("-", MINUS), *exponent])
+    return format(value, form).replace("-", MINUS)

@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
+from freelearn.errors import UserError
+
 
 @dataclass(frozen=True)
 class Provenance:
@@ -24,8 +28,12 @@ class Provenance:
 
     @classmethod
     def from_plain(cls, entry: Mapping[str, Any]) -> Provenance:
-        """The provenance that `plain` wrote; what it does not know it passes over."""
-        return cls(**{name: entry[name] for name in cls.__dataclass_fields__ if name in entry})
+        """The provenance that `plain` wrote, without what is not known here. Raises UserError for what is none."""
+        try:
+            known: Provenance = TypeAdapter(cls).validate_python(entry)
+        except ValidationError:
+            raise UserError("A result does not say which data it is about, in its entry data: make it again.") from None
+        return known
 
     def plain(self) -> dict[str, Any]:
         """What results.json and discovery.json say of it."""

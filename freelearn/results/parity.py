@@ -29,8 +29,9 @@ def parity_numbers(predictions: pd.DataFrame) -> pd.DataFrame:
     imposed = [q.column for q in (*bed_of(predictions).state, *pressures(predictions))]
     both = [name for q in told(predictions) for name in (q.column, q.predicted)]
     marks = [SLACK] if SLACK in predictions else []
-    parts = [_thinned(rows[rows["split"] == split]) for split in SPLITS]
-    return pd.concat(parts)[["sample", *imposed, "split", *both, *marks]].reset_index(drop=True)
+    shown = [_thinned(np.flatnonzero(rows["split"] == split)) for split in SPLITS]
+    columns = ["sample", *imposed, "split", *both, *marks]
+    return rows[columns].iloc[np.concatenate(shown)].reset_index(drop=True)
 
 
 def split_labels(predictions: pd.DataFrame) -> dict[str, str]:
@@ -55,7 +56,8 @@ def parity_ends(shown: pd.DataFrame, quantities: Sequence[Quantity]) -> list[tup
     return [(float(np.nanmin(values)), float(np.nanmax(values))) for values in both]
 
 
-def _thinned(part: pd.DataFrame) -> pd.DataFrame:
+def _thinned(part: np.ndarray) -> np.ndarray:
     if len(part) <= SHOWN:
         return part
-    return part.iloc[np.sort(np.random.default_rng(0).choice(len(part), SHOWN, replace=False))]
+    thinned: np.ndarray = part[np.sort(np.random.default_rng(0).choice(len(part), SHOWN, replace=False))]
+    return thinned

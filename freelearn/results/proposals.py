@@ -1,4 +1,4 @@
-"""Effects that a search wrote, as plain values, as sentences, and as files of their own."""
+"""Effects that a search wrote, as plain values, and as files of their own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from freelearn.inference.proposals.proposal import Proposal, Twin
 from freelearn.inference.search import Findings
 from freelearn.models.effects.registry import lent
 from freelearn.models.written.source import effect_class, source
-from freelearn.results.formats import number, percent
+from freelearn.results.proposal_words import proposal_lines
 
 PROPOSED = "proposed"
 
@@ -60,6 +60,7 @@ def proposal_entry(proposal: Proposal, floor: float) -> dict[str, Any]:
                 "inputs": g.written().inputs_named,
                 "formula": g.written().formula,
                 "sigmas": math.sqrt(max(g.gain, 0.0)),
+                "p_value": g.p_value,
             }
             for g in proposal.places
         ],
@@ -89,54 +90,10 @@ def _stderr(proposal: Proposal) -> dict[str, float]:
     return {name: whole[label] for name, label in names.items() if label in whole}
 
 
-def constants_told(proposal: Proposal) -> list[str]:
-    """Each constant with its standard error, in the units of tables: a = 10.2 ± 0.1 N·mm."""
-    errors = _stderr(proposal)
-    said = []
-    for c in proposal.written.constants():
-        value, error = c.start / c.factor, errors.get(c.name, float("nan")) / c.factor
-        unit = f" {c.shown}" if c.shown else ""
-        said.append(f"{c.symbol} = {number(value, 4)} ± {number(abs(error), 2)}{unit}")
-    return said
-
-
-def units_told(proposal: Proposal) -> str:
-    """What the inputs are told in: φ in 115 °."""
-    pairs = zip(proposal.written.inputs, proposal.written.scales, strict=True)
-    return ", ".join(f"{i.symbol} in units of {number(s / i.factor, 4)} {i.shown}".rstrip() for i, s in pairs)
-
-
-def proposal_lines(proposal: Proposal, floor: float) -> list[str]:
-    """What it is, its constants, what it mends, what the data cannot tell from it, and what it resembles."""
-    written = proposal.written
-    of = " and ".join(_named(name) for name in written.inputs_named)
-    lines = [
-        f"{written.name}: the {written.place.changes} depends on the {of}: {written.formula}, {units_told(proposal)}",
-        f"its constants: {'; '.join(constants_told(proposal))}",
-        f"the held-out error goes from {percent(proposal.base.E_heldout, 3)} to "
-        f"{percent(proposal.step.E_heldout, 3)} %, and measuring alone leaves {percent(floor, 3)} %",
-    ]
-    same = [t for t in proposal.twins if t.E_heldout is None]
-    other = [t for t in proposal.twins if t.E_heldout is not None]
-    if same:
-        lines.append(f"at the port {same[0].port} ({same[0].where}) the same function would show the very same loads")
-    if other:
-        told = "; ".join(f"{t.port} ({t.where}): {t.formula}" for t in other)
-        lines.append(f"the data cannot tell it from {told}")
-    if proposal.resembles:
-        name, share = proposal.resembles
-        lines.append(f"of the library {name} would explain most of the same: {percent(share, 0)} % of it")
-    return lines
-
-
-def _named(name: str) -> str:
-    return {"direction": "direction of the pressure change", "severity": "severity of the state"}.get(name, name)
-
-
 def proposal_source(proposal: Proposal, model: str, floor: float) -> str:
     """The text of its file, the evidence in its docstring."""
     # Its name keeps its small letters.
-    first, *rest = proposal_lines(proposal, floor)
+    first, *rest = proposal_lines(proposal_entry(proposal, floor), proposal.written)
     lines = [f"{first}.", *(f"{line[0].upper()}{line[1:]}." for line in rest)]
     wrapped = [part for line in lines for part in _wrapped(line)]
     use = f"Use it like an effect of your own: FREELEARN_EFFECTS={file_of(proposal)} python train.py model={model} "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pandas as pd
 import torch
@@ -51,7 +50,7 @@ def _rest(fitted: FittedModel, states: States) -> Prediction:
         values = model.values()
         parts = [
             hang(
-                states[rows], values, lambda at, v: model.chain(replace(at, bed=KINEMATIC), v),
+                states[rows], values, lambda at, v: model.chain(at.replace(bed=KINEMATIC), v),
                 model.rows_of,
             )
             for rows in torch.arange(len(states)).split(BLOCK)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from freelearn.errors import UserError
+from freelearn.results.collect import job_order
+from freelearn.results.digests import read_document
 from freelearn.results.estimate import Estimate
 from freelearn.results.origin import Provenance
 
@@ -50,7 +51,7 @@ class RunRecord:
 def read_records(folder: Path) -> list[RunRecord]:
     """The runs in a run's folder, or in a sweep's in the order of its jobs. Raises UserError without a whole one."""
     alone = folder / "results.json"
-    jobs = sorted(folder.glob("*/results.json"), key=lambda path: path.parent.name.zfill(12))
+    jobs = sorted(folder.glob("*/results.json"), key=lambda path: job_order(path.parent))
     paths = [alone] if alone.exists() else jobs
     if not paths:
         raise UserError(f"No results in {folder}: name the folder of a run or of a sweep.")
@@ -58,7 +59,8 @@ def read_records(folder: Path) -> list[RunRecord]:
 
 
 def _record(path: Path) -> RunRecord:
+    content = read_document(path)
     try:
-        return RunRecord.from_plain(json.loads(path.read_text(encoding="utf-8")), path.parent)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as problem:
+        return RunRecord.from_plain(content, path.parent)
+    except (ValueError, KeyError, TypeError, AttributeError) as problem:
         raise UserError(f"{path} is not the results.json of a run ({problem}): make the run again.") from None

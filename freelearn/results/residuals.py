@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from freelearn.measurements.beds import Pair, bed_of, behind
+from freelearn.measurements.beds import Pair, Quantity, bed_of, behind
 from freelearn.models.predicted import usable
 from freelearn.results.quantities import misses
 from freelearn.results.states import fields
 
 # Samples shown side by side; more of them would be too narrow to read.
 MOST_SAMPLES = 8
+# Fields that are drawn; more would only lie on top of each other, and fill the page.
+MOST_FIELDS = 20_000
+# A residual below this share of the largest reading is rounding: drawn on a scale of its own it would look like one.
+ROUNDING = 1e-9
+
+# The end of the color scale of a sample's residuals, by sample and the quantity's column.
+Limits = Mapping[tuple[int, str], float]
 
 
 def residual_table(predictions: pd.DataFrame, over: Pair | None = None) -> pd.DataFrame:
@@ -24,21 +33,53 @@ def residual_table(predictions: pd.DataFrame, over: Pair | None = None) -> pd.Da
     number, where = fields(predictions, over)
     rows = usable(predictions)
     residual = misses(rows).reindex(columns=[q.column for q in bed_of(predictions).measured])
-    read = residual[residual.notna().any(axis=1)]
+    present = residual.notna().any(axis=1)
+    read = residual if present.all() else residual[present]
     grouped = read.groupby(pd.Series(number)[read.index])
     means = grouped.mean().assign(rows=grouped.size()).rename_axis("state")
     return where.join(means).fillna({"rows": 0}).reset_index(drop=True)
 
 
-def scale_end(values: ArrayLike) -> float:
-    """The end of a color scale that is symmetric about zero; 1 where there is nothing to show.
+def drawn(table: pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """The fields that a picture draws of a residual_table, and how many these are, in words; "" for all of them.
 
-    >>> scale_end([-3.0, 2.0, float("nan")]), scale_end([])
-    (3.0, 1.0)
+    Drawn at random, the same ones each time: every n-th could fall on the same length."""
+    if len(table) <= MOST_FIELDS:
+        return table, ""
+    chosen = np.sort(np.random.default_rng(0).choice(len(table), MOST_FIELDS, replace=False))
+    return table.iloc[chosen].reset_index(drop=True), f"{MOST_FIELDS} of {len(table)} places shown"
+
+
+def scale_end(values: ArrayLike, least: float = 0.0) -> float:
+    """The end of a color scale that is symmetric about zero; 1 where there is nothing to show. least: what is no larger
+    is nothing.
+
+    >>> scale_end([-3.0, 2.0, float("nan")]), scale_end([]), scale_end([2e-15, -1e-15], 1e-6)
+    (3.0, 1.0, 1.0)
     """
+    largest = largest_of(values)
+    return largest if largest > least else 1.0
+
+
+def largest_of(values: ArrayLike) -> float:
+    """The largest size among the values that are known; 0 without one."""
     size = np.abs(np.asarray(values, dtype=np.float64))
     size = size[np.isfinite(size)]
-    return float(size.max()) if len(size) and size.max() > 0 else 1.0
+    return float(size.max()) if len(size) else 0.0
+
+
+def scale_limits(predictions: Sequence[pd.DataFrame], over: Pair, quantities: Sequence[Quantity]) -> Limits:
+    """The ends of the color scales on which several maps of the same rows, such as before and after, compare.
+
+    predictions: each in the columns of predictions.csv."""
+    tables = [residual_table(table, over) for table in predictions]
+    together = pd.concat(tables, ignore_index=True)
+    readings = predictions[0].groupby("sample")[[quantity.column for quantity in quantities]].agg(largest_of)
+    return {
+        (int(sample), quantity.column): scale_end(part[quantity.column], ROUNDING * readings[quantity.column][sample])
+        for sample, part in together.groupby("sample")
+        for quantity in quantities
+    }
 
 
 def limit_text(limit: float, unit: str) -> str:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from freelearn.csv_text import csv_text
-from freelearn.errors import UserError
-from freelearn.files import write_text
+from freelearn.csv_text import csv_blocks
+from freelearn.errors import cannot_write
+from freelearn.files import remove_unfinished, write_text, write_whole
 from freelearn.measurements.beds import bed_of
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
+from freelearn.results.digests import with_digests
 from freelearn.results.estimate import parameter_table
 from freelearn.results.fit_report import fit_report
 from freelearn.results.formats import all_finite, ascii_minus, finite
@@ -21,26 +23,45 @@ from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.states import rows_of_set
 
+# What marks a whole run.
+RESULTS = "results.json"
+
 
 def check_folder(folder: Path) -> None:
     """Makes the run's folder and sees that it can be written to. Raises UserError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
+        remove_unfinished(folder)
+        # Another command in the same folder leaves this one's alone.
+        probe = folder / f".writable.{os.getpid()}"
         probe.touch()
         probe.unlink()
+    except (OSError, ValueError) as problem:
+        raise cannot_write(folder, problem) from None
+
+
+def begin_results(folder: Path, mark: str = RESULTS) -> None:
+    """Takes away the mark of an earlier whole result before any of its files is replaced, and makes the folder again
+    where it was deleted meanwhile. Raises UserError."""
+    check_folder(folder)
+    try:
+        (folder / mark).unlink(missing_ok=True)
     except OSError as problem:
-        raise UserError(
-            f"Cannot write to the output folder {folder}: {problem.strerror}. Set hydra.run.dir=…"
-        ) from None
+        raise cannot_write(folder / mark, problem) from None
 
 
 def write_run(run: Run, table: pd.DataFrame, folder: Path, origin: Origin) -> None:
     """Writes predictions.csv (`table`, from `predictions`), fit_report.txt, checkpoint.ckpt and results.json."""
-    write_text(folder / "predictions.csv", csv_text(table, "%.10g"))
+    write_whole(folder / "predictions.csv", lambda beside: _write_table(table, beside))
     write_text(folder / "fit_report.txt", report(run))
     save_checkpoint(run.model, folder / "checkpoint.ckpt")
-    write_text(folder / "results.json", json.dumps(results(run, origin), indent=2, allow_nan=False) + "\n")
+    whole = with_digests(results(run, origin), folder, ["predictions.csv", "checkpoint.ckpt"])
+    write_text(folder / RESULTS, json.dumps(whole, indent=2, allow_nan=False) + "\n")
+
+
+def _write_table(table: pd.DataFrame, path: Path) -> None:
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.writelines(csv_blocks(table, "%.10g"))
 
 
 def predictions(run: Run) -> pd.DataFrame:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.models.own import load_own_code
 from freelearn.models.predicted import usable
+from freelearn.results.digests import check_files, read_document
 from freelearn.results.run import CONSTITUENT_SET, seen_rows
 from freelearn.results.states import rows_of_set
 
@@ -66,13 +66,10 @@ def read_run(folder: str | Path) -> RunFolder:
     folder = Path(folder)
     if not folder.is_dir():
         raise UserError(f"No folder at {folder}: give that of a run of train or discover, run=FOLDER.")
-    kind = next((name for name in KINDS if (folder / name).is_file()), None)
-    if kind is None:
-        raise UserError(f"{folder} is not the folder of a whole run: it holds neither {' nor '.join(KINDS)}.")
+    kind, content = _document(folder)
     load_own_code()
     model = load_model(folder / "checkpoint.ckpt")
     try:
-        content = json.loads((folder / kind).read_text(encoding="utf-8"))
         table = pd.read_csv(folder / KINDS[kind])
         stated = content.get("accuracy")
         accuracy = Accuracy(**stated) if stated else None
@@ -81,6 +78,20 @@ def read_run(folder: str | Path) -> RunFolder:
     except (OSError, ValueError, KeyError, TypeError) as problem:
         raise UserError(f"{folder} is not the folder of a whole run: {problem}.") from None
     return RunFolder(folder, content, model, table, covariance, accuracy)
+
+
+def _document(folder: Path) -> tuple[str, dict[str, Any]]:
+    """What marks the folder's run, and its content. Of a train and a discover in one folder that whose files are there:
+    the later one. Raises UserError where they are not as they were written."""
+    problem = UserError(f"{folder} is not the folder of a whole run: it holds neither {' nor '.join(KINDS)}.")
+    for kind in [name for name in KINDS if (folder / name).is_file()]:
+        try:
+            content = read_document(folder / kind)
+            check_files(content, folder)
+            return kind, content
+        except UserError as mistake:
+            problem = mistake
+    raise problem
 
 
 def _covariance(stored: Any, count: int) -> np.ndarray:

@@ -10,6 +10,8 @@ from freelearn.results.notes import effect_notes, interval_notes, notes
 from freelearn.results.run import Run
 from freelearn.results.tables import DisplayTable
 
+# Behind the name of the set that a run trained on.
+OWN = "its own test rows"
 # What became of rows that are neither fitted nor scored.
 MEANING = {
     "buckled": "buckled",
@@ -33,16 +35,15 @@ def explained(run: Run) -> str:
 
 
 def error_table(run: Run) -> DisplayTable:
-    """Errors by test set; the training set's own is marked."""
+    """Errors by test set; the training set's own says so."""
     measured = [quantity.name for quantity in bed_of(run.table).measured]
     rows = [
-        [f"{name} *" if name == run.train else name, *map(percent, (e.E, *map(e.part, measured))), str(e.n)]
+        [f"{name} ({OWN})" if name == run.train else name, *map(percent, (e.E, *map(e.part, measured))), str(e.n)]
         for name, e in run.errors.items()
     ]
     fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
-    marked = "*: the training set's own test rows" if run.train in run.errors else ""
     return DisplayTable.of(
-        ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}", marked
+        ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}"
     )
 
 
@@ -71,7 +72,7 @@ def row_notes(run: Run) -> list[str]:
     """A sentence on rows that are neither fitted nor scored, where there are some."""
     counts = run.counts()
     parts = [f"{counts[key]} {meaning}" for key, meaning in MEANING.items() if counts[key]]
-    return [f"{counts['rows']} rows, neither fitted nor scored: {'; '.join(parts)}."] if parts else []
+    return [f"of {counts['rows']} rows these are neither fitted nor scored: {'; '.join(parts)}."] if parts else []
 
 
 def misfit_lines(run: Run, most: int | None = None) -> list[str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pandas as pd
 import torch
 from torch import Tensor
@@ -29,7 +27,7 @@ def settled(fitted: FittedModel, rows: pd.DataFrame, bed: Bed) -> States:
         more["pressure_kpa"] = table[list(fitted.columns.pressures)].mean(axis=1)
     states, past = States.from_table(table.assign(**more)), States.from_table(fitted.table())
     each = tuple(_still(now, then) for now, then in zip(states.members, past.members, strict=True))
-    return replace(_still(states, past), members=each)
+    return _still(states, past).replace(members=each)
 
 
 def _still(states: States, past: States) -> States:

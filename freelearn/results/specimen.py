@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.rubber import RubberFit
+from freelearn.measurements.text_file import read_text
 from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber
+from freelearn.results.digests import OWN, as_written, with_digests
 
 
 def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> None:
@@ -33,7 +36,8 @@ def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> Non
         "outcome": fit.message,
         "data": files,
     }
-    write_text(path, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+    whole = with_digests(content, path.parent)
+    write_text(path, json.dumps(whole, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
 
 
 def load_parameters(path: str | Path) -> dict[str, float]:
@@ -60,17 +64,21 @@ def load_parameters(path: str | Path) -> dict[str, float]:
 
 
 def _content(path: str | Path) -> Mapping[str, Any]:
+    with suppress(OSError):
+        if not Path(path).exists():
+            shown = repr(str(path))[1:-1]
+            raise UserError(f"There is no file {shown}: make it with python -m freelearn.specimens … --out FOLDER.")
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UserError(
-            f"There is no file {path}: make it with python -m freelearn.specimens … --out FOLDER."
-        ) from None
-    except OSError as problem:
-        raise UserError(f"{path} cannot be read: {problem.strerror}. Name the specimen.json itself.") from None
-    except ValueError:  # also text that is not UTF-8
+        content = json.loads(read_text(path))
+    except (ValueError, RecursionError):
         raise UserError(f"{path} is not a JSON file: name a specimen.json.") from None
-    return content if isinstance(content, dict) else {}
+    if not isinstance(content, dict):
+        return {}
+    if not as_written(content):
+        raise UserError(
+            f"{path} is not as it was written: fit the specimen again, or take {OWN!r} out of it where you changed it."
+        )
+    return content
 
 
 def _value(path: str | Path, name: str, entry: Any, parameter: Parameter) -> float:

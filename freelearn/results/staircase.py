@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,25 +11,41 @@ import pandas as pd
 from freelearn.results.formats import fixed, percent
 from freelearn.results.tables import DisplayTable
 
+# Share of the axis that is left free below the lowest and above the highest.
+ROOM = 0.15
+# An axis up to so many times as high as low has numbers closer to each other.
+DECADE = 12.0
+
 
 class Staircase(NamedTuple):
-    """E, floor: (steps,) in %, the floor NaN where it is not known. labels: E in words. low, high: ends of a
-    logarithmic axis. On a linear one the last steps, which decide, would not show."""
+    """E, floor: (steps,) in %, the floor NaN where it is not known. labels: E in words; under: (steps,), whether E is
+    below the floor, and its label with it. low, high: ends of a logarithmic axis. On a linear one the last steps, which
+    decide, would not show."""
 
     steps: list[str]
     E: np.ndarray
     floor: np.ndarray
     labels: list[str]
+    under: np.ndarray
     low: float
     high: float
+
+    @property
+    def ticks(self) -> list[float]:
+        """Numbers for the axis: 1, 2 and 5, and more where it spans less than a decade or so."""
+        steps = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if self.high < DECADE * self.low else (1.0, 2.0, 5.0)
+        powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
+        return [tick for power in powers for step in steps if self.low <= (tick := step * 10.0**power) <= self.high]
 
 
 def staircase(trail: pd.DataFrame) -> Staircase:
     """What both pictures draw. trail: step, E_heldout, noise_floor (fractions), see discovery.trail_numbers."""
     error, floor = (100 * trail[name].to_numpy(dtype=np.float64) for name in ("E_heldout", "noise_floor"))
-    low = float(np.nanmin(np.r_[error, floor]))
+    low, high = float(np.nanmin(np.r_[error, floor])), float(np.nanmax(np.r_[error, floor]))
     labels = [f"{value:.3g} %" for value in error]
-    return Staircase(list(trail["step"]), error, floor, labels, low / 1.5, float(np.nanmax(error)) * 1.9)
+    # So many times as much at either end that a label has its room, however far the error falls.
+    room = max(1.6, (high / low) ** ROOM)
+    return Staircase(list(trail["step"]), error, floor, labels, error < floor, low / room, high * room)
 
 
 def staircase_row(step: str, fitted: float, heldout: float, floor: float, sigmas: float) -> list[str]:

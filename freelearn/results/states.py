@@ -26,7 +26,8 @@ def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
     if name == CONSTITUENT_SET:
         return table
     sample = table["sample"].to_numpy()
-    return table[np.isin(sample, samples_of(name, sample))]
+    inside = np.isin(sample, samples_of(name, sample))
+    return table if inside.all() else table[inside]
 
 
 def places(table: pd.DataFrame) -> pd.DataFrame:

@@ -11,9 +11,9 @@ from freelearn.results.run import CONSTITUENT_SET
 from freelearn.results.tables import DisplayTable
 
 CAPTION = (
-    "own set: tested on the training set's own test rows; unseen: on samples never trained on; "
-    "% best: share of cells in which no other is better, of those that answer every row there: a model that leaves "
-    "rows unanswered is scored on fewer, and is best nowhere"
+    "own set: tested on the training set's own test rows; unseen: on samples never trained on; size: fitted "
+    "parameters; % best: share of cells in which no other is better, of those that answer every row there: a model "
+    "that leaves rows unanswered is scored on fewer, and is best nowhere"
 )
 
 
@@ -39,10 +39,10 @@ def cells(table: pd.DataFrame) -> pd.DataFrame:
 def summary(table: pd.DataFrame) -> pd.DataFrame:
     """One row per label, errors as fractions.
 
-    mean, deviation (over seeds, of the mean), min, max, range over all cells of fitted runs; diagonal: mean over cells
-    tested on the training set itself; unseen: mean over cells whose test samples were not trained on; constituent:
-    mean over cells with nothing fitted; parameters; best_share: share of cells in which no other label is better, see
-    `cells`.
+    mean, median, deviation (over seeds, of the mean), min, max, range over all cells of fitted runs; diagonal: mean
+    over cells tested on the training set itself; unseen: mean over cells whose test samples were not trained on, and
+    unseen_median; constituent: mean over cells with nothing fitted; parameters; best_share: share of cells in which no
+    other label is better, see `cells`.
     """
     rows = []
     for label, part in cells(table).groupby("label", sort=False):
@@ -53,12 +53,14 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
             {
                 "label": label,
                 "mean": fitted["E"].mean(),
+                "median": fitted["E"].median(),
                 "deviation": jobs.groupby("seed")["E"].mean().std(),
                 "min": fitted["E"].min(),
                 "max": fitted["E"].max(),
                 "range": fitted["E"].max() - fitted["E"].min(),
                 "diagonal": fitted.loc[fitted["train"] == fitted["test"], "E"].mean(),
                 "unseen": fitted.loc[unseen, "E"].mean(),
+                "unseen_median": fitted.loc[unseen, "E"].median(),
                 "constituent": part.loc[part["train"] == CONSTITUENT_SET, "E"].mean(),
                 "parameters": jobs["parameters"].max(),
                 "best_share": fitted["best"].mean(),
@@ -70,12 +72,12 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
 
 def summary_table(numbers: pd.DataFrame) -> DisplayTable:
     """The discussion's numbers; the rest of them is in summary.csv. numbers: of `summary`."""
-    headings = {"mean": "mean", "range": "range", "diagonal": "own set", "unseen": "unseen"}
+    headings = {"mean": "mean", "median": "median", "diagonal": "own set", "unseen": "unseen"}
     rows = []
     for _, row in numbers.iterrows():
         shown = [percent(row[column], 1) for column in headings]
         rows.append([row["label"], *shown, percent(row["best_share"], 0), number(row["parameters"], 6)])
         if np.isfinite(row["constituent"]):
             rows.append([f"{row['label']}, constituents", percent(row["constituent"], 1), *["–"] * 4, "0"])
-    columns = [*headings.values(), "% best", "parameters"]
-    return DisplayTable.of([""], columns, rows, title="error E in %", caption=CAPTION)
+    columns = [*headings.values(), "% best", "size"]
+    return DisplayTable.of(["model"], columns, rows, title="error E in %", caption=CAPTION)

@@ -17,7 +17,7 @@ model is unchanged to the last bit (with an energy: to rounding). Which models h
 {families}
 
 Standard forms and sources stand in each effect's docstring (`freelearn/models/effects/`);
-`python experiments/effect_gallery.py` draws what each does to F and M over the kinematic plane.
+[what each does to F and M](#what-each-does) over the kinematic plane stands in pictures below.
 
 **per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the
 mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
@@ -41,12 +41,35 @@ actuator's, so that both do the same work.
 |---|---|---|---|---|---|
 """
 
+PICTURES = """
+## What each does
+
+Each picture shows by how much an effect changes force and moment over the kinematic plane, at the values in its title
+(the scale of its parameters), for the simulated sample 4 at half of the protocol's pressure, while the pressure rises.
+Red: more; blue: less; white: little beside the largest change. Effects of time, of order and of the past are shown
+after a last move of 1 mm and 10° and a minute at the state, a third of a day after the first row, and with the
+harshest state visited before.
+`python experiments/effect_gallery.py` draws them, and your own effects with them, in `outputs/effects`.
+"""
+
 
 def effects_page() -> str:
     """The page: what ports are, which models have them, and one row per effect of the library."""
     families = "\n".join(f"- {_family(name)}: {', '.join(ports)}" for name, ports in FAMILIES.items())
-    rows = [_row(effect) for effect in EFFECTS.values() if effect.__module__.startswith("freelearn.models.effects.")]
-    return HEAD.format(families=families) + "".join(rows)
+    library = [effect for effect in EFFECTS.values() if in_library(effect)]
+    table = "".join(map(_row, library))
+    return HEAD.format(families=families) + table + PICTURES + "".join(map(_picture, library))
+
+
+def in_library(effect: type[Effect[Any]] | Effect[Any]) -> bool:
+    """Whether an effect is one of the library's, and no user's own."""
+    return effect.__module__.startswith("freelearn.models.effects.")
+
+
+def _picture(effect: type[Effect[Any]]) -> str:
+    """Where the picture is missing, its words still stand."""
+    words = f"what {effect.name} does to force and moment over length and twist"
+    return f"\n### {effect.name}\n\n![{words}](effects/{effect.name}.png)\n"
 
 
 def _family(name: str) -> str:

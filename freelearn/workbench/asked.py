@@ -15,7 +15,8 @@ from freelearn.workbench.question import MUSCLE, OWN, Question
 
 def train_settings(question: Question, fits: Path) -> TrainSettings:
     """A fit's settings. Raises UserError."""
-    chosen = settings(TrainSettings, [f"model={question.model}", f"split={question.split}", *_example(question)])
+    how = [f"split={question.split}", f"fit={question.fit}", f"seed={question.fit_seed}"]
+    chosen = settings(TrainSettings, [f"model={question.model}", *how, *_example(question)])
     return replace(
         chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
         per_sample=question.per_sample, fits=fits,
@@ -24,7 +25,8 @@ def train_settings(question: Question, fits: Path) -> TrainSettings:
 
 def discover_settings(question: Question) -> DiscoverSettings:
     """A search's settings. Raises UserError."""
-    chosen = settings(DiscoverSettings, [f"model={question.model}", *_example(question)])
+    how = [f"model={question.model}", f"seed={question.fit_seed}"]
+    chosen = settings(DiscoverSettings, [*how, *_example(question)])
     return replace(
         chosen, data=_data(question, chosen.data), train=question.train, effects=question.effects,
         per_sample=question.per_sample, ruled_out=question.ruled_out,

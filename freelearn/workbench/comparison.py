@@ -13,10 +13,10 @@ from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.html.charts.residuals import ResidualCharts, scales
 from freelearn.results.curve_panels import panels_of
 from freelearn.results.states import place_text
-from freelearn.workbench.fitted import Fitted, fitted
+from freelearn.workbench.charts import beside, wide
+from freelearn.workbench.fitted import Fitted, fitted, written
 from freelearn.workbench.session import Session
 from freelearn.workbench.tick import Tick
-from freelearn.workbench.words import say, words
 
 FIRST, NOW = "first fit", "this fit"
 WIDTH, HEIGHT = 312, 290
@@ -24,13 +24,12 @@ SMALL = "11px"
 
 
 class Comparison:
-    """The middle of the page: what is fitted and where; Results shows curves_view and maps_view below it."""
+    """The middle of the page: at which state, and how well the model does there and elsewhere."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
         self.now: Fitted | None = None
         self.first: Fitted | None = None
-        self.title = words()
         self.sample = pn.widgets.Select(name="sample", options=[], width=110)
         # Bokeh's own: Panel's waits 50 ms for more before it tells of a move.
         self.slider = Slider(start=0, end=1, step=1, value=0, show_value=False, title="kinematic state", width=560)
@@ -39,34 +38,40 @@ class Comparison:
         self.banded = Tick("95 % bands", 220, session.show_bands, ticked=session.banded)
         self.drawn_banded = session.banded
         self.curves, self.maps = CurveCharts([FIRST, NOW], WIDTH, HEIGHT), ResidualCharts(WIDTH, HEIGHT, tap=True)
-        self.curves_view, self.maps_view = pn.Row(), pn.Row()
+        # Beside each other, as many as there is room for.
+        self.charts = beside()
+        self.curve_panes, self.map_panes = list[pn.pane.Bokeh](), list[pn.pane.Bokeh]()
         self._place_curves()
         self._place_maps()
         self.sample.param.watch(lambda _: self._sample_chosen(), "value")
         self.slider.on_change("value", lambda attr, old, new: self._draw_curves())
+        self.slider.sizing_mode = "stretch_width"
+        slid = pn.pane.Bokeh(self.slider, sizing_mode="stretch_width")
         self.view = pn.Column(
-            self.title,
-            pn.Row(self.sample, pn.pane.Bokeh(self.slider), pn.Column(self.fixed.view, self.banded.view)),
+            pn.Row(self.sample, slid, pn.Column(self.fixed.view, self.banded.view), sizing_mode="stretch_width"),
+            self.charts,
+            sizing_mode="stretch_width",
         )
 
     def _place_curves(self) -> None:
         # The first says at which state: two numbers with their units fit only when small.
         self.curves.panels[0].title.text_font_size = SMALL
-        self.curves_view.objects = [pn.pane.Bokeh(panel) for panel in self.curves.panels]
+        self.curve_panes = [wide(panel) for panel in self.curves.panels]
+        self.charts.objects = [*self.curve_panes, *self.map_panes]
 
     def _place_maps(self) -> None:
         self.maps.source.selected.on_change("indices", self._tapped)
         for panel in self.maps.panels:
             # The longest is that of an outer diameter.
             panel.title.text_font_size = SMALL
-        self.maps_view.objects = [pn.pane.Bokeh(panel) for panel in self.maps.panels]
+        self.map_panes = [wide(panel) for panel in self.maps.panels]
+        self.charts.objects = [*self.curve_panes, *self.map_panes]
 
     def refresh(self) -> None:
         """Shows the latest run, and the first one that it can be compared with."""
         runs = self.session.comparable()
         self.first, self.now = self._fitted(runs[0]), self._fitted(runs[-1])
         samples = [int(n) for n in np.unique(self.now.table["sample"])]
-        self._title(runs[-1])
         if self.sample.options != samples:
             own = samples_of(runs[-1]["question"].train, self.now.table["sample"].to_numpy())
             self.sample.param.update(options=samples, value=int(own[0]))
@@ -81,16 +86,7 @@ class Comparison:
 
     def _fitted(self, run: dict[str, Any]) -> Fitted:
         folder = self.session.folder / run["folder"]
-        return fitted(folder, (folder / "results.json").stat().st_mtime, run["question"].own)
-
-    def _title(self, run: dict[str, Any]) -> None:
-        question = run["question"]
-        about = self.session.read(run, "results.json") or {}
-        source = f"measured data, {question.name}" if question.measured else "simulated data"
-        effects = " + ".join(["", *question.effects])
-        error = about.get("tests", {}).get(question.train, {}).get("E")
-        text = f"{question.model}{effects}, fitted on {question.train} ({source})"
-        say(self.title, [text + (f": test error E {100 * error:.3g} %" if error is not None else "")], "good")
+        return fitted(folder, written(folder), run["question"].own)
 
     def _sample_chosen(self) -> None:
         assert self.now is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -11,12 +12,15 @@ from freelearn.inference.next_experiment import NextState
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.results.discovery_tables import next_state_lines
 from freelearn.results.ranking import ranking_numbers
+from freelearn.workbench.charts import beside
 from freelearn.workbench.part import Part
 from freelearn.workbench.phrases import as_on_the_page
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
 MOST_STATES = 3
+# What is missing has more to say.
+COLUMNS = "minmax(0, 2fr) minmax(0, 3fr)"
 # Reasons are long: they go on below.
 WRAPPED = "label { white-space: normal; overflow-wrap: anywhere; } .bk-input-group { flex-wrap: nowrap; }"
 
@@ -26,45 +30,45 @@ class Effects(Part):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self.where, self.verdict, self.hints = words(), words(), words()
+        self.where, self.hints = words(), words()
+        self.ranking = pn.widgets.Select(name="ranking of what may be missing", options={}, visible=False, width=300)
+        self.ranking.param.watch(lambda _: self._relabel(), "value")
         self.boxes = pn.widgets.CheckBoxGroup(
-            name="effects in the model", options={}, inline=False, width=550, stylesheets=[WRAPPED]
-        )
-        self.use = pn.widgets.Button(
-            name="Tick what was found, and fit", button_type="success", visible=False, width=260
-        )
+            name="effects in the model", options={}, inline=False, sizing_mode="stretch_width",
+            stylesheets=[WRAPPED],
+        )  # fmt: skip
         self.absent = pn.widgets.CheckBoxGroup(name="known to be absent", options=[], inline=False)
         self.boxes.param.watch(self._ticked, "value")
         self.absent.param.watch(lambda event: self.chosen("ruled_out", tuple(event.new)), "value")
-        self.use.on_click(lambda _: self._use())
-        self.view = pn.Row(
-            pn.Column(heading("Where it fails, worst first"), self.where, width=380),
-            pn.Column(heading("What is missing"), self.verdict, self.use, self.hints, self.boxes,
-                      pn.Card(self.absent, title="Known to be absent: not tried by the search", collapsed=True,
-                              width=550),
-                      width=570),
-        )  # fmt: skip
+        absent = pn.Card(
+            self.absent,
+            title="Known to be absent: not tried by the search",
+            collapsed=True,
+            sizing_mode="stretch_width",
+        )
+        self.view = beside(
+            pn.Column(heading("Where it fails, worst first"), self.where, sizing_mode="stretch_width"),
+            pn.Column(
+                heading("What is missing"), self.hints, self.ranking, self.boxes, absent, sizing_mode="stretch_width"
+            ),
+            columns=COLUMNS,
+        )
 
     def _ticked(self, event: Any) -> None:
         if not self.refreshing:
             kept = tuple(name for name in self.session.question.ruled_out if name not in event.new)
             self.session.choose(effects=tuple(event.new), ruled_out=kept)
 
-    def _use(self) -> None:
-        search = self.session.discovery()
-        if search and not self.session.busy:
-            self.session.choose(effects=(*search["given_effects"], *search["effects"]))
-            self.session.start("train")
-
     def refresh(self) -> None:
         """Shows the session as it is."""
         runs, search = self.session.comparable(), self.session.discovery()
-        about = self.session.read(runs[-1], "results.json") if runs else None
-        lines = [f["sentence"] for f in (about or {}).get("failures", [])]
-        none = "No region stands out." if runs else "Nothing fitted yet."
+        lines = self.session.about(runs[-1])["failures"] if runs else []
+        left = search and runs and self.session.adopted(runs[-1]) and search["verdict"] != "unexplained"
+        none = "Nothing systematic is left." if left else "No region stands out." if runs else "Nothing fitted yet."
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
+        self._rankings(search)
         options = self._labels(search)
-        self._verdict(search, set(options.values()))
+        self._hinted(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
         # What is in the model is not absent.
         question = self.session.question
@@ -74,16 +78,21 @@ class Effects(Part):
             self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
             self.absent.param.update(options=others, value=absent, disabled=self.session.busy)
 
-    def _verdict(self, search: dict[str, Any] | None, known: set[str]) -> None:
-        wanted = [*search["given_effects"], *search["effects"]] if search else []
-        # What the search wrote is not known before it is added.
-        self.use.visible = bool(wanted) and set(wanted) <= known and set(wanted) != set(self.session.question.effects)
-        self.use.disabled = self.session.busy
+    def _rankings(self, search: dict[str, Any] | None) -> None:
+        """One ranking for each step of the search: of what might be added to what it had by then."""
+        steps = {_before(search["trail"], number): number for number in _ranked_steps(search)} if search else {}
+        value = self.ranking.value if self.ranking.value in steps.values() else next(iter(steps.values()), None)
+        with self.shown():
+            self.ranking.param.update(options=steps, value=value, visible=len(steps) > 1)
+
+    def _relabel(self) -> None:
+        if not self.refreshing:
+            self.refresh()
+
+    def _hinted(self, search: dict[str, Any] | None) -> None:
         if not search:
-            say(self.verdict, ["Tick effects by hand, or let the search rank them."], "quiet")
-            say(self.hints, [])
+            say(self.hints, ["Tick effects by hand and fit again, or let the search rank them."], "quiet")
             return
-        say(self.verdict, [search["says"]], "good")
         hints = [f"{s['name']}: {s['says']}" for s in search["screens"]]
         hints += [f"cannot be told apart: {', '.join(c)}" for c in search["classes"] if len(c) > 1]
         hints += next_state_lines([NextState(**p) for p in search["next_experiment"]], MOST_STATES)
@@ -93,7 +102,11 @@ class Effects(Part):
 
     def _labels(self, search: dict[str, Any] | None) -> dict[str, str]:
         """Every effect by what its box says: when to suspect it, or after a search the evidence."""
-        known = _ranked(search) if search else {_hint(name): name for name in _told(self.session.question.bed)}
+        known = (
+            _ranked(search, self.ranking.value or 0)
+            if search
+            else {_hint(name): name for name in _told(self.session.question.bed)}
+        )
         added = self.session.added.items()
         own = {f"{name}: written by a search, {about['formula']}": name for name, about in added}
         return {label: name for label, name in own.items() if name not in known.values()} | known
@@ -109,15 +122,31 @@ def _hint(name: str) -> str:
     return f"{name}: {suspect}" if suspect else name
 
 
-def _ranked(search: dict[str, Any]) -> dict[str, str]:
+def _ranked_steps(search: dict[str, Any]) -> list[int]:
+    """Steps at which anything was ranked."""
+    last = len(search["trail"]) - 1
+    return [number for number in range(last + 1) if len(ranking_numbers(search["candidates"], number))] or [0]
+
+
+def _before(trail: Sequence[dict[str, Any]], number: int) -> str:
+    effects = trail[number]["effects"]
+    return f"with {' + '.join(effects)}" if effects else "before any was added"
+
+
+def _ranked(search: dict[str, Any], step: int) -> dict[str, str]:
+    """Every effect by the evidence for it at one step, and by when to suspect it."""
     labels = {}
-    for row in ranking_numbers(search["candidates"]).itertuples():
+    for row in ranking_numbers(search["candidates"], step).itertuples():
         error = "" if pd.isna(row.E_heldout) else f", E held-out {100 * row.E_heldout:.3g} %"
-        labels[f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"] = row.effect
+        suspect = EFFECTS[row.effect].suspect if row.effect in EFFECTS else ""
+        evidence = f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"
+        labels[f"{evidence}. {suspect}".rstrip(". ")] = row.effect
+    for name in search["trail"][step]["effects"]:
+        labels.setdefault(f"{name}: in the model", name)
     for name in search["given_effects"]:
         labels.setdefault(f"{name}: in the model from the start", name)
     for c in search["candidates"]:
-        if c["effect"] not in labels.values():
+        if c["step"] in (None, step) and c["effect"] not in labels.values():
             labels[f"{c['effect']}: {c['status'].replace('_', ' ')}, {c['reason']}"] = c["effect"]
     for name in sorted(EFFECTS):
         if name not in labels.values():

@@ -8,7 +8,7 @@ import panel as pn
 
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.intake.template import members_template
-from freelearn.workbench.controls import download, dropper
+from freelearn.workbench.controls import Dropper, download
 from freelearn.workbench.part import Part
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
@@ -29,7 +29,7 @@ class EndBlock(Part):
             name="actuators on one end block", value=1, start=1, end=MOST_ACTUATORS, width=width
         )
         self.said = words()
-        self.file = dropper(width, lambda name, content: self.session.give_members(content))
+        self.file = Dropper(width, lambda name, content: self.session.give_members(content))
         self.template = download("Template of the actuators", width, "members.csv", self._template)
         self.actuators.param.watch(lambda _: self._counted(), "value")
         self.view = pn.Column(self.actuators, self.said, self.file, self.template)

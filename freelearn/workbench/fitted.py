@@ -11,6 +11,7 @@ import pandas as pd
 import torch
 
 from freelearn.answer.bands import Bands
+from freelearn.errors import UserError
 from freelearn.measurements.beds import Quantity, bed_of
 from freelearn.measurements.states import States, kinematic_state
 from freelearn.measurements.usable import usable_rows
@@ -41,7 +42,8 @@ class Fitted:
         self.own = [effect_class(proposed(Path(path), folder.parent).written) for path in own]
         with lent(self.own):
             self.model: Model = load_model(folder / "checkpoint.ckpt")
-        self.table = pd.read_csv(folder / "predictions.csv")
+        own_run = folder / "predictions.csv"
+        self.table = pd.read_csv(own_run if own_run.exists() else folder / "predictions_after.csv")
         self.states = States.from_table(self.table)
         self.usable, self.taut = usable_rows(self.table), taut_rows(self.table)
         state = kinematic_state(self.table)
@@ -100,3 +102,11 @@ class Fitted:
 def fitted(folder: Path, written: float, own: tuple[str, ...] = ()) -> Fitted:
     """written: when the run was, so that a newer one in the same folder is read anew."""
     return Fitted(folder, own)
+
+
+def written(folder: Path) -> float:
+    """When a run, or a search, was written to its folder."""
+    found = [path for name in ("results.json", "discovery.json") if (path := folder / name).exists()]
+    if not found:
+        raise UserError(f"{folder} holds no results any more: fit again.")
+    return found[0].stat().st_mtime

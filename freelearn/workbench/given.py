@@ -9,7 +9,7 @@ import panel as pn
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.template import template
 from freelearn.workbench.accuracy import AccuracyChoice
-from freelearn.workbench.controls import download, dropper
+from freelearn.workbench.controls import Dropper, download
 from freelearn.workbench.doubts import Doubts
 from freelearn.workbench.end_block import EndBlock
 from freelearn.workbench.part import Part
@@ -29,7 +29,7 @@ class Given(Part):
         self.bed = pn.widgets.Select(name="bed", options=list(BEDS), **wide)
         self.imposed = words()
         self.block = EndBlock(session, width)
-        self.file = dropper(width, self.session.upload)
+        self.file = Dropper(width, self.session.upload)
         self.template = download("Empty template of the table", width, content=self._template)
         self.doubts, self.accuracy = Doubts(session, width), AccuracyChoice(session, width)
         for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.bed, "bed")):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -33,14 +34,22 @@ class Job:
         self.pipe, theirs = CONTEXT.Pipe(duplex=False)
         arguments = (kind, question, folder, fits, theirs)
         self.process = CONTEXT.Process(target=start, args=arguments, daemon=True)
+        self._theirs = theirs
+        # The first one waits seconds for the process that it is forked from: nobody's page waits with it.
+        self._starting = threading.Thread(target=self._start, daemon=True)
+        self._starting.start()
+
+    def _start(self) -> None:
         self.process.start()
-        theirs.close()
+        self._theirs.close()
 
     def poll(self) -> bool:
         """Takes in what the process has said; whether there was anything."""
         if self.status != "running":
             return False
         before = self.status, self.text, self.share
+        if self._starting.is_alive():
+            return False
         ended = not self.process.is_alive()
         try:
             while self.pipe.poll():
@@ -61,6 +70,7 @@ class Job:
     def cancel(self) -> None:
         """Kills the process. What a discovery has found so far stays, and the same question goes on from there."""
         if self.status == "running":
+            self._starting.join()
             self.process.kill()
             self.process.join()
             self.status, self.text = "canceled", "canceled"

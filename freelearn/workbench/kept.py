@@ -4,13 +4,58 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from annotated_types import Len
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from freelearn.files import write_bytes, write_text
 from freelearn.workbench.question import Question, stored_csv
 
 Run = dict[str, Any]
+_Nothing = Annotated[dict[str, Any], Len(0, 0)]
+
+
+class _Raw(TypedDict):
+    path: str
+    name: str
+    guess: dict[str, Any]
+    open: bool
+
+
+class _Made(TypedDict):
+    folder: str
+    path: str
+    name: str
+    recipe: str
+    warnings: list[str]
+    members: bool
+    command: str
+
+
+@dataclass(frozen=True)
+class _Run:
+    folder: str
+    question: Question
+
+
+@dataclass(frozen=True)
+class _State:
+    """What state.json holds. A session of former times knows nothing of what has a default here."""
+
+    question: Question
+    table: dict[str, Any]
+    problem: str
+    runs: list[_Run]
+    search: _Run | None
+    raw: _Raw | _Nothing = field(default_factory=dict)
+    made: _Made | _Nothing = field(default_factory=dict)
+    confirmed: dict[str, list[str]] = field(default_factory=dict)
+    banded: bool = True
+    added: dict[str, dict[str, str]] = field(default_factory=dict)
 
 
 class Kept:
@@ -38,17 +83,24 @@ class Kept:
         self._load()
 
     def _load(self) -> None:
+        path = self.folder / "state.json"
         try:
-            content = json.loads((self.folder / "state.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            kept = TypeAdapter(_State).validate_json(path.read_bytes())
+        except OSError:
             return
-        self.question, self.table = Question.from_json(content["question"]), content["table"]
-        self.problem = content["problem"]
-        # A session of former times knows none of these.
-        self.raw, self.made = content.get("raw", {}), content.get("made", {})
-        self.confirmed, self.banded = content.get("confirmed", {}), content.get("banded", True)
-        self.added = content.get("added", {})
-        self.runs, self.search = [_read(r) for r in content["runs"]], _read(content["search"])
+        except ValidationError:
+            # Cut short or changed by something else than the page.
+            aside = path.with_name("state.json.broken")
+            path.replace(aside)
+            self.problem = (
+                f"What was kept of this session cannot be read, so it begins anew. It is now {aside}; "
+                "files and fits are still in that folder."
+            )
+            return
+        self.question, self.table, self.problem = kept.question, kept.table, kept.problem
+        self.raw, self.made = {**kept.raw}, {**kept.made}
+        self.confirmed, self.banded, self.added = kept.confirmed, kept.banded, kept.added
+        self.runs, self.search = [{**vars(run)} for run in kept.runs], {**vars(kept.search)} if kept.search else None
 
     def save(self) -> None:
         """Keeps the session on disk, whole or not at all, and counts its version up."""
@@ -113,6 +165,33 @@ class Kept:
             return None
         return self.read(self.search, "discovery.json")
 
+    @staticmethod
+    def adopted(run: Run) -> bool:
+        """Whether a run is what a search fitted itself."""
+        return str(run["folder"]).startswith("discover_")
+
+    def about(self, run: Run) -> dict[str, Any]:
+        """What a run's files say: its `error` in words, E and noise_floor (None where there is none), its parameters,
+        and the sentences on where it fails."""
+        if self.adopted(run):
+            search = self.read(run, "discovery.json") or {}
+            error, left = search.get("error", {}), search.get("remainder")
+            return {
+                "error": "held-out error", "E": error.get("after"), "noise_floor": error.get("noise_floor"),
+                "parameters": search.get("parameters", {}), "failures": [left["hint"]] if left else [],
+            }  # fmt: skip
+        results = self.read(run, "results.json") or {}
+        return {
+            "error": "test error", "E": results.get("tests", {}).get(run["question"].train, {}).get("E"),
+            "noise_floor": results.get("noise_floor"), "parameters": results.get("parameters", {}),
+            "failures": [failure["sentence"] for failure in results.get("failures", [])],
+        }  # fmt: skip
+
+    def found(self) -> tuple[str, ...]:
+        """The effects of the model that the latest discovery ended with, where it added any."""
+        search = self.discovery()
+        return (*search["given_effects"], *search["effects"]) if search and search["effects"] else ()
+
     def read(self, run: Run, name: str) -> dict[str, Any] | None:
         """A JSON file of a run's folder; None where there is none."""
         try:
@@ -123,7 +202,3 @@ class Kept:
 
 def _plain(run: Run | None) -> dict[str, Any] | None:
     return None if run is None else {"folder": run["folder"], "question": run["question"].to_json()}
-
-
-def _read(run: dict[str, Any] | None) -> Any:
-    return None if run is None else {"folder": run["folder"], "question": Question.from_json(run["question"])}

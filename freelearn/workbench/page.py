@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import traceback
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import panel as pn
 
+from freelearn.errors import UserError
 from freelearn.workbench.made import Made
 from freelearn.workbench.mapping import Mapping
 from freelearn.workbench.session import Session
@@ -17,6 +18,8 @@ from freelearn.workbench.words import heading, say, words
 
 if TYPE_CHECKING:
     from freelearn.workbench.results import Results
+
+log = logging.getLogger(__name__)
 
 EVERY = 250  # ms between looks at what runs
 
@@ -36,10 +39,15 @@ class Page:
         self.mapping, self.made = Mapping(session), Made(session)
         self.welcome, self.problem = words(), words()
         say(self.welcome, WELCOME, "quiet")
-        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome)
-        self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), width=970)
+        wide = {"sizing_mode": "stretch_width"}
+        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
+        self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), **wide)
         self.tabs.param.watch(self._turned, "active")
-        self.view = pn.Column(heading("freelearn workbench", 1), pn.Row(self.steps.view, self.tabs))
+        self.view = pn.Column(
+            heading("freelearn workbench", 1),
+            pn.Row(self.steps.view, self.tabs, **wide),
+            **wide,
+        )
         self.look()
         pn.state.add_periodic_callback(self.look, period=EVERY)
 
@@ -57,7 +65,7 @@ class Page:
             self._show()
         except Exception as problem:
             # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
-            traceback.print_exc()
+            log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))
             say(self.problem, [f"This cannot be shown: {type(problem).__name__}: {problem}"], "bad")
 
     def _show(self) -> None:

@@ -13,14 +13,17 @@ import panel as pn
 from freelearn.errors import UserError
 from freelearn.models.written.written import Written
 from freelearn.render.html.charts.proposal import proposal_chart
+from freelearn.results.formats import sentence
+from freelearn.results.proposal_curve import ProposalCurve
+from freelearn.results.proposal_words import proposal_lines
 from freelearn.results.proposals import PROPOSED
 from freelearn.workbench.controls import download
-from freelearn.workbench.proposal_words import HINT, proposal_curve, proposal_sentences
 from freelearn.workbench.proposed import proposed, written_of
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
 
 NAME = re.compile(r"[a-z0-9_]+")
+HINT = "Hint, not a finding: the largest part of it looks like "
 ADDED = "It is among the effects below. Where it is ticked, fits and searches have it in the model."
 WIDTH, BUTTON = 380, 170
 
@@ -40,8 +43,8 @@ class ProposalBlock:
         self.offered = not hint and self._offered()
         written = written_of(entry)
         if written is not None:
-            first, *rest = proposal_sentences(entry, written)
-            say(self.says, [HINT * hint + first, *rest])
+            first, *rest = proposal_lines(entry, written)
+            say(self.says, [f"{HINT * hint}{first}.", *map(sentence, rest)])
         chart = self._chart(folder, written)
         left = pn.Column(self.says, pn.FlexBox(self.add, self.save), self.told, self.problem, width=WIDTH)
         # In a row or a column a chart more would have all other charts of the page drawn before their places are known.
@@ -62,7 +65,7 @@ class ProposalBlock:
         table = folder / f"proposal_{self.name}.csv"
         if written is None or not table.is_file():
             return None
-        curve = proposal_curve(pd.read_csv(table), written)
+        curve = ProposalCurve.from_table(written, pd.read_csv(table))
         return pn.pane.Bokeh(proposal_chart(curve)) if curve else None
 
     def refresh(self) -> None:

@@ -16,9 +16,17 @@ DATA = {
     MUSCLE: "measured muscle (Festo)",
     OWN: "my own file",
 }
-MODELS = ("continuum", "linear", "mlp", "hybrid")
+MODELS = (
+    "continuum", "linear", "mlp", "hybrid",
+    "continuum_inextensible", "continuum_linear_material", "continuum_thin_wall",
+)  # fmt: skip
+# Of the simulated bed with a hidden effect: one whose effects show.
+SEED = 7
 VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
 KINEMATIC = "kinematic"
+LM = "levenberg_marquardt"
+FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
+SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
 Stated = tuple[tuple[str, float], ...] | None
@@ -30,11 +38,11 @@ class Question:
     and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
     one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
-    or, where the training set has too few of them, rows; own: files of the effects that a search of the session wrote,
-    as far as these are in the model."""
+    or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
+    effects that a search of the session wrote, as far as these are in the model."""
 
     data: str = "virtual"
-    seed: int = 1
+    seed: int = SEED
     path: str = ""
     name: str = ""
     model: str = "continuum"
@@ -48,6 +56,8 @@ class Question:
     recipe: str = ""
     split: str = "states"
     own: tuple[str, ...] = ()
+    fit: str = LM
+    fit_seed: int = 0
 
     @property
     def measured(self) -> bool:
@@ -65,10 +75,12 @@ class Question:
             chosen += ["data.hidden=random", f"data.seed={self.seed}"]
         if kind == "train":
             chosen.append(f"split={self.split}")
+            chosen += [f"fit={self.fit}"] if self.fit != LM else []
         if self.effects:
             chosen.append(f"effects=[{','.join(self.effects)}]")
         if self.ruled_out and kind == "discover":
             chosen.append(f"ruled_out=[{','.join(self.ruled_out)}]")
+        chosen += [f"seed={self.fit_seed}"] if self.fit_seed else []
         return chosen if self.per_sample else [*chosen, "per_sample=false"]
 
     def _of_the_bed(self) -> list[str]:
@@ -103,13 +115,6 @@ class Question:
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
         return asdict(self)
-
-    @classmethod
-    def from_json(cls, content: dict[str, Any]) -> Question:
-        """The question that `to_json` wrote, perhaps before there was all of it."""
-        stated = content.get("accuracy", ())
-        lists = {name: tuple(content.get(name, ())) for name in ("effects", "ruled_out", "own")}
-        return cls(**content | lists | {"accuracy": stated if stated is None else tuple(map(tuple, stated))})
 
 
 def _quoted(path: str) -> str:

@@ -21,13 +21,14 @@ from freelearn.measurements.beds import BEDS, bed_of
 from freelearn.measurements.columns import Columns
 from freelearn.measurements.faults import TableError
 from freelearn.measurements.intake.guess import Guess, guess_table
-from freelearn.measurements.intake.raw_file import raw_table, read_bytes
+from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.plausibility import units_apart
 from freelearn.measurements.sets import set_names, split_rows
 from freelearn.measurements.states import kinematic_state
+from freelearn.measurements.text_file import read_bytes
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import train_settings
 from freelearn.workbench.question import OWN, Question

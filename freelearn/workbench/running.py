@@ -34,12 +34,20 @@ class Running(Kept):
         return list(self.table.get("sets", [])) if self.question.measured else VIRTUAL_SETS
 
     @property
+    def few_states(self) -> bool:
+        """Whether the training set has too few kinematic states to hold some of them out."""
+        return self.question.train in self.table.get("few_states", [])
+
+    @property
     def ready(self) -> bool:
         """Whether there are data to fit, in units that nobody doubts."""
         return bool(self.sets) and not self.busy and not self.doubted
 
     def start(self, kind: str) -> None:
-        """Starts a `check`, `train` or `discover`, unless one runs. A search begins with the fit that it is about."""
+        """Starts a `check`, `train` or `discover`, unless one runs; after a fit that runs comes a search that is asked
+        for meanwhile. A search begins with the fit that it is about."""
+        if self.busy and kind == "discover" and self.job is not None and self.job.kind == "train":
+            self.then = kind
         if self.busy or (kind != "check" and self.doubted):
             return
         self.then = ""
@@ -136,8 +144,9 @@ class Running(Kept):
     def settle(self) -> None:
         """Keeps the training set one that the data have, and tests it on whole kinematic states if it has enough."""
         train = self.question.train if self.question.train in self.sets or not self.sets else "all"
-        split = "rows" if train in self.table.get("few_states", []) else "states"
-        self.question = replace(self.question, train=train, split=split)
+        self.question = replace(self.question, train=train)
+        if self.few_states:
+            self.question = replace(self.question, split="rows")
 
     def named(self, text: str) -> str:
         """A sentence with the names by which the user knows the files, and what is chosen on a page."""

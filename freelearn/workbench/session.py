@@ -13,6 +13,7 @@ from freelearn.workbench.running import Running
 
 MEGABYTE = 2**20
 LARGEST_CSV = 64 * MEGABYTE
+LONGEST_NAME = 200
 # Endings by which intake knows a file; every other one is kept as text.
 FORMATS = (".xlsx", ".xlsm", ".xls", ".mat", ".pkl", ".pickle")
 RECIPES = (".yaml", ".yml")
@@ -27,6 +28,15 @@ FIRST: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+def shown_name(name: str) -> str:
+    """A name by which a page may call a file: not long, and without what turns, breaks or ends a line.
+
+    >>> shown_name("rig\\n\\u202efdp.csv")
+    'rig__fdp.csv'
+    """
+    return "".join(c if c.isprintable() else "_" for c in name)[:LONGEST_NAME]
+
+
 class Session(Running):
     """What is chosen and given on the page. made: {folder, path, name, recipe, warnings, members, command}: the table
     that intake made, by which recipe, of the file that the user calls `name`."""
@@ -37,6 +47,8 @@ class Session(Running):
         question = replace(self.question, **changes)
         if question == self.question:
             return
+        if "train" in changes:
+            question = replace(question, split=Question().split)
         other = question.data != self.question.data
         again = other or (question.bed, question.members) != (self.question.bed, self.question.members)
         if again and self.busy:
@@ -76,7 +88,13 @@ class Session(Running):
         # Actuators that a recipe named are those of its file alone.
         members = "" if self.made else self.question.members
         self.raw, self.made = {}, {}
-        about: dict[str, Any] = {"data": OWN, "path": path, "name": name[:200], "members": members, "train": "all"}
+        about: dict[str, Any] = {
+            "data": OWN,
+            "path": path,
+            "name": shown_name(name),
+            "members": members,
+            "train": "all",
+        }
         first = FIRST[OWN] if self.question.data != OWN else {}
         self._read(replace(self.question, **first | about, effects=(), ruled_out=()))
 
@@ -132,6 +150,21 @@ class Session(Running):
         self.choose(effects=(*(e for e in self.question.effects if e != name), name))
         self.save()
 
+    def adopt(self) -> None:
+        """Goes on with the model that the latest search found, as the search fitted it: with the error it promised."""
+        effects = self.found()
+        if self.busy or not effects or self.search is None:
+            return
+        # What the search wrote belongs to the session from now on.
+        for name in effects:
+            if name not in self.added and (self.folder / self.search["folder"] / f"proposed_{name}.py").exists():
+                self.add_proposal(name)
+        asked = self.with_added(replace(self.search["question"], effects=effects))
+        run = {"folder": self.search["folder"], "question": asked}
+        self.runs = [r for r in self.runs if r["folder"] != run["folder"]] + [run]
+        self.question = replace(self.question, effects=effects)
+        self.save()
+
     def _read(self, question: Question) -> None:
         self.question, self.table, self.problem = question, {}, ""
         self.start("check")
@@ -142,8 +175,10 @@ class Session(Running):
             self._refuse("Something is running: wait for it or cancel it, then drop the file again.")
             return True
         if len(content) > LARGEST_CSV:
-            size = f"{len(content) / MEGABYTE:.0f} MB"
-            self._refuse(f"{size} is more than the page takes ({LARGEST_CSV // MEGABYTE} MB): use the command line.")
+            limit = f"{LARGEST_CSV / MEGABYTE:.3g} MB"
+            self._refuse(
+                f"The file is more than the page takes ({limit}): use the command line, which has no such limit."
+            )
             return True
         return False
 

@@ -18,10 +18,13 @@ class Sessions:
         self.folder = folder
         self.open: dict[str, Session] = {}
 
+    def known(self, asked: str) -> bool:
+        """Whether there is a session of that id."""
+        return bool(ID.fullmatch(asked)) and (asked in self.open or (self.folder / asked).is_dir())
+
     def get(self, asked: str) -> tuple[str, Session]:
         """The session of that id, or a new one where there is no such id."""
-        known = bool(ID.fullmatch(asked)) and (asked in self.open or (self.folder / asked).is_dir())
-        name = asked if known else secrets.token_hex(8)
+        name = asked if self.known(asked) else secrets.token_hex(8)
         if name not in self.open:
             self.open[name] = Session(self.folder / name)
         return name, self.open[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import panel as pn
 
 from freelearn.workbench.controls import download
+from freelearn.workbench.further import Further
 from freelearn.workbench.given import Given
 from freelearn.workbench.own import models
 from freelearn.workbench.part import Part
@@ -25,6 +26,7 @@ class Steps(Part):
         self.given = Given(session, WIDTH - 24)
         self.model = pn.widgets.Select(name="model", options=models(), **wide)
         self.train = pn.widgets.Select(name="training set", options=[], **wide)
+        self.further = Further(session, WIDTH - 24)
         self.per_sample = Tick("each sample has its own mounting", WIDTH - 24, lambda on: self.chosen("per_sample", on))
         self.effects = words()
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)
@@ -42,7 +44,7 @@ class Steps(Part):
         self._watch()
         self.view = pn.Column(
             heading("1  Data"), self.given.view,
-            heading("2  Model"), self.model, self.train, self.per_sample.view,
+            heading("2  Model"), self.model, self.train, self.per_sample.view, self.further.view,
             heading("3  Fit, and see where it fails"), self.effects, self.fit,
             heading("4  See what is missing"), self.find,
             self.cancel, self.bar, self.doing, self.take,
@@ -67,6 +69,7 @@ class Steps(Part):
         self.model.param.update(value=question.model, disabled=busy)
         sets = self.session.sets
         self.train.param.update(options=sets, value=question.train if sets else None, disabled=busy or not sets)
+        self.further.refresh()
         self.per_sample.show(question.per_sample, visible=self._several(), disabled=busy)
         chosen = "with " + " + ".join(question.effects) if question.effects else "no effect added"
         say(self.effects, [chosen, *self._hints()], "quiet")
@@ -80,7 +83,7 @@ class Steps(Part):
             return ["The fit waits for data."]
         if self.session.doubted:
             return ["The fit waits until you have looked at the units above."]
-        if self.session.question.split == "rows":
+        if self.session.few_states:
             return [
                 "The training set has too few kinematic states to hold some of them out: it is tested on single rows."
             ]

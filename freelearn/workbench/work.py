@@ -15,6 +15,7 @@ from freelearn.commands.discover import discover
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
+from freelearn.work import watched
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.named import named
 from freelearn.workbench.proposed import proposed
@@ -56,12 +57,19 @@ def _train(question: Question, folder: Path, fits: Path, pipe: Connection) -> No
 
 
 def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    reached = ""
+
     def watch(step: Step, text: str) -> None:
-        pipe.send(("progress", {"text": f"{text}: E held-out {100 * step.E_heldout:.3g} %"}))
+        nonlocal reached
+        reached = f"{text}: E held-out {100 * step.E_heldout:.3g} %. Now "
+
+    def tell(words: str, done: int, total: int) -> None:
+        pipe.send(("progress", {"text": f"{reached}{words}", "share": done / total}))
 
     with open(folder / "discovery.txt", "w", encoding="utf-8") as file:
         console = Console(file=file, width=110)
-        discover(discover_settings(question), folder, console, question.command("discover"), watch)
+        with watched(tell):
+            discover(discover_settings(question), folder, console, question.command("discover"), watch)
 
 
 class _Epochs(L.Callback):

@@ -17,6 +17,7 @@ from freelearn.commands.configuration import settings
 from freelearn.commands.discover import discover
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
+from freelearn.inference import white_fit
 from freelearn.inference.search import search
 from freelearn.inference.suspects import Suspect
 from freelearn.models.build import load_model
@@ -152,26 +153,38 @@ def test_what_the_library_does_not_hold_is_written(tmp_path):
     assert (tmp_path / written["file"]).is_file()
 
 
-def test_interrupted_it_goes_on_from_the_last_step(friction, tmp_path):
-    _, whole = friction
-
+def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit(tmp_path, monkeypatch):
     def stop(step, text):
-        # Once the second step is there, the first is kept.
         if len(step.effects) > 1:
             raise KeyboardInterrupt
 
-    seen = []
+    sought, made = white_fit._sought, []
+    monkeypatch.setattr(white_fit, "_sought", lambda *asked: made.append(1) or sought(*asked))
     two = FRICTION | {"force_offset": {"force": 1.0}}
+    whole = run(table(two), tmp_path / "whole")
+    fits = len(made)
     with pytest.raises(KeyboardInterrupt):
-        run(table(two), tmp_path, watch=stop)
-    assert not (tmp_path / "discovery.json").exists()
-    kept = json.loads((tmp_path / "progress.json").read_text())["steps"]
-    assert len(kept) == 2
-    found = run(table(two), tmp_path, watch=lambda step, text: seen.append(text))
-    assert seen[0] == "resumed"
+        run(table(two), tmp_path / "stopped", watch=stop)
+    assert not (tmp_path / "stopped" / "discovery.json").exists()
+    kept = len(json.loads((tmp_path / "stopped" / "progress.json").read_text())["fits"])
+    assert 3 < kept < fits
+    made.clear()
+    found = run(table(two), tmp_path / "stopped")
+    assert len(made) == fits - kept
+    assert not (tmp_path / "stopped" / "progress.json").exists()
+    # All but where the table lies, and what follows from that.
+    assert {name for name in whole if found[name] != whole[name]} == {"data", "key", "digest"}
     assert set(found["effects"]) == {"friction_hysteresis", "force_offset"}
-    assert not (tmp_path / "progress.json").exists()
-    # Another question in the same folder does not take it up.
+
+
+def test_another_question_in_the_folder_of_an_interrupted_search_begins_anew(friction, tmp_path):
+    def stop(step, text):
+        raise KeyboardInterrupt
+
+    _, whole = friction
+    with pytest.raises(KeyboardInterrupt):
+        run(table(FRICTION | {"force_offset": {"force": 1.0}}), tmp_path, watch=stop)
+    assert (tmp_path / "progress.json").exists()
     assert run(table(FRICTION), tmp_path)["trail"] == whole["trail"]
 
 

@@ -207,6 +207,8 @@ def test_what_a_folder_names_is_never_run(written, tmp_path, clean):
     tampered = json.loads((folder / "discovery.json").read_text())
     tampered["proposals"][0] |= {"file": "evil.py", "formula": f"__import__('os').mknod({str(marker)!r})"}
     tampered["proposals"][0]["name"] = "evil"
+    # Whoever tampers can take the digest out as well.
+    del tampered["digest"]
     (copy / "discovery.json").write_text(json.dumps(tampered))
     for name in ("evil.py", entry["file"], "proposed_evil.py"):
         (copy / name).write_text(evil)

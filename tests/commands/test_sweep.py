@@ -39,6 +39,10 @@ def numbers(folder: Path) -> pd.DataFrame:
     return table[["model", "train", "test", "E", "E_force", "E_moment", "n", "seed"]]
 
 
+def written(job: Path) -> int:
+    return (job / "predictions.csv").stat().st_mtime_ns
+
+
 @pytest.fixture(scope="module")
 def finished(csv, tmp_path_factory) -> Path:
     """A sweep of four good jobs and two that cannot work, run once for the tests that only read it."""
@@ -72,16 +76,21 @@ def test_a_sweep_goes_on_where_it_stopped(csv, tmp_path):
     overrides = ("model=linear", "train=sample3,sample6,all")
     assert sweep(csv, tmp_path / "sweep", *overrides).returncode == 0
     before = numbers(tmp_path / "sweep")
-    (tmp_path / "sweep" / "1" / "results.json").unlink()
-    times = {n: (tmp_path / "sweep" / str(n) / "predictions.csv").stat().st_mtime_ns for n in range(3)}
+    jobs = [f"linear_{train}_seed0_{n}" for n, train in enumerate(("sample3", "sample6", "all"))]
+    assert sorted(path.parent.name for path in (tmp_path / "sweep").glob("*/results.json")) == sorted(jobs)
+    (tmp_path / "sweep" / jobs[1] / "results.json").unlink()
+    # As earlier versions named it.
+    (tmp_path / "sweep" / jobs[2]).rename(tmp_path / "sweep" / "2")
+    times = {n: written(tmp_path / "sweep" / name) for n, name in enumerate((*jobs[:2], "2"))}
     result = sweep(csv, tmp_path / "sweep", *overrides)
     assert result.returncode == 0, result.stderr
     assert result.stdout.count("done before") == 2
-    later = {n: (tmp_path / "sweep" / str(n) / "predictions.csv").stat().st_mtime_ns for n in range(3)}
+    later = {n: written(tmp_path / "sweep" / name) for n, name in enumerate(jobs)}
     assert [n for n in range(3) if later[n] != times[n]] == [1]
     pd.testing.assert_frame_equal(numbers(tmp_path / "sweep"), before)
     # Another seed is another job, whatever lies in the folder.
     assert "done before" not in sweep(csv, tmp_path / "sweep", *overrides, "seed=5").stdout
+    assert set(numbers(tmp_path / "sweep")["seed"]) == {5}
 
 
 def test_a_killed_sweep_leaves_only_whole_results_and_resumes(csv, tmp_path):
@@ -160,7 +169,9 @@ def test_gathering_several_sweeps_gives_means_and_deviations_over_seeds(csv, tmp
     np.testing.assert_allclose(both["E"], ((each[0] + each[1]) / 2).reindex(both.index), rtol=1e-6)
     spread = (each[0] - each[1]).abs().reindex(both.index) / np.sqrt(2)
     np.testing.assert_allclose(both["deviation"], spread, rtol=1e-4, atol=1e-9)
-    assert set(pd.read_csv(tmp_path / "both" / "heatmap.csv")["run"]) == {"s1/0", "s1/1", "s2/0", "s2/1"}
+    assert set(pd.read_csv(tmp_path / "both" / "heatmap.csv")["run"]) == {
+        f"s{seed}/linear_{train}_seed{seed}_{n}" for seed in (1, 2) for n, train in enumerate(("sample3", "all"))
+    }
 
 
 def test_a_folder_without_results_is_one_clear_error(tmp_path):

@@ -53,7 +53,7 @@ def test_a_planted_error_is_found_where_it_is():
     assert worst.mean[0] == pytest.approx(8.0, rel=0.1)
     assert "sample 3" in worst.where
     assert "twist >" in worst.where
-    assert worst.sentence().startswith("force is over-predicted by")
+    assert worst.sentence().startswith(f"predicted force is {worst.mean[0]:.3g} N too high")
 
 
 def test_of_few_rows_nothing_is_said():

@@ -58,6 +58,20 @@ def test_over_many_beds_sizes_are_right_on_average():
     assert np.mean([f.position for f in found]) == pytest.approx(1, abs=PLACED / 2)
 
 
+def test_a_parameter_twice_is_the_model_once():
+    """Two effects that move the loads alike, to rounding and of another size, and one that moves none."""
+    made = bench(3)
+    rows, slopes = made.rows, jacobian(made.rows.states)
+    loads, state = predicted(rows.states), torch.as_tensor(rows.state)
+    twice = torch.cat([slopes, 1e6 * slopes * (1 + 1e-15), torch.zeros_like(slopes[..., :1])], dim=2)
+    one, two = (
+        scatter(loads - rows.loads, j, loads, sensitivity(len(rows)), rows.states, state, ACCURACY)
+        for j in (slopes, twice)
+    )
+    torch.testing.assert_close(two.deviations, one.deviations, rtol=1e-6, atol=0)
+    torch.testing.assert_close(two.smooth, one.smooth, rtol=1e-5, atol=1e-9)
+
+
 @pytest.mark.parametrize("freedom", [4.0, np.inf])
 def test_tails_are_told_apart(freedom):
     noise = {} if np.isinf(freedom) else {"noise": student(freedom)}

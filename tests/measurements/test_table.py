@@ -308,10 +308,10 @@ def test_missing_file_suggests_names(tmp_path: Path) -> None:
 
 def test_forbidden_file_is_a_users_mistake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # chmod would not stop root, as whom containers run the tests.
-    def forbid(self: Path) -> bytes:
+    def forbid(*args: object, **options: object) -> io.BufferedReader:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", forbid)
+    monkeypatch.setattr("freelearn.measurements.text_file.open", forbid, raising=False)
     (tmp_path / "table.csv").touch()
     with pytest.raises(UserError, match="permissions"):
         read_table(tmp_path / "table.csv")

@@ -120,3 +120,32 @@ def test_the_command_is_one_that_a_shell_reads_back(monkeypatch):
     assert shlex.split(command_line(["python", "train.py", "-m"], words)) == ["python", "train.py", "-m", *words]
     monkeypatch.setenv("FREELEARN_EFFECTS", "/my effects.py")
     assert command_line(["python", "train.py"], []) == "FREELEARN_EFFECTS='/my effects.py' python train.py"
+
+
+def test_tables_sort_by_a_script_that_only_pages_with_tables_have(tmp_path):
+    table = DisplayTable.of(["set"], ["E %"], [["a", "10.0"], ["b", "−2.5"], ["c", "–"]])
+    write_page(tmp_path / "r.html", "page", False, [Section("s", [], [table])])
+    page = (tmp_path / "r.html").read_text()
+    assert page.count('<button type="button">') == 2
+    assert "aria-sort" in page
+    assert not FETCHES.search(page)
+
+
+def test_a_page_has_one_minus_sign(tmp_path):
+    table = DisplayTable.of(["place"], ["M"], [["-3 mm, run-7", "-1.5e-06"]])
+    write_page(tmp_path / "r.html", "page", False, [Section("at -60°", ["from (-2 N)"], [table], code="x=-1")])
+    page = (tmp_path / "r.html").read_text()
+    for shown in ("at −60°", "from (−2 N)", "−3 mm, run-7", "−1.5e−06"):
+        assert shown in page
+    # What a shell reads stays as it is.
+    assert "x=-1" in page
+
+
+def test_it_has_a_paragraph_for_the_lab_book(fitted):
+    text = without_scripts((fitted[0] / "report.html").read_text())
+    note = re.search(r'<p class="note">(.*?)</p>', text, re.DOTALL)[1]
+    results = json.loads((fitted[0] / "results.json").read_text())
+    assert f"E = {100 * results['tests']['all']['E']:.2f} %" in note
+    assert all(f"{name} = (" in note for name in results["parameters"])
+    assert results["data"]["sha256"] in note
+    assert "seed 0, split by states" in note

@@ -8,7 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
+from freelearn.errors import UserError
 from freelearn.inference.suspects import Suspect
+from freelearn.measurements.beds import KINEMATIC
 from freelearn.render.html.charts.curves import CurveCharts
 from freelearn.render.png.canvas import save, to_rgb
 from freelearn.render.png.curves import curves
@@ -17,7 +19,7 @@ from freelearn.render.png.residual_map import residual_map
 from freelearn.results.curve_bands import BAND, SHORT
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.parity import SHOWN
-from freelearn.results.residuals import residual_table
+from freelearn.results.residuals import residual_table, scale_limits
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import flagged
 
@@ -107,29 +109,51 @@ def test_every_axis_has_a_unit(predictions, curve):
         assert len(labels - {""}) == (4 if table is one else 3)
 
 
-def test_curves_dash_what_is_extrapolated_and_join(predictions, curve):
+def beyond(axes) -> list[np.ndarray]:
+    """The points of each light line, of what is extrapolated."""
+    return [line.get_xydata() for line in axes.lines if line.get_label() == "_beyond"]
+
+
+def test_curves_are_light_where_they_are_extrapolated_and_join(predictions, curve):
     figure = curves(predictions[:5], {"continuum": curve}, "title", simulated=False)
     for axes in figure.axes:
-        solid = next(line for line in axes.lines if line.get_label() == "continuum")
-        points = [tuple(p) for p in solid.get_xydata() if not np.isnan(p).any()]
-        dashed = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
-        assert len(dashed) == 2
-        assert tuple(dashed[0][-1]) == points[0]
-        assert tuple(dashed[1][0]) == points[-1]
-    ranges = [
-        (line.get_xdata().min(), line.get_xdata().max())
-        for line in figure.axes[0].lines
-        if line.get_linestyle() == "--" and len(line.get_xdata())
-    ]
-    assert ranges == [(0, 2), (4, 8)]
+        line = next(line for line in axes.lines if line.get_label() == "continuum")
+        points = [tuple(p) for p in line.get_xydata() if not np.isnan(p).any()]
+        light = beyond(axes)
+        assert len(light) == 2
+        assert tuple(light[0][-1]) == points[0]
+        assert tuple(light[1][0]) == points[-1]
+    assert [(part[:, 0].min(), part[:, 0].max()) for part in beyond(figure.axes[0])] == [(0, 2), (4, 8)]
 
 
-def test_curves_dash_a_gap_inside_the_measured_range_and_nothing_where_all_is_measured(predictions, curve):
+def test_curves_are_light_in_a_gap_inside_the_measured_range_and_nowhere_where_all_is_measured(predictions, curve):
     gap = curve.assign(extrapolated=curve["pressure_kpa"].between(3, 5))
-    dashed = [x.get_xdata() for x in curves(predictions[:5], gap, "", True).axes[1].lines if x.get_linestyle() == "--"]
-    assert [(x.min(), x.max()) for x in dashed] == [(2.5, 5.5)]
+    light = beyond(curves(predictions[:5], gap, "", True).axes[1])
+    assert [(part[:, 0].min(), part[:, 0].max()) for part in light] == [(2.5, 5.5)]
     none = curves(predictions[:5], curve.assign(extrapolated=False), "", True)
-    assert not [line for axes in none.axes for line in axes.lines if line.get_linestyle() == "--"]
+    assert not [part for axes in none.axes for part in beyond(axes)]
+
+
+def test_marks_belong_to_what_was_measured_and_models_differ_without_color(predictions, curve):
+    figure = curves(predictions[:5], dict.fromkeys(("before", "after", "other"), curve), "", simulated=False)
+    models = [line for line in figure.axes[0].lines if line.get_label() in ("before", "after", "other")]
+    assert {line.get_marker() for line in models} == {"None"}
+    assert len({str(line._unscaled_dash_pattern) for line in models}) == 3
+    # Two that lie on each other are both seen: the later is the thinner.
+    widths = [line.get_linewidth() for line in models]
+    assert widths == sorted(widths, reverse=True)
+    assert widths[0] > widths[-1]
+
+
+def test_dashes_are_not_drawn_twice_where_a_model_comes_back_along_its_own_line(predictions, curve):
+    up = curve.assign(extrapolated=False)
+    back = pd.concat([up, up[::-1]], ignore_index=True)
+    lag = back.assign(force_pred_n=back["force_pred_n"] + np.r_[np.zeros(17), np.sin(np.linspace(0, np.pi, 17))])
+    for there, drawn_points in ((back, 17), (lag, range(28, 35))):
+        figure = curves(predictions[:5], {"one": up, "two": there}, "", simulated=False)
+        line = next(line for line in figure.axes[0].lines if line.get_label() == "two")
+        count = int(np.isfinite(line.get_xdata()).sum())
+        assert count == drawn_points if isinstance(drawn_points, int) else count in drawn_points
 
 
 def test_curves_draw_any_number_of_models(predictions, curve):
@@ -290,6 +314,35 @@ def test_residual_map_scales_are_symmetric_and_show_the_worst(predictions):
     assert sorted(own.get_array()) == pytest.approx([-1] * 7 + [-1 / 9] * 5)
 
 
+def test_before_and_after_have_one_scale(predictions):
+    one = predictions[predictions["sample"] == 6]
+    after = one.assign(force_pred_n=one["force_n"] + 0.5)
+    over, shown = KINEMATIC.state, KINEMATIC.measured
+    limits = scale_limits([one, after], over, shown)
+    assert limits[6, "force_n"] == pytest.approx(9)
+    maps = [residual_map(table, "title", True, limits) for table in (one, after)]
+    assert [colored(figure)[0].get_clim() for figure in maps] == [(-9, 9), (-9, 9)]
+    # How small it has become stands above the field.
+    assert "largest 0.5 N" in [text.get_text().split("\n")[-1] for text in maps[1].axes[0].texts]
+    # Of several samples each has its own, in both maps alike.
+    both = scale_limits([predictions, predictions.assign(force_pred_n=predictions["force_n"] + 0.5)], over, shown)
+    assert (both[3, "force_n"], both[6, "force_n"]) == (pytest.approx(1), pytest.approx(9))
+
+
+def test_rounding_is_no_residual(predictions):
+    exact = predictions[predictions["sample"] == 3].assign(
+        force_pred_n=lambda t: t["force_n"] * (1 + 1e-15), moment_pred_nmm=lambda t: t["moment_nmm"]
+    )
+    for points in colored(residual_map(exact, "title", True)):
+        assert points.get_clim() == (-1, 1)
+
+
+def test_a_color_bar_says_in_words_which_way_the_model_is_off(predictions):
+    figure = residual_map(predictions[predictions["sample"] == 3], "title", True)
+    words = [[text.get_text() for text in axes.texts] for axes in figure.axes]
+    assert words.count(["model too low", "model too high"]) == 2
+
+
 def test_residual_map_marks_states_without_a_usable_row(predictions):
     predictions.loc[:4, "buckled"] = 1
     figure = residual_map(predictions[predictions["sample"] == 3], "title", simulated=True)
@@ -340,7 +393,7 @@ def test_a_failed_save_leaves_the_old_files_and_nothing_else(predictions, tmp_pa
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     with monkeypatch.context() as patch:
         patch.setattr(pd.DataFrame, "to_csv", lambda *_, **__: (_ for _ in ()).throw(OSError("disk full")))
-        with pytest.raises(OSError, match="disk full"):
+        with pytest.raises((OSError, UserError), match="disk full"):
             save(figure, predictions, tmp_path / "parity.png")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -15,15 +15,8 @@ from freelearn.inference.proposals.trial import price, tried
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.written.forms import ONE
 from freelearn.models.written.written import Written
-from freelearn.results.proposals import (
-    constants_told,
-    file_of,
-    proposal_entry,
-    proposal_lines,
-    proposal_source,
-    units_told,
-    write_proposals,
-)
+from freelearn.results.proposal_words import constants_told, proposal_lines, units_told
+from freelearn.results.proposals import file_of, proposal_entry, proposal_source, write_proposals
 
 # N beyond the knee, in units of 5 mm; and the knee in m.
 AMOUNT, KNEE, SCALE, FLOOR = 3.0, 1e-3, 5e-3, 0.004
@@ -48,7 +41,7 @@ def proposal():
     trial = tried(prepared, first, written)
     assert trial is not None
     assert before == EFFECTS
-    guess = Guess(place, (elongation,), hinge, 400.0, 380.0, (SCALE,), (1.0,), {"knee": 0.1})
+    guess = Guess(place, (elongation,), hinge, 400.0, 380.0, (SCALE,), (1.0,), {"knee": 0.1}, 0.005)
     return Proposal(trial.fitted(), first, trial.step, [SAME, TWIN], [guess], ("wall_stiffening", 0.42))
 
 
@@ -76,13 +69,14 @@ def test_what_was_hidden_is_fitted_and_its_errors_hold_it(proposal):
     (place,) = entry["places"]
     assert (place["port"], place["where"], place["inputs"]) == ("parallel", "axial", ["elongation"])
     assert place["sigmas"] == 20.0
+    assert place["p_value"] == 0.005
     assert entry["resembles"] == {"effect": "wall_stiffening", "share": 0.42}
     assert entry["file"] == file_of(proposal) == f"proposed_{entry['name']}.py"
 
 
 def test_constants_are_told_in_the_units_of_tables(proposal):
     """mm and N, each with its error."""
-    amount, knee = constants_told(proposal)
+    amount, knee = constants_told(proposal_entry(proposal, FLOOR), proposal.written)
     number = r"(-?[\d.]+(?:e[+-]?\d+)?)"
     found = re.fullmatch(rf"a = {number} ± {number} N", amount)
     assert found
@@ -91,11 +85,11 @@ def test_constants_are_told_in_the_units_of_tables(proposal):
     found = re.fullmatch(rf"Δl₀ = {number} ± {number} mm", knee)
     assert found
     assert float(found[1]) == pytest.approx(1e3 * values["knee"], rel=1e-3)
-    assert units_told(proposal) == "Δl in units of 5 mm"
+    assert units_told(proposal.written) == "Δl in units of 5 mm"
 
 
 def test_the_sentences_name_place_inputs_errors_twins_and_what_it_resembles(proposal):
-    told = "\n".join(proposal_lines(proposal, FLOOR))
+    told = "\n".join(proposal_lines(proposal_entry(proposal, FLOOR), proposal.written))
     assert proposal.written.formula == "ΔF = a max(Δl − Δl₀, 0)"
     for part in (
         proposal.written.name,
@@ -105,6 +99,7 @@ def test_the_sentences_name_place_inputs_errors_twins_and_what_it_resembles(prop
         f"{100 * proposal.base.E_heldout:.3g}",
         f"{100 * proposal.step.E_heldout:.3g}",
         "0.4",
+        "somewhere is 0.5 % at most",
         "at the port measurement (force) the same function would show the very same loads",
         "the data cannot tell it from boundary (length): Δl = a max(Δl − Δl₀, 0)",
         "wall_stiffening",
@@ -123,7 +118,7 @@ def test_the_file_tells_the_same_and_is_whole(proposal, tmp_path):
     docstring = " ".join(ast.get_docstring(tree).split())
     for share in (proposal.base.E_heldout, proposal.step.E_heldout):
         assert f"{100 * share:.3g} %".replace(" %", "") in docstring
-    assert all(c in docstring for c in constants_told(proposal))
+    assert all(c in docstring for c in constants_told(proposal_entry(proposal, FLOOR), proposal.written))
     assert f"FREELEARN_EFFECTS={path.name} python train.py model=continuum" in docstring
     assert max(map(len, text.splitlines())) <= 120
     # What begins a fit is what was found, to the last digit.
@@ -138,8 +133,7 @@ def test_the_friction_of_a_direction_says_so():
     (pressure,) = [i for i in place.inputs if i.name == "pressure"]
     cube = next(form for form in ONE if form.word == "cube")
     written = Written(place, (pressure,), (7e4,), cube, {"amount": 0.1})
-    proposal = Proposal(written, None, None, [])
-    assert units_told(proposal) == "P in units of 70 kPa"
+    assert units_told(written) == "P in units of 70 kPa"
     assert written.inputs_named == ["direction", "pressure"]
 
 

@@ -62,6 +62,7 @@ def test_the_ranking_is_by_size_and_keeps_steps_apart():
 def test_the_pictured_ranking_fills_what_chance_does_not_explain():
     axes = ranking(ranking_numbers(CANDIDATES), ranking_numbers(CANDIDATES, 1), simulated=False).axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == ["negative", "small", "large"]
-    filled, open_ = axes.containers
-    assert [bar.get_width() for bar in filled] == [20.0]
-    assert [bar.get_width() for bar in open_] == [0.05, 2.0]
+    filled, open_, _ = axes.lines
+    assert (filled.get_xdata().tolist(), filled.get_markerfacecolor()) == ([20.0], filled.get_color())
+    # A size of nothing still has a place on a logarithmic axis.
+    assert (open_.get_xdata().tolist(), open_.get_markerfacecolor()) == ([0.1, 2.0], "white")

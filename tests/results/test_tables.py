@@ -59,7 +59,7 @@ def test_a_frame_keeps_words_left_and_numbers_right():
 
 
 def test_numbers_have_true_minus_signs_and_dashes_where_nothing_is_known():
-    assert number(-1.5e-7, 3) == "−1.5e-07"
+    assert number(-1.5e-7, 3) == "−1.5e−07"
     assert (fixed(-1.25, 1), signed(-3.0), signed(2.0), percent(-0.015, 1)) == ("−1.2", "−3", "+2", "−1.5")
     for value in (None, float("nan"), float("inf")):
         assert {number(value), fixed(value, 1), signed(value), percent(value)} == {"–"}

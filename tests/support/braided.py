@@ -1,4 +1,4 @@
-"""A braided (McKibben) muscle by virtual work, as the README shows it."""
+"""A braided (McKibben) muscle by virtual work, as docs/own_model.md shows it."""
 
 import torch
 from torch import Tensor

@@ -17,6 +17,7 @@ from freelearn.models.written.places import PLACES
 from freelearn.models.written.written import Written
 from freelearn.results import proposals
 from freelearn.results.proposal_curve import ProposalCurve
+from freelearn.results.proposal_words import proposal_lines
 
 FORCE = next(place for place in PLACES if place.name == "parallel axial")
 HINGE = next(form for form in ONE if form.word == "hinge")
@@ -38,7 +39,7 @@ def proposal(written: Written = CABLE) -> Proposal:
 def told(written: Written = CABLE) -> list[str]:
     """What terminal and report say of it."""
     with _errors():
-        return proposals.proposal_lines(proposal(written), FLOOR)
+        return proposal_lines(proposals.proposal_entry(proposal(written), FLOOR), written)
 
 
 def _errors():
@@ -60,6 +61,12 @@ def write_search(folder: Path, written: Written = CABLE, hint: bool = False) -> 
         "hint": entry if hint else None,
         **{name: [] for name in ("given_effects", "classes", "screens", "next_experiment", "notes", "candidates")},
         "remainder": None,
+        "error": {"before": 0.046, "after": 0.0101, "noise_floor": FLOOR},
+        "parameters": {"C1": {"value": 1e6, "unit": "Pa"}},
+        "trail": [
+            {"effect": name, "effects": [name] if name else [], "E_heldout": error, "noise_floor": FLOOR}
+            for name, error in ((None, 0.046), (written.name, 0.0101))
+        ],
     }
     (folder / "discovery.json").write_text(json.dumps(content))
     at = np.linspace(-6e-3, 6e-3, 13)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import beds
 import pytest
+from pydantic import TypeAdapter
 
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
@@ -204,12 +205,12 @@ def test_settings_are_those_of_the_command(tmp_path, changes):
     assert search == replace(discover_settings(question))
     fit = settings(TrainSettings, question.overrides("train"))
     assert fit == replace(train_settings(question, fit.fits))
-    assert Question.from_json(json.loads(json.dumps(question.to_json()))) == question
+    assert TypeAdapter(Question).validate_python(json.loads(json.dumps(question.to_json()))) == question
 
 
 def test_a_question_of_former_times_is_still_read():
     old = {"data": "csv", "seed": 1, "path": "/a.csv", "name": "a", "model": "linear", "train": "all", "effects": ["x"]}
-    assert Question.from_json(old) == Question("csv", 1, "/a.csv", "a", "linear", "all", ("x",))
+    assert TypeAdapter(Question).validate_python(old) == Question("csv", 1, "/a.csv", "a", "linear", "all", ("x",))
 
 
 def test_what_is_ruled_out_does_not_ask_for_another_fit(sessions):

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import written_searches
+from pydantic import TypeAdapter
 from written_searches import CABLE, FLOOR, write_search
 
 from freelearn.errors import UserError
@@ -25,7 +26,7 @@ from freelearn.results.formats import sentence
 from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.effects import Effects
 from freelearn.workbench.kept import Kept
-from freelearn.workbench.proposal_words import HINT
+from freelearn.workbench.proposal_block import HINT
 from freelearn.workbench.proposals import Proposals
 from freelearn.workbench.proposed import proposed, written_of
 from freelearn.workbench.question import Question
@@ -87,12 +88,11 @@ def test_a_proposal_is_told_in_the_words_of_the_report_beside_its_curve(session)
     assert table["high"] - table["low"] == pytest.approx(np.full(13, 0.06))
 
 
-def test_added_it_is_ticked_and_only_then_what_was_found_can_be(session):
+def test_added_it_is_ticked_and_known_to_this_session_alone(session):
     # Other tests of the same process may have run such a file on purpose.
     before = set(sys.modules)
     page, boxes = drawn(session), ticked(session)
     assert NAME not in boxes.boxes.options.values()
-    assert not boxes.use.visible
     (block,) = page.blocks
     assert block.add.visible
     block.add.clicks += 1
@@ -103,16 +103,37 @@ def test_added_it_is_ticked_and_only_then_what_was_found_can_be(session):
     assert f"{NAME}: written by a search, {CABLE.formula}" in boxes.boxes.options
     assert not block.add.visible
     assert "among the effects below" in block.told.object
-    # Not again: it is ticked already. Off, it can be.
-    assert not boxes.use.visible
     boxes.boxes.value = []
     boxes.refresh()
     assert session.question.effects == ()
-    assert boxes.use.visible
     # It is one of this session's, not of every one's, and nothing of its file was run.
     assert NAME not in EFFECTS
     assert not [name for name in set(sys.modules) - before if name.startswith("freelearn_own")]
     assert Kept(session.folder).added == session.added
+
+
+def test_what_was_found_is_adopted_as_the_search_fitted_it(session):
+    """With the search's own error and parameters, and with the file of the effect that it wrote."""
+    before = set(sys.modules)
+    session.adopt()
+    (run,) = session.runs
+    assert session.adopted(run)
+    assert (session.question.effects, run["question"].effects) == ((NAME,), (NAME,))
+    assert run["question"].own == (str(file_of(session).resolve()),)
+    about = session.about(run)
+    assert (about["error"], about["E"], about["parameters"]["C1"]["value"]) == ("held-out error", 0.0101, 1e6)
+    assert ticked(session).boxes.value == [NAME]
+    assert not [name for name in set(sys.modules) - before if name.startswith("freelearn_own")]
+    # Once more, it is the same run.
+    session.adopt()
+    assert session.runs == [run]
+
+
+def test_nothing_is_adopted_of_a_search_that_found_nothing(sessions):
+    session = searched(sessions.get("")[1], hint=True)
+    session.adopt()
+    assert not session.runs
+    assert session.found() == ()
 
 
 def test_its_file_is_there_to_be_saved(session):
@@ -333,7 +354,7 @@ def test_fits_and_searches_with_it_name_its_file_and_are_compared_with_those_bef
     path = str(file_of(session).resolve())
     assert asked.own == (path,)
     assert asked.same_but_effects(before)
-    assert Question.from_json(json.loads(json.dumps(asked.to_json()))) == asked
+    assert TypeAdapter(Question).validate_python(json.loads(json.dumps(asked.to_json()))) == asked
     shell = shlex.split(asked.command("train"))
     assert shell[0] == f"FREELEARN_EFFECTS=/mine.py{os.pathsep}{path}"
     assert f"effects=[{NAME}]" in shell

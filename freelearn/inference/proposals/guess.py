@@ -14,7 +14,8 @@ from freelearn.models.written.written import Written, scaled
 @dataclass(frozen=True)
 class Guess:
     """gain: reduction of χ² in units of its noise that the linearized form promises; worth: the same less what its
-    constants cost. amounts (in the place's unit) and shapes, both SI, begin a fit."""
+    constants cost. amounts (in the place's unit) and shapes, both SI, begin a fit. p_value: chance that the most
+    promising of all guesses would promise as much if there were nothing to find."""
 
     place: Place
     inputs: tuple[Input, ...]
@@ -24,6 +25,7 @@ class Guess:
     scales: tuple[float, ...]
     amounts: tuple[float, ...]
     shapes: Mapping[str, float]
+    p_value: float = 1.0
 
     def written(self) -> Written:
         """As an effect."""

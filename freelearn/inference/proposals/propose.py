@@ -13,9 +13,19 @@ from freelearn.inference.proposals.scan import Scan
 from freelearn.inference.proposals.trial import Trial, tried
 from freelearn.inference.refit import rewhitened
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import FITTED, LEFT, ONE_PLACE, PLACES_TOLD, RIVALS, TOGETHER, UNDECIDED, WHITENINGS
-from freelearn.models.base import Model
+from freelearn.inference.thresholds import (
+    ALPHA,
+    FITTED,
+    LEFT,
+    ONE_PLACE,
+    PLACES_TOLD,
+    RIVALS,
+    TOGETHER,
+    UNDECIDED,
+    WHITENINGS,
+)
 from freelearn.models.effects.registry import lent
+from freelearn.work import begin
 
 
 @dataclass(frozen=True)
@@ -33,10 +43,13 @@ class Proposed:
 
 def proposed(prepared: Prepared, base: Step) -> Proposed | None:
     """The best written effect on top of a base, whether or not it leaves nothing; None where none clearly helps."""
-
+    begin("looking where something that is in no list would enter")
     guesses = guessed(prepared, base)
+    if not guesses or guesses[0].p_value > ALPHA:
+        return None
     trials: list[Trial] = []
     for guess in shortlist(guesses):
+        begin("fitting an effect of its own")
         trial = tried(prepared, base, guess.written())
         if trial is not None and not trial.step.worse(base):
             trials.append(trial)
@@ -51,12 +64,9 @@ def proposed(prepared: Prepared, base: Step) -> Proposed | None:
 
 def guessed(prepared: Prepared, base: Step, pairs: bool = True) -> list[Guess]:
     """What every form promises on top of a base, best first. pairs: of inputs too."""
-
-    def build(more: Sequence[str]) -> Model:
-        return prepared.question.build([*base.effects, *more])
-
-    seen = pushes(base.fit, prepared.rows, build)
-    return Scan(base.fit, prepared.rows, base.whiten, base.left.scale**2, build).guesses(seen, pairs)
+    on, seed = prepared.question.on(base.effects), prepared.question.seed
+    seen = pushes(base.fit, prepared.rows, on)
+    return Scan(base.fit, prepared.rows, base.whiten, base.left.scale**2, on, seed).guesses(seen, pairs)
 
 
 def settled(prepared: Prepared, base: Step, best: Trial, trials: Sequence[Trial]) -> Proposed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -106,7 +106,7 @@ def _placed(fit: WhiteFit, rows: Rows) -> States:
     states = rows.states
     if states.bed is not DEAD_LOAD:
         return states
-    return replace(states, length=states.reference_length + fit.shown[:, 0], twist=fit.shown[:, 1])
+    return states.replace(length=states.reference_length + fit.shown[:, 0], twist=fit.shown[:, 1])
 
 
 def _inputs(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:

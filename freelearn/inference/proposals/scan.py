@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 
@@ -12,38 +13,54 @@ from torch import Tensor
 
 from freelearn.fit.problem import Problem
 from freelearn.inference.derivatives import Build, none_vector
-from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.linear_algebra import orthonormal, summed_products
 from freelearn.inference.noise import Whitener
 from freelearn.inference.proposals.guess import Guess
 from freelearn.inference.proposals.pushes import Pushes, places_of
 from freelearn.inference.proposals.terms import Gram, Terms
 from freelearn.inference.proposals.trial import price
+from freelearn.inference.units import units
 from freelearn.inference.white_fit import ONE as UNIT
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.rows import Rows
 from freelearn.models.effects.registry import lent
 from freelearn.models.written.forms import ENERGIES, ONE, TWO, Form
 from freelearn.models.written.inputs import Input
-from freelearn.models.written.places import Place
+from freelearn.models.written.places import Place, told_elsewhere
 from freelearn.models.written.source import effect_class
 from freelearn.models.written.written import Written
 
 # Below this share of its length a column is what the fit absorbs.
 ABSORBED = 1e-4
+# Sign patterns of the wild bootstrap.
+DRAWS = 199
 
 Inputs = tuple[Input, ...]
 
 
 class Scan:
-    """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise."""
+    """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise.
+    seed: of the wild bootstrap."""
 
-    def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build) -> None:
+    def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build, seed: int) -> None:
         self.fit, self.rows, self.whiten, self.variance, self.build = fit, rows, whiten, variance, build
-        self.residual = fit.residual.reshape(-1)
         self.span = orthonormal(fit.jacobian.flatten(0, 1))
+        self.unit, self.units = units(whiten.state, whiten.states)
+        generator = np.random.default_rng([seed, 16])
+        signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, self.units)))
+        # The residual itself comes first.
+        self.signs = torch.cat([torch.ones(1, self.units, dtype=torch.float64), signs])
+        self.largest = np.full(DRAWS, -np.inf)
 
     def guesses(self, pushes: Pushes, pairs: bool = True) -> list[Guess]:
-        """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too."""
+        """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too.
+
+        The chance of each is that of the most promising of all in residuals with nothing to find: a wild bootstrap that
+        flips the signs of whole kinematic states (Cameron, Gelbach & Miller 2008) goes through the whole scan."""
+        found = sorted(self._every(pushes, pairs), key=lambda g: -g.worth)
+        return [replace(g, p_value=float((1 + (self.largest >= g.worth).sum()) / (DRAWS + 1))) for g in found]
+
+    def _every(self, pushes: Pushes, pairs: bool) -> list[Guess]:
         places = places_of(self.fit.model)
         found: list[Guess] = []
         for place in places:
@@ -58,7 +75,7 @@ class Scan:
             whole = [x.mean(1, keepdim=True) for x in scaled]
             of_block = Terms.of_forms(forms, signed, partial(_values, whole)) if self.rows.states.members else terms
             for place in places:
-                if place.energy or not set(inputs) <= set(place.inputs) or _elsewhere(place, inputs):
+                if place.energy or not set(inputs) <= set(place.inputs) or told_elsewhere(place, inputs):
                     continue
                 if place.potential:
                     found += self._potential(place, inputs, pushes, signed) if len(inputs) == 2 else []
@@ -69,7 +86,7 @@ class Scan:
                 else:
                     columns = torch.einsum("ncm,nmk->nck", by, terms.values)
                     found += self._best(place, inputs, terms, columns, pushes)
-        return sorted(found, key=lambda g: -g.worth)
+        return found
 
     def _potential(self, place: Place, inputs: Inputs, pushes: Pushes, signed: bool) -> Iterator[Guess]:
         """Its loads are pushes along and about the axis."""
@@ -106,12 +123,12 @@ class Scan:
         gains = gains / self.variance
         constants = np.array([form.count for form in terms.forms])[terms.of]
         worth = gains - np.array([price(int(count), len(inputs), self.whiten.count) for count in constants])
+        self.largest = np.maximum(self.largest, worth[1:].max(1))
         scales = tuple(pushes.scales[i.name] for i in inputs)
-        for form, one in terms.best(worth):
+        for form, one in terms.best(worth[0]):
             own = tuple(amounts[one][: len(form.terms)].tolist())
-            yield Guess(
-                place, inputs, form, float(gains[one]), float(worth[one]), scales, own, terms.shapes[one]
-            )  # fmt: skip
+            gain, promised = float(gains[0, one]), float(worth[0, one])
+            yield Guess(place, inputs, form, gain, promised, scales, own, terms.shapes[one])
 
     def _gram(self, columns: Tensor) -> Gram:
         white = self.whiten(columns).flatten(0, 1).nan_to_num_(0.0, 0.0, 0.0)
@@ -119,7 +136,8 @@ class Scan:
         white = white.addmm_(self.span, self.span.T @ white, alpha=-1)
         after = white.square().sum(0)
         seen = (after > ABSORBED**2 * before) & (before > 0)
-        return Gram(white, after.numpy(), (white.T @ self.residual).numpy(), seen.numpy())
+        each = summed_products(white, self.fit.residual.reshape(-1), self.unit, self.units)
+        return Gram(white, after.numpy(), (self.signs @ each).numpy(), seen.numpy())
 
 
 def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
@@ -137,14 +155,6 @@ def told(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
     """The forms, no quicker than the inputs' levels tell."""
     levels = [pushes.levels(i).tolist() for i in inputs]
     return [form.told_by(levels) for form in forms]
-
-
-def _elsewhere(place: Place, inputs: Inputs) -> bool:
-    """Whether an element beside the actuator would show alike: it stands for both."""
-    names = {i.name for i in inputs}
-    if place.port != "measurement":
-        return False
-    return names <= ({"elongation", "pressure"} if place.where == "force" else {"twist", "pressure"})
 
 
 def _values(scaled: list[Tensor], form: Form, shapes: dict[str, float]) -> list[Tensor]:

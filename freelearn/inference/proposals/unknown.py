@@ -20,6 +20,8 @@ from freelearn.models.written.written import scaled
 
 # Knots of the cubic spline over the input, its penalty's strengths to choose from, and points of the curve.
 KNOTS, STRENGTHS, POINTS = 10, np.logspace(-4, 8, 49), 121
+# Share of a function's squared pushes that is rounding.
+ABSORBED = 1e-18
 # Half of the points' 95 % band, in standard deviations.
 BAND = 1.96
 
@@ -50,7 +52,11 @@ def unknown(proposal: Proposal, rows: Rows, build: Build) -> Unknown | None:
     basis, ends = _basis(x, float(x.min()), float(x.max()))
     columns = step.whiten(seen.by[written.place.name] * basis[:, None, :]).flatten(0, 1)
     span = orthonormal(_others(proposal))
+    whole = float(columns.square().sum())
     columns = columns - span @ (span.T @ columns)
+    # Where the other parameters absorb all of it, no function can be told from them.
+    if not float(columns.square().sum()) > ABSORBED * whole:
+        return None
     free, covariance = _penalized(columns, -step.fit.residual.reshape(-1), step.left.scale**2)
     at = torch.linspace(*ends, POINTS, dtype=torch.float64)
     shown, _ = _basis(at, *ends)

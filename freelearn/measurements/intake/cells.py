@@ -84,8 +84,10 @@ def numbers(cells: Sequence[str], style: Style) -> Numbers:
     if values is not None:
         return Numbers(values, {}, {})
     values, bad, words = np.full(len(cells), np.nan), {}, Counter[str]()
+    # Of long columns that are no plain numbers most cells are alike: blank, or of a channel with few levels.
+    known = {cell: style.number(cell) for cell in set(cells)}
     for row, cell in enumerate(cells):
-        value = style.number(cell)
+        value = known[cell]
         if value is None or np.isinf(value):
             bad[row] = problem(cell, style)
         else:

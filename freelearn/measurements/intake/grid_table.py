@@ -8,6 +8,7 @@ from freelearn.measurements.intake.grid import Grid, Row, few
 from freelearn.measurements.intake.grid_header import first_row, header_of
 from freelearn.measurements.intake.raw_table import RawTable, unique_names
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.records import MOST_COLUMNS
 
 
 def table_of(grid: Grid, reading: Reading) -> RawTable:
@@ -15,6 +16,9 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
     rows = [(line, cells) for line, cells in grid.rows if any(cell.strip() for cell in cells)]
     if not rows:
         raise UserError(f"{grid.name} is empty: it needs a header and rows.")
+    line, widest = max(rows, key=lambda row: len(row[1]))
+    if len(widest) > MOST_COLUMNS:
+        raise UserError(f"{grid.name} has {len(widest)} columns, more than any table has: look at line {line}.")
     first = first_row(grid, rows, reading)
     header, units, notes = header_of(grid, rows, first, reading)
     names, width = unique_names(header), len(header)
@@ -23,7 +27,7 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
         raise UserError(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
     columns = {name: [cells[place] for _, cells in kept] for place, name in enumerate(names)}
     said = {name: unit for name, unit in zip(names, units, strict=False) if unit.strip()}
-    empty = [n for n, cells in columns.items() if n.startswith("column ") and not any(c.strip() for c in cells)]
+    empty = {n for n, cells in columns.items() if n.startswith("column ") and not any(c.strip() for c in cells)}
     columns = {name: cells for name, cells in columns.items() if name not in empty}
     lines = [line for line, _ in kept]
     return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more))

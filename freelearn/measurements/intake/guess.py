@@ -10,11 +10,12 @@ import numpy as np
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.headings import Confidence, heading
-from freelearn.measurements.intake.raw_file import raw_table, read_bytes
+from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.recipe import DESIGN, MARKS
 from freelearn.measurements.intake.suspicious import raw_suspicions
+from freelearn.measurements.text_file import read_bytes
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
 # A length that was held: the table's own is the unloaded one.

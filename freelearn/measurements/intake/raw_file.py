@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.excel_grid import excel_grid
@@ -12,10 +11,7 @@ from freelearn.measurements.intake.matlab_table import matlab_table, version_73
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.text_grid import text_grid
-from freelearn.measurements.text_file import missing_file
 
-# Larger files are logs to be cut first [bytes].
-LARGEST = 1_000_000_000
 EXPORT = "export the table as CSV, or save it as .xlsx"
 # First bytes → what such a file is and what to do.
 REFUSED = (
@@ -36,21 +32,6 @@ REFUSED = (
 PASSWORD = "EncryptedPackage".encode("utf-16-le")
 PICKLES = tuple(b"\x80" + bytes([version]) for version in range(1, 6))
 MARKUP = (b"<html", b"<!doctype", b"<table", b"<?xml", b"<meta", b"<head")
-
-
-def read_bytes(path: Path) -> bytes:
-    """The file's bytes. Raises UserError where there is no regular file of a sensible size."""
-    if problem := missing_file(path):
-        raise UserError(problem)
-    try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise UserError(f"{path} is larger than {LARGEST // 1_000_000} MB: cut the log into parts first.")
-        return path.read_bytes()
-    except PermissionError:
-        raise UserError(f"{path} may not be read by this user: change its permissions.") from None
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}.") from None
 
 
 def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawTable:

@@ -80,15 +80,16 @@ def unique_names(header: Sequence[str]) -> list[str]:
     >>> unique_names(["F", "F", ""])
     ['F', 'F [2]', 'column 3']
     """
-    names: list[str] = []
+    names: dict[str, None] = {}
+    counts: dict[str, int] = {}
     for place, title in enumerate(header, start=1):
         name = " ".join(title.split()) or f"column {place}"
-        count, chosen = 1, name
+        count, chosen = counts.get(name, 1), name
         while chosen in names:
             count += 1
             chosen = f"{name} [{count}]"
-        names.append(chosen)
-    return names
+        names[chosen], counts[name] = None, count
+    return list(names)
 
 
 def _bare(name: str) -> str:

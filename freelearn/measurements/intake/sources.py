@@ -6,8 +6,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from freelearn.errors import UserError
-from freelearn.measurements.intake.raw_file import read_bytes
 from freelearn.measurements.intake.recipe import Recipe
+from freelearn.measurements.text_file import read_bytes
 
 ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".mat")
 
@@ -29,7 +29,7 @@ def read_sources(data: Path, recipe: Recipe) -> dict[str, bytes]:
     folder = data if is_folder(data) else data.parent
     if not is_folder(data) and [part.name for part in recipe.files] != [data.name]:
         raise UserError(f"The recipe lists several files, and {data} is one: give their folder as data.path.")
-    there = [path.name for path in folder.iterdir()]
+    there = [path.name for path in _inside(folder)]
     lacking = [part.name for part in recipe.files if part.name not in there]
     if lacking:
         near = get_close_matches(lacking[0], there, n=1)
@@ -40,7 +40,15 @@ def read_sources(data: Path, recipe: Recipe) -> dict[str, bytes]:
 
 def table_files(folder: Path) -> list[str]:
     """Names of the files in a folder that may hold tables, in order. Raises UserError where there is none."""
-    names = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
+    names = sorted(path.name for path in _inside(folder) if path.suffix.lower() in ENDINGS and path.is_file())
     if not names:
         raise UserError(f"{folder} holds no tables ({', '.join(ENDINGS)}): name the file.")
     return names
+
+
+def _inside(folder: Path) -> list[Path]:
+    """What a folder holds. Raises UserError where that cannot be told."""
+    try:
+        return list(folder.iterdir())
+    except (OSError, ValueError) as problem:
+        raise UserError(f"{folder} cannot be read: {getattr(problem, 'strerror', None) or problem}.") from None

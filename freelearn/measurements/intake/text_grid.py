@@ -16,8 +16,8 @@ from freelearn.measurements.intake.text_encoding import decoded
 SEPARATORS = (",", ";", "\t", "|", " ")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 COMMENTS = ("#", "%", "//", ";;")
-# Rows by which separator and decimal mark are judged.
-JUDGED = 300
+# Rows by which separator and decimal mark are judged, and cells of each.
+JUDGED, CELLS_JUDGED = 300, 300
 
 
 def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
@@ -95,7 +95,7 @@ def _score(lines: list[str], separator: str) -> float:
         except csv.Error:
             return 0.0
     wide = [row for row in rows if len(row) > 1]
-    cells = [cell for row in wide for cell in row]
+    cells = [cell for row in wide for cell in row[:CELLS_JUDGED]]
     if 2 * len(wide) < len(rows) or not cells:
         return 0.0
     numeric = sum(is_number(cell) or is_blank(cell) for cell in cells) / len(cells)
@@ -106,7 +106,7 @@ def _score(lines: list[str], separator: str) -> float:
 def _style(rows: list[Row], separator: str, reading: Reading) -> Style:
     decimal = reading.decimal
     if decimal is None:
-        cells = [cell.strip() for _, row in rows[:JUDGED] for cell in row]
+        cells = [cell.strip() for _, row in rows[:JUDGED] for cell in row[:CELLS_JUDGED]]
         commas = sum(bool(re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)) for cell in cells)
         points = sum(bool(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", cell)) for cell in cells)
         decimal = "," if commas > points and reading.thousands != "," and not _grouped(cells) else "."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from freelearn.models.written.inputs import (
@@ -160,10 +161,21 @@ PLACES: tuple[Place, ...] = (
 )
 
 
-def same_as(place: Place, inputs: tuple[Input, ...]) -> str:
-    """The other port that would change the loads alike, where there is one: "" otherwise.
+def same_as(place: Place, inputs: Collection[Input]) -> str:
+    """The other place at which a function of these inputs changes the loads alike, where there is one: "" otherwise.
 
     What a load cell shows too much in dependence of the elongation, an element beside the actuator may carry."""
-    if place.port == "parallel" and not place.potential:
-        return "measurement force" if place.where == "axial" else "measurement moment"
-    return ""
+    return next((f"{b.port} {b.where}" for a, b in _alike(inputs) if a is place), "")
+
+
+def told_elsewhere(place: Place, inputs: Collection[Input]) -> bool:
+    """Whether an element beside the actuator stands for it too."""
+    return place.port == "measurement" and any(b is place for _, b in _alike(inputs))
+
+
+def _alike(inputs: Collection[Input]) -> list[tuple[Place, Place]]:
+    """Elements beside the actuator that may depend on these inputs, and the load cell that would show the same."""
+    by = {(p.port, p.where): p for p in PLACES}
+    pairs = (("axial", "force"), ("torsional", "moment"))
+    alike = [(by["parallel", element], by["measurement", load]) for element, load in pairs]
+    return [(element, load) for element, load in alike if set(inputs) <= set(element.inputs)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from freelearn.measurements.beds import bed_of
-from freelearn.render.html.page import Section, write_page
+from freelearn.render.html.page import FOR_THE_LAB_BOOK, Section, write_page
 from freelearn.render.html.provenance import provenance_section
 from freelearn.results.discovery import Discovery, trail_numbers
 from freelearn.results.discovery_tables import (
@@ -20,9 +20,12 @@ from freelearn.results.discovery_tables import (
     screen_lines,
     written_lines,
 )
+from freelearn.results.lab_note import discovery_note
 from freelearn.results.origin import Provenance
 from freelearn.results.proposals import file_of, proposal_source
+from freelearn.results.quantities import plane, told
 from freelearn.results.ranking import ranking_numbers, ranking_table, untested_lines
+from freelearn.results.residuals import scale_limits
 from freelearn.results.staircase import staircase_table
 from freelearn.results.suspect_tables import suspect_lines, suspect_table
 
@@ -36,6 +39,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     sections = [
         Section("Verdict", [content["says"]], kind="verdict"),
         _staircase(discovery, figures),
+        Section(FOR_THE_LAB_BOOK, [discovery_note(discovery)], kind="note"),
         *_written(discovery, figures),
         *_suspects(discovery),
         *_failures(discovery),
@@ -48,7 +52,10 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
         from freelearn.render.html.run_charts import curve_section, residual_section
 
         sections += [curve_section(*shown, "before and after") for shown in discovery.curves]
-        sections += [residual_section(table, when) for when, table in discovery.trusted.items()]
+        # One scale: on scales of their own noise looks like what was there before.
+        both = list(discovery.trusted.values())
+        limits = scale_limits(both, plane(both[0]), told(both[0]))
+        sections += [residual_section(table, when, limits) for when, table in discovery.trusted.items()]
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation": _accuracy(discovery)}
     provenance = Provenance.from_plain(content["data"])
     sections.append(provenance_section(provenance, command, facts))

@@ -13,10 +13,13 @@ from jinja2 import Environment
 from markupsafe import Markup
 
 from freelearn.files import write_text
+from freelearn.results.formats import true_minus
 from freelearn.results.tables import DisplayTable
 
 # Everything from data, settings and names passes through autoescape; only Bokeh's own output is marked safe.
-PAGE = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
+ENVIRONMENT = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+ENVIRONMENT.filters["minus"] = true_minus
+PAGE = ENVIRONMENT.from_string(
     """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -24,31 +27,45 @@ PAGE = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_s
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ title }}</title>
 <style>
-body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; max-width: 1300px; margin: 1.5rem auto; padding: 0 1rem; }
+body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; margin: 1.2rem clamp(1rem, 3vw, 3rem); }
 h1 { font-size: 1.5rem; margin-bottom: .2rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .4rem; }
+p { max-width: 100ch; overflow-wrap: anywhere; }
 .source { display: inline-block; padding: .1rem .6rem; border: 1.5px solid; border-radius: 4px; font-weight: 600; }
 .simulated { color: #8a4b00; background: #fff4e0; } .measured { color: #00557f; background: #e6f4fb; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
 th { border-bottom: 2px solid #888; } .words { text-align: left; } td.words { white-space: normal; }
-.charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide { overflow-x: auto; }
+th button { all: inherit; padding: 0; border: 0; cursor: pointer; }
+th button::after { content: " \\2195"; color: #767676; } th[aria-sort=ascending] button::after { content: " \\2191"; }
+th[aria-sort=descending] button::after { content: " \\2193"; }
+.charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide, .charts { overflow-x: auto; }
 pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
 .verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; }
-a:focus, summary:focus { outline: 2px solid #0072B2; }
+.note { border-left: 3px solid #888; padding-left: .8rem; }
+a:focus, summary:focus, button:focus-visible { outline: 2px solid #0072B2; }
+@page { size: A4; margin: 14mm; }
+@media print {
+body { font-size: 10pt; margin: 0; } .charts { display: block; } .chart { display: inline-block; }
+h2 { break-after: avoid; margin-top: 1.2rem; }
+th, td { padding: .1rem .35rem; } tr, p, .chart { break-inside: avoid; } .wide, .charts { overflow: visible; }
+th button::after { content: ""; } table { font-size: 8.5pt; } .download { display: none; } pre { font-size: 8pt; }
+.source { print-color-adjust: exact; } .chart { zoom: .78; } .chart.broad { zoom: .54; }
+}
 </style>
 {% if script %}
 <script>{{ library }}</script>
 {% endif %}
 </head>
 <body>
+<main>
 <h1>{{ title }}</h1>
 <p><span class="source {{ 'simulated' if simulated else 'measured' }}">
 {{ 'SIMULATED DATA: nothing here was measured' if simulated else 'measured data' }}</span></p>
 {% for section in sections %}
 <section>
-<h2>{{ section.heading }}</h2>
+<h2>{{ section.heading | minus }}</h2>
 {% for line in section.lines %}
-<p{% if section.kind %} class="{{ section.kind }}"{% endif %}>{{ line }}</p>
+<p{% if section.kind %} class="{{ section.kind }}"{% endif %}>{{ line | minus }}</p>
 {% endfor %}
 {% if section.code %}
 <pre>{{ section.code }}</pre>
@@ -59,46 +76,78 @@ a:focus, summary:focus { outline: 2px solid #0072B2; }
 {% for table in section.tables %}
 <div class="wide"><table><thead><tr>
 {% for column in table.columns %}
-<th{% if column.words %} class="words"{% endif %}>{{ column.heading }}</th>
+<th{% if column.words %} class="words"{% endif %} scope="col">
+{%- if table.rows | length > 2 %}<button type="button">{{ column.heading }}</button>
+{%- else %}{{ column.heading }}{% endif %}</th>
 {%- endfor %}
 
 </tr></thead><tbody>
 {% for row in table.rows %}
 <tr>
 {% for cell in row %}
-<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell }}</td>
+<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell | minus }}</td>
 {%- endfor %}
 
 </tr>
 {% endfor %}
 </tbody></table></div>
 {% if table.caption %}
-<p class="hint">{{ table.caption }}</p>
+<p class="hint">{{ table.caption | minus }}</p>
 {% endif %}
 {% endfor %}
 {% if section.folded %}
 </details>
 {% endif %}
 {% if section.marks %}
-<div class="charts">{% for mark in section.marks %}{{ mark }}{% endfor %}</div>
+<div class="charts">
+{% for mark in section.marks %}
+<div class="chart{{ ' broad' if mark.broad }}">{{ mark.place }}</div>
+{% endfor %}
+</div>
 {% endif %}
 {% for file in section.files %}
-<p><a download="{{ file.name }}" href="{{ file.link }}">{{ file.name }}</a>: the numbers shown here</p>
+<p class="download"><a download="{{ file.name }}" href="{{ file.link }}">{{ file.name }}</a>: the numbers shown here</p>
 {% endfor %}
 </section>
 {% endfor %}
+</main>
 {{ script }}
+{% if sortable %}
+<script>{{ sorting }}</script>
+{% endif %}
 </body>
 </html>
 """
 )
 
 
+# A click on a heading sorts by its column, a second one the other way round; what is not known stays last. A page that
+# is printed shows what is folded away.
+SORTING = """
+const size = text => parseFloat(text.replace(/\u2212/g, "-").replace(/^[^\\d.-]+/, ""));
+for (const button of document.querySelectorAll("th button")) button.addEventListener("click", () => {
+  const head = button.parentElement, body = head.closest("table").tBodies[0], place = head.cellIndex;
+  const down = head.getAttribute("aria-sort") === "ascending";
+  for (const other of head.parentElement.cells) other.removeAttribute("aria-sort");
+  head.setAttribute("aria-sort", down ? "descending" : "ascending");
+  const text = row => row.cells[place].textContent.trim(), words = head.classList.contains("words");
+  const order = (a, b) => words ? text(a).localeCompare(text(b), "en", {numeric: true}) : size(text(a)) - size(text(b));
+  const known = row => words || !isNaN(size(text(row))), rows = [...body.rows];
+  const sorted = rows.filter(known).sort((a, b) => down ? order(b, a) : order(a, b));
+  body.append(...sorted, ...rows.filter(row => !known(row)));
+});
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(part => part.open = true));
+"""
+FOR_THE_LAB_BOOK = "In one paragraph, for the lab book"
+# Pixels of a chart from which it is made smaller in print, to fit the paper.
+BROAD = 700
+
+
 @dataclass(frozen=True)
 class Section:
     """One part of a page. tables: under their captions; their titles are left out. charts: Bokeh figures; numbers: what
-    they show, by file name, to download. kind: "verdict" or "hint" where the lines stand out. folded: what stands for
-    the tables until they are unfolded, "" to show them at once."""
+    they show, by file name, to download. kind: "verdict", "note" or "hint" where the lines stand out. folded: what
+    stands for the tables until they are unfolded, "" to show them at once."""
 
     heading: str
     lines: Sequence[str] = ()
@@ -123,7 +172,7 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
     shown = [
         vars(section)
         | {
-            "marks": [Markup(next(places)) for _ in section.charts],
+            "marks": [{"place": Markup(next(places)), "broad": chart.width > BROAD} for chart in section.charts],
             "files": [{"name": name, "link": _link(table)} for name, table in section.numbers.items()],
         }
         for section in sections
@@ -135,6 +184,8 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
         sections=shown,
         script=Markup(script),
         library=Markup(_library() if charts else ""),
+        sortable=any(section.tables for section in sections),
+        sorting=Markup(SORTING),
     )
     write_text(path, text)
 

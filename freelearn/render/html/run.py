@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from freelearn.render.html.page import Section, write_page
+from freelearn.render.html.page import FOR_THE_LAB_BOOK, Section, write_page
 from freelearn.render.html.provenance import provenance_section
 from freelearn.results.comparison import comparison_table
 from freelearn.results.curve import StateCurves
+from freelearn.results.lab_note import run_note
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.run_tables import (
@@ -34,6 +35,7 @@ def report_run(
     """Writes report.html. own: rows of the samples that were fitted, in the columns of predictions.csv, and shown:
     states of them with their curves, for charts; None for none. command: the shell command that repeats the run."""
     sections = [Section("How good it is", [explained(run), row_counts(run)], [error_table(run)])]
+    sections.append(Section(FOR_THE_LAB_BOOK, [run_note(run, origin)], kind="note"))
     if run.comparison:
         sections.append(Section.of_table(comparison_table(run.comparison)))
     sections.append(_parameters(run))

@@ -18,7 +18,7 @@ from freelearn.results.curve_panels import LOOSE, SUSPECTED, curve_numbers, pane
 from freelearn.results.formats import sentence
 from freelearn.results.parity import parity_numbers
 from freelearn.results.quantities import plane, pressures, told, words
-from freelearn.results.residuals import residual_table, shown_samples
+from freelearn.results.residuals import Limits, drawn, residual_table, scale_limits, shown_samples
 from freelearn.results.states import state_title
 from freelearn.results.sweep import sweep
 
@@ -58,21 +58,25 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], wh
     return Section(f"{heading}: {where}", [note], charts=charts.panels, numbers={name: numbers})
 
 
-def residual_section(predictions: pd.DataFrame, when: str = "") -> Section:
-    """Maps of the mean residual. when: a word before the heading, such as before or after."""
+def residual_section(predictions: pd.DataFrame, when: str = "", limits: Limits | None = None) -> Section:
+    """Maps of the mean residual. when: a word before the heading, such as before or after. limits: ends of the scales
+    that they share with other maps, of scale_limits; by default their own."""
     over, shown = plane(predictions), told(predictions)
+    ends = scale_limits([predictions], over, shown) if limits is None else limits
     table = residual_table(predictions, over)
     samples, note = shown_samples(table)
+    table, fewer = drawn(table)
     if len(samples) == 1:
         charts = ResidualCharts(plane=over, quantities=shown)
-        charts.show(table)
+        charts.show(table, [ends[samples[0], quantity.column] for quantity in shown])
         panels = charts.panels
     else:
-        panels = residual_strips(table, samples, over, shown)
+        panels = residual_strips(table, samples, over, shown, ends)
     places = " and ".join(f"{quantity.name} {quantity.symbol}" for quantity in over)
     mean = "Mean over pressure" if over == bed_of(predictions).state else "Mean"
     lines = [f"{mean} at each {places}; gray cells have no usable row."]
-    if note:
-        lines.append(sentence(note))
+    if limits is not None:
+        lines[0] += " Before and after share one scale."
+    lines += [sentence(part) for part in (note, fewer) if part]
     heading = f"{when.capitalize()}: where it is wrong" if when else "Where it is wrong"
     return Section(heading, lines, charts=panels, numbers={f"residuals{'_' + when if when else ''}.csv": table})

@@ -7,8 +7,10 @@ from pathlib import Path
 import pandas as pd
 
 from freelearn.render.html.charts.heatmap import heatmap_chart
-from freelearn.render.html.page import Section, write_page
+from freelearn.render.html.page import FOR_THE_LAB_BOOK, Section, write_page
 from freelearn.render.html.provenance import provenance_section
+from freelearn.results.error_map import WORST
+from freelearn.results.lab_note import sweep_note
 from freelearn.results.origin import Provenance
 from freelearn.results.summary import summary_table
 from freelearn.results.tables import DisplayTable
@@ -25,11 +27,16 @@ def report_sweep(
     failed = table[table["error"] != ""]
     labels = list(summary["label"])
     maps = [heatmap_chart(cells, label) for label in labels[:MOST_MAPS]]
-    lines = ["Small errors are bright. One color scale for all maps."]
+    lines = [
+        f"E in %, one color scale for all maps: small errors are bright, {WORST:g} % and more darkest; k: thousands."
+    ]
+    if len(cells) < len(labels) * cells["train"].nunique() * cells["test"].nunique():
+        lines.append("Blank: not evaluated.")
     if len(labels) > MOST_MAPS:
         lines.append(f"First {MOST_MAPS} of {len(labels)} maps.")
     sections = [
         Section("How good the models are", [], [summary_table(summary)], numbers={"summary.csv": summary}),
+        Section(FOR_THE_LAB_BOOK, [sweep_note(summary, provenance)], kind="note"),
         Section("Each training set on each test set", lines, charts=maps, numbers={"cells.csv": cells}),
     ]
     if len(failed):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,17 @@ def to_rgb(figure: Figure) -> np.ndarray:
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
+def ranges(table: pd.DataFrame) -> dict[str, list[float]]:
+    """The least and the largest number of each column that has any: what a picture says of itself in its Description,
+    so that an old one can be told.
+
+    >>> ranges(pd.DataFrame({"force_n": [1.0, -2.00004], "note": ["a", "b"]}))
+    {'force_n': [-2.0, 1.0]}
+    """
+    numbers = table.select_dtypes("number").dropna(axis="columns", how="all")
+    return {str(name): [float(f"{end:.4g}") for end in (of.min(), of.max())] for name, of in numbers.items()}
+
+
 def save(figure: Figure, table: pd.DataFrame, path: Path) -> None:
     """Writes the picture and, beside it, the table it was drawn from as a CSV of the same name.
 
@@ -49,7 +61,7 @@ def save(figure: Figure, table: pd.DataFrame, path: Path) -> None:
     """
 
     def both(picture: Path) -> None:
-        figure.savefig(picture, format="png")
+        figure.savefig(picture, format="png", metadata={"Description": json.dumps(ranges(table))})
         write_whole(path.with_suffix(".csv"), lambda numbers: table.to_csv(numbers, index=False))
 
     write_whole(path, both)

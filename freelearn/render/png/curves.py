@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import cycle
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -27,11 +27,26 @@ from freelearn.results.curve_panels import (
     read,
     suspected_points,
 )
+from freelearn.results.formats import MINUS
 
+# As matplotlib's, which has no name for it.
+LineStyle = Literal["-"] | tuple[float, tuple[float, ...]]
 PANEL = 4.0  # inches
-# Dashes are taken by extrapolation, so models differ by color and by a few sparse marks. None of them is a square.
-MARKS = ("", "o", "^", "D", "v", "P", "*")
-MARKS_ON_A_CURVE = 6
+# Marks belong to what was measured: models differ by color and dashes, and the later is the thinner, so that two which
+# lie on each other are both seen. Lighter and thin: beyond the measured pressures.
+STYLES: tuple[tuple[LineStyle, float], ...] = (
+    ("-", 2.6),
+    ((0, (6, 2)), 2.0),
+    ((0, (1, 1.6)), 2.0),
+    ((0, (7, 2, 1.5, 2)), 1.8),
+    ((0, (3, 1.5)), 1.6),
+    ((0, (7, 2, 1.5, 2, 1.5, 2)), 1.6),
+)
+BEYOND = 1.1
+# Two lines are one up to so much of what they span.
+SAME = 0.004
+# Matplotlib leaves labels that begin with _ out of the legend.
+_BEYOND = "_beyond"
 # Of a band: two of them on each other stay lighter than a line.
 FILL, EDGE = 0.16, 0.5
 
@@ -45,28 +60,28 @@ def curves(
     measured: measurement columns of one kinematic state, in time order; buckled and left-out rows are not drawn,
     those in which the tube hangs loose as hollow diamonds, and suspected readings (see suspects.flagged) as hollow
     crosses, at the edge with their values where they lie beyond it. models: by name (or one alone, then called
-    "model"), frames of model_curve, drawn in their own order; the line is solid over the measured pressures and dashed
-    beyond them, and where the frame has a band, that is filled in the line's color over the pressure.
+    "model"), frames of model_curve, drawn in their own order; the line is thin and light beyond the measured pressures,
+    and where the frame has a band, that is filled in the line's color over the pressure.
     """
     named = {"model": models} if isinstance(models, pd.DataFrame) else models
     shown, panels = measured_points(measured), panels_of(measured)
     width = max(PANEL * len(panels), 1.5 * PANEL)
     figure = new_figure(width, 4.3)
-    figure.suptitle(heading(title, simulated), fontsize=12 if len(panels) > 1 else 10)
+    figure.suptitle(heading(title.replace("-", MINUS), simulated), fontsize=12 if len(panels) > 1 else 10)
     figure.subplots_adjust(left=0.9 / width, right=1 - 0.18 / width, bottom=0.225, top=0.89, wspace=0.29)
     entries: dict[str, Any] = {}
     for number, panel in enumerate(panels, 1):
         axes = figure.add_subplot(1, len(panels), number)
         # Squares first in the legend, lines above nothing: a square hidden by its own model looks like a missing one.
         _points(axes, shown, named, panel)
-        for (name, curve), color, mark in zip(named.items(), cycle(COLORS), cycle(MARKS), strict=False):
-            _line(axes, curve, *panel.line, name, color, mark)
+        for (name, curve), color, style in zip(named.items(), cycle(COLORS), cycle(STYLES), strict=False):
+            _line(axes, curve, *panel.line, name, color, *style)
             if panel.banded and _band(axes, curve, *panel.line, color):
                 entries[BAND] = Patch(color="gray", alpha=2 * FILL, lw=0)
         finish(axes, panel.x.label, panel.y.label)
         axes.locator_params(nbins=6)
         if number == 1 and any(curve["extrapolated"].any() for curve in named.values()):
-            axes.plot([], [], "--", color="gray", lw=1.2, label="beyond the measured pressures")
+            axes.plot([], [], "-", color="0.6", lw=BEYOND, label="beyond the measured pressures")
         # A suspected moment is in no panel of the force alone.
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
@@ -117,15 +132,38 @@ def _points(axes: Axes, shown: pd.DataFrame, named: Mapping[str, pd.DataFrame], 
             )  # fmt: skip
 
 
-def _line(axes: Axes, curve: pd.DataFrame, x: str, y: str, name: str, color: str, mark: str) -> None:
-    """One model: solid with sparse marks where measured, dashed beyond; the two share the point between them."""
+def _line(
+    axes: Axes, curve: pd.DataFrame, x: str, y: str, name: str, color: str, style: LineStyle, wide: float
+) -> None:
+    """One model: in its style where measured, light beyond; the two share the point between them."""
     across, up = curve[x].to_numpy(), curve[y].to_numpy()
     outside = curve["extrapolated"].to_numpy(dtype=bool)
-    every = max(1, int((~outside).sum()) // MARKS_ON_A_CURVE)
-    solid = np.where(outside, np.nan, across)
-    axes.plot(solid, up, "-", color=color, lw=1.8, marker=mark, ms=6, mfc="white", markevery=every, label=name)
     for part in _stretches(outside):
-        axes.plot(across[part], up[part], "--", color=color, lw=1.3)
+        axes.plot(across[part], up[part], "-", color=_lighter(color), lw=BEYOND, label=_BEYOND)
+    inside = np.where(outside, np.nan, across)
+    if style != "-":
+        inside = np.where(_retraced(inside, up), np.nan, inside)
+    axes.plot(inside, up, ls=style, color=color, lw=wide, label=name)
+
+
+def _retraced(across: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Which points lie on the line's own way to where it is farthest from its beginning, (n,) bool: without memory a
+    model comes back along it, and dashes on dashes would be a line."""
+    known = np.flatnonzero(np.isfinite(across) & np.isfinite(up))
+    retraced = np.zeros(len(across), dtype=bool)
+    if len(known) < 3:
+        return retraced
+    points = np.c_[across[known], up[known]]
+    points = (points - points[0]) / np.maximum(np.ptp(points, axis=0), 1e-300)
+    turn = int(np.argmax(np.linalg.norm(points, axis=1)))
+    starts, ways = points[:turn], np.diff(points[: turn + 1], axis=0)
+    if not len(ways) or turn == len(points) - 1:
+        return retraced
+    back = points[turn + 1 :, None]
+    share = ((back - starts) * ways).sum(-1) / np.maximum((ways**2).sum(-1), 1e-300)
+    nearest = starts + share.clip(0, 1)[..., None] * ways
+    retraced[known[turn + 1 :]] = np.linalg.norm(back - nearest, axis=-1).min(1) < SAME
+    return retraced
 
 
 def _band(axes: Axes, curve: pd.DataFrame, x: str, y: str, color: str) -> bool:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from torch.utils.tensorboard import SummaryWriter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from freelearn.inference.thresholds import ALPHA
+from freelearn.render.events import event_file
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure, save, to_rgb
 from freelearn.render.png.curves import curves
@@ -20,14 +21,15 @@ from freelearn.render.png.residual_map import residual_map
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.discovery import Discovery, trail_numbers
 from freelearn.results.likeness import TWINS, likeness_table
-from freelearn.results.quantities import plane
-from freelearn.results.ranking import ranking_numbers
-from freelearn.results.residuals import residual_table
+from freelearn.results.quantities import plane, told
+from freelearn.results.ranking import NO_MORE, STANDS_OUT, ranking_numbers
+from freelearn.results.residuals import residual_table, scale_limits
 from freelearn.results.staircase import staircase as stairs_of
 from freelearn.results.states import state_title
+from freelearn.results.story import discovery_story
 
-# A size of nothing still has a place on a logarithmic axis.
-SMALLEST = 0.05
+# A size of nothing still has a place on a logarithmic axis, the leftmost.
+SMALLEST = 0.1
 # Characters of a step's label on one line.
 WIDE = 18
 
@@ -45,29 +47,34 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         if when == "before" or last
     }
     if len(ranked["before"]):
-        both = pd.concat([numbers.assign(when=when) for when, numbers in ranked.items()], ignore_index=True)
-        figures["ranking"] = ranking(ranked["before"], ranked.get("after"), simulated), both
+        numbers = pd.concat([part.assign(when=when) for when, part in ranked.items()], ignore_index=True)
+        figures["ranking"] = ranking(ranked["before"], ranked.get("after"), simulated), numbers
     alike = likeness_table(findings.steps[0].scores)
     if len(alike) > 1:
         figures["likeness"] = likeness(alike, simulated), alike
+    both = list(discovery.trusted.values())
+    over = plane(both[0])
+    # One scale: on scales of their own noise looks like what was there before.
+    limits = scale_limits(both, over, told(both[0]))
     for when, step in (("before", findings.steps[0]), ("after", findings.final)):
         table = discovery.trusted[when]
         effects = " + ".join(step.effects) or "no effect"
         title = f"{when}: {step.fit.model.name}, {effects}"
-        figures[f"residuals_{when}"] = residual_map(table, title, simulated), residual_table(table, plane(table))
+        figures[f"residuals_{when}"] = residual_map(table, title, simulated, limits), residual_table(table, over)
     for number, (measured, named) in enumerate(discovery.curves, 1):
         title = f"{findings.final.fit.model.name}: {state_title(measured)}"
         figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)
     for name, curve in discovery.unknowns.items():
         figures[f"proposal_{name}"] = proposal(curve, simulated), curve.numbers
     paths = []
-    with SummaryWriter(str(folder)) as writer:
+    with event_file(folder) as writer:
         for number, step in enumerate(findings.steps):
             writer.add_scalar("error/fitted", step.E_train, number)
             writer.add_scalar("error/held_out", step.E_heldout, number)
             writer.add_scalar("error/noise_floor", step.floor, number)
             for name, value in step.fit.values().items():
                 writer.add_scalar(f"parameter/{name}", value, number)
+        writer.add_text("story", discovery_story(discovery))
         for name, (figure, table) in figures.items():
             paths.append(folder / f"{name}.png")
             save(figure, table, paths[-1])
@@ -83,19 +90,25 @@ def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     labels = ["\n".join(fill(part, WIDE, break_long_words=False) for part in each) for each in parts]
     figure = new_figure(max(5.5, 2.2 + 1.5 * len(labels)), 4.2)
     figure.suptitle(heading("Error on held-out kinematic states", simulated), fontsize=11)
-    axes = figure.add_axes((0.13, 0.2, 0.84, 0.68))
+    # Room for the steps' names, the longest of which has so many lines.
+    foot = (0.3 + 0.16 * max(label.count("\n") + 1 for label in labels)) / 4.2
+    axes = figure.add_axes((0.13, foot, 0.84, 0.88 - foot))
     place = np.arange(len(labels))
     axes.plot(place, stairs.E, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
-    for x, value, text in zip(place, stairs.E, stairs.labels, strict=True):
-        axes.annotate(text, (x, value), xytext=(4, 8), textcoords="offset points", fontsize=9)
+    for x, value, text, under in zip(place, stairs.E, stairs.labels, stairs.under, strict=True):
+        # On the side away from the floor, whose line would go through it.
+        offset, side = ((-4, -9), "top") if under else ((4, 8), "bottom")
+        axes.annotate(
+            text, (x, value), xytext=offset, textcoords="offset points", fontsize=9, va=side,
+            ha="center" if under else "left",
+        )  # fmt: skip
     axes.hlines(stairs.floor, place - 0.45, place + 0.45, color="black", linestyle="--", label="noise floor")
     axes.set_xticks(place, labels, fontsize=9)
     finish(axes, "", "E [%], logarithmic")
     axes.set_xlim(-0.6, len(labels) - 0.4)
     axes.set_yscale("log")
     axes.set_ylim(stairs.low, stairs.high)
-    # Powers of ten alone may leave a single label.
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_locator(FixedLocator(stairs.ticks))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
     # Above: inside it might stand on the floor.
@@ -112,21 +125,24 @@ def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -
     figure = new_figure(8.0, 1.8 + 0.27 * len(names))
     height = figure.get_size_inches()[1]
     figure.suptitle(heading("What each effect would explain", simulated), fontsize=11)
-    axes = figure.add_axes((0.25, 0.85 / height, 0.7, 1 - 1.4 / height))
+    axes = figure.add_axes((0.25, 1.05 / height, 0.7, 1 - 1.5 / height))
     place = np.arange(len(names))
     certain = (before["p_value"] <= ALPHA).to_numpy()
+    # Points and not bars: on a logarithmic axis the length of a bar is as long as where the axis begins.
     size = before["size"].clip(lower=SMALLEST).to_numpy()
-    axes.barh(place[certain], size[certain], color=COLORS[0], height=0.62, label=f"before, p ≤ {ALPHA:g}")
-    axes.barh(
-        place[~certain], size[~certain], color="white", edgecolor=COLORS[0], height=0.62, label="before, may be chance"
-    )
+    for chosen, inside, label in ((certain, COLORS[0], STANDS_OUT), (~certain, "white", NO_MORE)):
+        style: dict[str, Any] = {"color": COLORS[0], "mfc": inside, "ms": 7, "mew": 1.4}
+        axes.plot(size[chosen], place[chosen], "o", label=f"before: {label}", **style)
     if after is not None:
         later = after.set_index("effect")["size"].reindex(names).clip(lower=SMALLEST)
-        axes.plot(later, place, "D", color=COLORS[1], ms=5, label="after the last effect was added")
+        axes.plot(later, place, "D", color=COLORS[1], ms=4.5, label="after the last effect was added")
     axes.set_yticks(place, names, fontsize=9)
+    axes.set_ylim(-0.7, len(names) - 0.3)
     axes.set_xscale("log")
-    finish(axes, "size of the effect after refitting [σ], logarithmic", "")
-    figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=3)
+    axes.set_xlim(left=0.8 * SMALLEST)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    finish(axes, f"size of the effect after refitting [σ], logarithmic; {SMALLEST:g} and less on the left edge", "")
+    figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=2)
     return figure
 
 

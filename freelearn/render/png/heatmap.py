@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from freelearn.render.png.canvas import new_figure
-from freelearn.results.error_map import error_grid, error_range, mean_text, set_order
+from freelearn.results.error_map import WORST, cell_text, error_grid, error_range, mean_text, set_order
 from freelearn.results.run import CONSTITUENT_SET
 
 # Small errors are bright; the lightness falls all along, so the map survives grayscale and color blindness.
@@ -21,7 +22,11 @@ SCALE = "viridis_r"
 # The maps of a model lie between a few and a few thousand percent: a linear scale would show one dark corner.
 TICKS = [m * 10.0**e for e in range(-2, 6) for m in (1, 2, 5)]
 NAMES = {CONSTITUENT_SET: "constit."}
-CELL = 0.42
+CELL = 0.4
+# Inches of the color bar with its numbers, and of the widest picture of several maps.
+BAR, WIDEST = 1.2, 15.0
+# Letters of a title on one line.
+LETTERS = 46
 
 
 def color_scale(cells: pd.DataFrame) -> LogNorm:
@@ -30,45 +35,51 @@ def color_scale(cells: pd.DataFrame) -> LogNorm:
 
 
 def heatmap(cells: pd.DataFrame, title: str, norm: LogNorm, note: str) -> Figure:
-    """One map with the mean above it, and its smallest and largest cells written in. cells: see draw_map."""
+    """One map with its mean and median above it. cells: see draw_map."""
     across, down = set_order(cells["train"]), set_order(cells["test"])
-    figure = new_figure(2.9 + CELL * len(across), 1.9 + CELL * len(down))
-    width, height = figure.get_size_inches()
-    axes = figure.add_axes((1.1 / width, 0.95 / height, CELL * len(across) / width, CELL * len(down) / height))
+    lines = wrap(title, LETTERS)
+    left, foot, head = 1.1, 0.95, 0.62 + 0.22 * len(lines)
+    # The words above need their room also over a map of few columns.
+    width = max(left + CELL * len(across) + 1.15, 4.6)
+    figure = new_figure(width, head + foot + CELL * len(down))
+    height = figure.get_figheight()
+    axes = figure.add_axes((left / width, foot / height, CELL * len(across) / width, CELL * len(down) / height))
     draw_map(axes, cells, norm)
-    figure.text(0.02, 1 - 0.12 / height, title, fontsize=11, va="top", weight="bold")
-    figure.text(0.02, 1 - 0.34 / height, note, fontsize=8.5, va="top")
-    figure.text(0.02, 1 - 0.53 / height, f"mean {mean_text(cells)}", fontsize=10, va="top")
-    add_bar(figure, (1.25 + CELL * len(across)) / width, 0.95 / height, CELL * len(down) / height, norm)
+    top = 1 - 0.1 / height
+    figure.text(0.02, top, "\n".join(lines), fontsize=10.5, va="top", weight="bold")
+    figure.text(0.02, top - 0.22 * len(lines) / height, f"{mean_text(cells)}; {note}", fontsize=8.5, va="top")
+    add_bar(figure, (left + CELL * len(across) + 0.15) / width, foot / height, CELL * len(down) / height, norm)
     return figure
 
 
 def side_by_side(
     cells: pd.DataFrame, labels: Sequence[str], captions: Mapping[str, str], title: str, norm: LogNorm
 ) -> Figure:
-    """The maps of several labels on one scale; under each its caption, such as published figures."""
+    """The maps of all labels on one scale, in as many rows as they need; under each its caption, such as published
+    figures."""
     across, down = set_order(cells["train"]), set_order(cells["test"])
-    cell = 0.3
     lines = max((text.count("\n") + 1 for text in captions.values()), default=0)
-    foot, head, left = 0.95 + 0.155 * lines, 0.75, 0.95
-    # Room for the captions, which are wider than a map of few columns.
-    gap = max(0.25, 2.3 - cell * len(across))
-    width = left + len(labels) * (cell * len(across) + gap) + 1.2
-    height = foot + head + cell * len(down)
+    wide, high = CELL * len(across), CELL * len(down)
+    # Under a map its names of sets and its caption, over it two lines; captions are wider than a map of few columns.
+    left, head, above, below = 0.95, 0.5, 0.45, 0.95 + 0.155 * lines
+    gap = max(0.25, 2.9 - wide)
+    columns = min(len(labels), max(1, int((WIDEST - left - BAR) / (wide + gap))))
+    rows = -(-len(labels) // columns)
+    width = left + columns * (wide + gap) + BAR
+    height = head + rows * (above + high + below)
     figure = new_figure(width, height)
     for number, label in enumerate(labels):
-        x = left + number * (cell * len(across) + gap)
-        place = (x / width, foot / height, cell * len(across) / width, cell * len(down) / height)
-        axes = figure.add_axes(place)
+        row, column = divmod(number, columns)
+        x, y = left + column * (wide + gap), height - head - row * (above + high + below) - above - high
+        axes = figure.add_axes((x / width, y / height, wide / width, high / height))
         part = cells[cells["label"] == label]
-        draw_map(axes, part, norm, across, down, first=number == 0)
-        axes.set_title(f"{label}\nmean {mean_text(part)}", fontsize=9.5, loc="left")
-        text = captions.get(label, "")
-        figure.text(x / width, (0.155 * lines + 0.1) / height, text, fontsize=8, va="top", family="monospace")
-    figure.text(0.01, 1 - 0.1 / height, title, fontsize=11, va="top", weight="bold")
-    if cells.groupby("label")["train"].nunique().nunique() > 1:
-        figure.text(0.99, 0.05 / height, "hatched: not evaluated", fontsize=8, va="bottom", ha="right")
-    add_bar(figure, (width - 1.05) / width, foot / height, cell * len(down) / height, norm)
+        draw_map(axes, part, norm, across, down, first=column == 0)
+        axes.set_title(f"{label}\n{mean_text(part)}", fontsize=9, loc="left")
+        place = (y - 0.85) / height
+        figure.text(x / width, place, captions.get(label, ""), fontsize=8, va="top", family="monospace")
+        if column == columns - 1 or number == len(labels) - 1:
+            add_bar(figure, (x + wide + 0.15) / width, y / height, high / height, norm)
+    figure.text(0.1 / width, 1 - 0.1 / height, title, fontsize=11, va="top", weight="bold")
     return figure
 
 
@@ -88,8 +99,7 @@ def draw_map(
     axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=SCALE, edgecolors="white", linewidth=0.5)
     axes.invert_yaxis()
     axes.set_xticks(range(len(across)), [NAMES.get(n, n) for n in across], rotation=60, ha="right", fontsize=8.5)
-    axes.set_xticks(range(len(across)))
-    axes.set_xlabel("training set")
+    axes.set_xlabel("training set; hatched: not evaluated" if np.isnan(values).any() else "training set")
     axes.set_yticks(range(len(down)), [NAMES.get(n, n) for n in down] if first else [""] * len(down), fontsize=8.5)
     if first:
         axes.set_ylabel("test set")
@@ -97,13 +107,13 @@ def draw_map(
     for name in set(across) & {CONSTITUENT_SET}:
         # Nothing was fitted there: set off from the columns of training sets.
         axes.axvline(list(across).index(name) - 0.5, color="black", linewidth=1.2)
-    if np.isfinite(values).any():
-        for extreme in (np.nanargmin(values), np.nanargmax(values)):
-            row, column = divmod(int(extreme), len(across))
-            value = float(values[row, column])
-            ink = "white" if norm(value) > 0.55 else "black"
-            text = f"{value:.1f}" if value < 100 else f"{value:.0f}"
-            axes.text(column, row, text, ha="center", va="center", color=ink, fontsize=8, weight="bold")
+    known = values[np.isfinite(values)]
+    extremes = {float(known.min()), float(known.max())} if len(known) else set()
+    for (row, column), value in np.ndenumerate(values):
+        # Where white is read more easily than black on viridis.
+        ink = "white" if norm(max(value, norm.vmin or 0.0)) > 0.58 else "black"
+        weight = "bold" if float(value) in extremes else "normal"
+        axes.text(column, row, cell_text(value), ha="center", va="center", color=ink, fontsize=7.5, weight=weight)
 
 
 def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) -> None:
@@ -115,5 +125,6 @@ def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) ->
     bar.ax.yaxis.set_major_locator(FixedLocator([t for t in TICKS if norm.vmin <= t <= norm.vmax]))
     bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    bar.set_label("error E [%], logarithmic")
+    # Where the scale ends before the errors do.
+    bar.set_label("error E [%], logarithmic" + (", darkest: more" if norm.vmax >= WORST else ""), fontsize=8.5)
     bar.ax.tick_params(labelsize=8)

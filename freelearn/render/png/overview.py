@@ -31,11 +31,13 @@ def overview(summary: pd.DataFrame, simulated: bool) -> Figure:
         for i, (_, row) in enumerate(summary.iterrows()):
             x = factor * row[column]
             color, marker = COLORS[i % len(COLORS)], "osD^vP*X"[i % 8]
-            for which, fill in (("unseen", color), ("diagonal", "white")):
+            # Open marks over filled ones, larger: where both lie on one place both are seen.
+            for which, fill in (("unseen", color), ("diagonal", "none")):
                 if number == 1 and which == "diagonal":
                     continue
                 name = row["label"] if number == 1 else None
-                axes.plot(x, 100 * row[which], marker, color=color, mfc=fill, ms=9, mew=1.6, label=name)
+                size = 8 if which == "unseen" else 11
+                axes.plot(x, 100 * row[which], marker, color=color, mfc=fill, ms=size, mew=1.6, label=name, alpha=0.85)
         axes.set_xscale("log")
         axes.set_yscale("log")
         for axis in (axes.xaxis, axes.yaxis):

@@ -15,7 +15,15 @@ from freelearn.measurements.beds import PRESSURE, Quantity
 from freelearn.render.png.canvas import heading, new_figure
 from freelearn.render.png.fields import frame, marker_area
 from freelearn.results.quantities import plane, told
-from freelearn.results.residuals import limit_text, residual_table, scale_end, shown_samples
+from freelearn.results.residuals import (
+    Limits,
+    drawn,
+    largest_of,
+    limit_text,
+    residual_table,
+    scale_limits,
+    shown_samples,
+)
 from freelearn.results.strip import Strip
 
 # As palette.DIVERGING.
@@ -25,18 +33,22 @@ LETTERS = 11
 Place = tuple[float, float, float, float]
 
 
-def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
+def residual_map(predictions: pd.DataFrame, title: str, simulated: bool, limits: Limits | None = None) -> Figure:
     """A field per sample, a row each for force and moment, or what else was measured: mean residual over pressure at
     each length and twist, or what else was imposed.
 
     Scales are symmetric about zero. Each field has its own, written above it, because samples differ a hundredfold in
     load. Gray dots are states without a usable row. The two rows lie side by side where there is one sample.
-    predictions: columns of predictions.csv.
+    predictions: columns of predictions.csv. limits: ends of the scales that this map shares with others, of
+    scale_limits; by default its own, and with them each field says how large its own residuals are.
     """
     over, shown = plane(predictions), told(predictions)
+    ends = scale_limits([predictions], over, shown) if limits is None else limits
     samples, note = shown_samples(predictions)
     alone = len(samples) <= 1
-    strip = Strip(residual_table(predictions[predictions["sample"].isin(samples)], over), samples, over)
+    inside = predictions["sample"].isin(samples)
+    table, fewer = drawn(residual_table(predictions if inside.all() else predictions[inside], over))
+    strip, note = Strip(table, samples, over), ", ".join(part for part in (note, fewer) if part)
     if alone:
         figure = new_figure(5.1 * max(len(shown), 1), 4.4)
     else:
@@ -51,13 +63,13 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool) -> Figu
     for number, (quantity, place) in enumerate(zip(shown, places, strict=True), 1):
         axes = figure.add_axes(place)
         frame(strip, axes, bottom=alone or number == len(shown))
-        top = _draw(axes, strip, quantity, alone)
+        top = _draw(axes, strip, quantity, ends, alone, common=limits is not None)
         if alone:
-            _colorbar(figure, place, top, f"{quantity.name} residual [{quantity.unit}]")
+            _colorbar(figure, place, top, f"{quantity.name}: measured − predicted [{quantity.unit}]")
         elif number == len(shown):
             # One bar for both rows: where samples have scales of their own, colors are shares of the sample's limit.
             both = (place[0], place[1], place[2], places[0][1] + places[0][3] - place[1])
-            _colorbar(figure, both, top, "residual [share of the ± limit above its field]")
+            _colorbar(figure, both, top, "measured − predicted [share of the ± limit above its field]")
     return figure
 
 
@@ -81,13 +93,17 @@ def _colorbar(figure: Figure, place: Place, top: float, label: str) -> None:
     axes = figure.add_axes((left + width + 0.12 * inch, bottom, 0.15 * inch, height))
     ticks = MaxNLocator(4, symmetric=True)
     figure.colorbar(ScalarMappable(Normalize(-top, top), SCALE), cax=axes, label=label, ticks=ticks)
+    # In words: of a negative force more is less.
+    for y, side, text in ((1.02, "bottom", "model too low"), (-0.02, "top", "model too high")):
+        axes.text(0.0, y, text, transform=axes.transAxes, va=side, fontsize=8)
 
 
-def _draw(axes: Axes, strip: Strip, quantity: Quantity, shared: bool) -> float:
-    """All samples' states colored by one quantity's residual; returns the end of the color scale."""
+def _draw(axes: Axes, strip: Strip, quantity: Quantity, ends: Limits, alone: bool, common: bool) -> float:
+    """All samples' states colored by one quantity's residual; returns the end of the color scale. common: whether the
+    scale is that of other maps too."""
     residual, sample = strip.states[quantity.column], strip.states["sample"]
-    limits = {number: scale_end(residual[sample == number]) for number in strip.samples}
-    color, top = (residual, scale_end(residual)) if shared else (residual / sample.map(limits), 1.0)
+    limits = {number: ends.get((number, quantity.column), 1.0) for number in strip.samples}
+    color, top = (residual, max(limits.values(), default=1.0)) if alone else (residual / sample.map(limits), 1.0)
     across, up, known = strip.across(), strip.up(), residual.notna()
     axes.plot(across[~known], up[~known], ".", color="0.6", ms=3)
     axes.scatter(
@@ -105,7 +121,11 @@ def _draw(axes: Axes, strip: Strip, quantity: Quantity, shared: bool) -> float:
     )
     for number, limit in limits.items():
         own = known & (sample == number)
-        label = f"sample {number}" + ("" if shared or not own.any() else f"\n{limit_text(limit, quantity.unit)}")
+        label = f"sample {number}"
+        if own.any():
+            here = limit_text(largest_of(residual[own]), quantity.unit).replace("± ", "")
+            parts = [*([] if alone else [limit_text(limit, quantity.unit)]), *([f"largest {here}"] if common else [])]
+            label = "\n".join([label, ", ".join(parts)]) if parts else label
         where = axes.get_xaxis_transform()
         axes.text(strip.middle(number), 1.02, label, transform=where, ha="center", va="bottom", fontsize=9)
     return top

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 from matplotlib.figure import Figure
-from torch.utils.tensorboard import SummaryWriter
 
+from freelearn.render.events import event_file
 from freelearn.render.png.canvas import heading, save, to_rgb
 from freelearn.render.png.heatmap import color_scale, heatmap, side_by_side
 from freelearn.render.png.overview import overview
 from freelearn.results.error_map import caption
 from freelearn.results.published import PUBLISHED
 
-# More maps than this side by side are too small to read.
-MOST_SIDE_BY_SIDE = 5
+# More maps than this in one picture would be too small to read; each is also a picture of its own.
+MOST_IN_ONE = 24
 
 
 def draw_sweep(cells: pd.DataFrame, summary: pd.DataFrame, simulated: bool, out: Path) -> list[Path]:
@@ -34,18 +34,16 @@ def draw_sweep(cells: pd.DataFrame, summary: pd.DataFrame, simulated: bool, out:
     captions = {
         row["label"]: caption(row, PUBLISHED.get(str(row["label"])), simulated) for _, row in summary.iterrows()
     }
-    shown = labels[:MOST_SIDE_BY_SIDE]
+    shown = labels[:MOST_IN_ONE]
     title = heading("Error of each training set on each test set", simulated)
+    if len(shown) < len(labels):
+        title += f" (first {len(shown)} of {len(labels)} models; the others: heatmap_*.png)"
     part = cells[cells["label"].isin(shown)]
     figures["heatmaps"] = side_by_side(part, shown, captions, title, norm), part
     if summary["unseen"].notna().any() and summary["diagonal"].notna().any():
         figures["overview"] = overview(summary, simulated), summary
     paths = []
-    board = out / "tensorboard"
-    # What an earlier gathering of this folder left would show beside the new pictures.
-    for old in board.glob("events.out.tfevents.*"):
-        old.unlink(missing_ok=True)
-    with SummaryWriter(str(board)) as writer:
+    with event_file(out / "tensorboard") as writer:
         for name, (figure, table) in figures.items():
             paths.append(out / f"{name}.png")
             save(figure, table, paths[-1])

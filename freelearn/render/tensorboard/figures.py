@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
-from torch.utils.tensorboard import SummaryWriter
 
+from freelearn.render.events import event_file
 from freelearn.render.png.canvas import to_rgb
 from freelearn.render.png.curves import curves
 from freelearn.render.png.parity import parity
@@ -18,9 +18,9 @@ from freelearn.results.states import state_title
 
 
 def log_figures(run: Run, own: pd.DataFrame, shown: Sequence[StateCurves], folder: Path, simulated: bool) -> None:
-    """Writes the parity, residual and load-curve figures. own, shown: as of report_run."""
+    """Adds the parity, residual and load-curve figures to what log_run wrote. own, shown: as of report_run."""
     title = f"{run.model.name} fitted on {run.train}"
-    with SummaryWriter(str(folder)) as writer:
+    with event_file(folder, go_on=True) as writer:
         for tag, figure in (
             ("parity", parity(own, title, simulated)),
             ("residual_map", residual_map(own, title, simulated)),

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
+from rich.text import Text
 
 from freelearn.inference.step import Step
 from freelearn.measurements.plausibility import units_apart
@@ -46,6 +47,8 @@ class DiscoveryView:
         columns = DisplayTable.of(["step"], HEADINGS, [], last=["left"]).columns
         self.table = empty_table(columns, f"{what} ({source})")
         self.live = Live(self.table, console=console, auto_refresh=False)
+        # What is done meanwhile is for somebody who waits, not for a log.
+        self.waited_for = console.is_terminal
 
     def __enter__(self) -> DiscoveryView:
         """Shows the table, still without rows."""
@@ -57,12 +60,18 @@ class DiscoveryView:
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Leaves the table as it is."""
+        self.live.update(self.table)
         self.live.stop()
 
     def step(self, step: Step, text: str) -> None:
         """Adds a step. text: what it added to the model."""
         add_row(self.table, step_row(step, text))
         self.live.refresh()
+
+    def doing(self, words: str, done: int, total: int) -> None:
+        """Says below the table what is done now, and about how much of the search is."""
+        if self.waited_for:
+            self.live.update(Group(self.table, Text(f"{done / total:4.0%}  {words}", style="dim")), refresh=True)
 
     def end(self, discovery: Discovery, folder: Path) -> None:
         """Says what came out and where the files are."""

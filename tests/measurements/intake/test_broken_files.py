@@ -271,14 +271,12 @@ def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
     raw = tmp_path / "raw.csv"
     raw.write_text(raw_text())
 
-    read = Path.read_bytes
-
-    def denied(self):
-        if self == raw:
+    def denied(path, *args, **options):
+        if path == raw:
             raise PermissionError(13, "Permission denied")
-        return read(self)
+        return open(path, *args, **options)
 
-    monkeypatch.setattr(Path, "read_bytes", denied)
+    monkeypatch.setattr("freelearn.measurements.text_file.open", denied, raising=False)
     with pytest.raises(UserError, match=r"raw\.csv may not be read by this user"):
         taken_path(tmp_path, raw)
 
@@ -286,8 +284,8 @@ def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
 def test_a_file_far_too_large(tmp_path):
     raw = tmp_path / "raw.csv"
     with raw.open("wb") as file:
-        file.truncate(2_000_000_000)  # A hole: it takes no room on the disk.
-    with pytest.raises(UserError, match="larger than 1000 MB"):
+        file.truncate(2_000_000_001)  # A hole: it takes no room on the disk.
+    with pytest.raises(UserError, match=r"larger than is read \(2 GB of at most 2\).*FREELEARN_LARGEST_FILE_GB"):
         taken_path(tmp_path, raw)
 
 

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import pandas as pd
+from bokeh.models import BasicTickFormatter
 from bokeh.plotting import figure
 
 from freelearn.inference.thresholds import ALPHA
 from freelearn.render.html.charts.canvas import chart, hover, legend_below, source
 from freelearn.render.palette import COLORS
+from freelearn.results.ranking import NO_MORE, STANDS_OUT
+
+# A size of nothing still has a place on a logarithmic axis, the leftmost.
+SMALLEST = 0.1
 
 
 def ranking_chart(table: pd.DataFrame) -> figure:
-    """Bars by size, filled where chance is ruled out. table: of results.ranking.ranking_numbers."""
+    """Points by size, filled where chance is ruled out. table: of results.ranking.ranking_numbers."""
     names = table["effect"].tolist()[::-1]
     panel = chart(
         "what each effect would explain",
@@ -22,17 +27,20 @@ def ranking_chart(table: pd.DataFrame) -> figure:
         y_range=names,
         x_axis_type="log",
     )
-    shown = table.assign(shown=table["size"].clip(lower=0.06), percent=100 * table["E_heldout"])
+    # Points and not bars: on a logarithmic axis the length of a bar is as long as where the axis begins.
+    shown = table.assign(shown=table["size"].clip(lower=SMALLEST), percent=100 * table["E_heldout"])
     certain = table["p_value"] <= ALPHA
-    for part, fill, label in ((certain, 0.9, f"p ≤ {ALPHA:g}"), (~certain, 0.05, "may be chance")):
+    marks = ((certain, COLORS[0], STANDS_OUT), (~certain, "white", NO_MORE))
+    for part, fill, label in marks:
         if part.any():
-            bars = panel.hbar(
-                y="effect", left=0.05, right="shown", height=0.65, source=source(shown[part]), color=COLORS[0],
-                fill_alpha=fill, legend_label=label,
+            points = panel.scatter(
+                "shown", "effect", source=source(shown[part]), marker="circle", size=10, line_color=COLORS[0],
+                line_width=1.5, fill_color=fill, legend_label=label,
             )  # fmt: skip
             tips = [("effect", "@effect"), ("size", "@size{0.0} σ"), ("p by chance", "@p_value{0.000}")]
-            hover(panel, [*tips, ("E held-out", "@percent{0.000} %")], [bars])
-    panel.x_range.start = 0.05
+            hover(panel, [*tips, ("E held-out", "@percent{0.000} %")], [points])
+    panel.xaxis.formatter = BasicTickFormatter(use_scientific=False)
+    panel.x_range.start = 0.8 * SMALLEST
     if len(table):
         legend_below(panel)
     return panel

@@ -12,17 +12,17 @@ from freelearn.measurements.beds import Pair, Quantity
 from freelearn.render.html.charts.canvas import chart, hover, source
 from freelearn.render.html.charts.residuals import NOTHING, PALETTE, tips
 from freelearn.results.formats import DASH
-from freelearn.results.residuals import limit_text, scale_end
+from freelearn.results.residuals import Limits, limit_text
 from freelearn.results.strip import Strip, spacing
 
 ACROSS = "samples side by side; each one's number and limit"
 
 
 def residual_strips(
-    table: pd.DataFrame, samples: Sequence[int], plane: Pair, quantities: Sequence[Quantity]
+    table: pd.DataFrame, samples: Sequence[int], plane: Pair, quantities: Sequence[Quantity], ends: Limits
 ) -> list[figure]:
     """table: of residual_table over the plane; samples: those shown. They differ a hundredfold in load, so each has its
-    own scale, written under it."""
+    own scale, whose end, one of `ends`, is written under it."""
     table = table[table["sample"].isin(samples)]
     strip = Strip(table, samples, plane)
     wide, high = (spacing(table[quantity.column]) for quantity in plane)
@@ -32,7 +32,7 @@ def residual_strips(
     across = (strip.low - wide / 2, strip.low + strip.width * len(samples) + wide / 2)
     panels = []
     for load in quantities:
-        limits = {n: scale_end(table.loc[table["sample"] == n, load.column]) for n in samples}
+        limits = {n: ends[n, load.column] for n in samples}
         shown = table.assign(share=table[load.column] / table["sample"].map(limits))
         known = set(table.loc[table[load.column].notna(), "sample"])
         title = f"{load.name}: measured − predicted, as a share of each sample's limit"

@@ -1,0 +1,117 @@
+"""What came out, in one look: the verdict, the error step by step, and the fitted parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+import panel as pn
+
+from freelearn.render.html.charts.staircase import StaircaseChart
+from freelearn.results.estimate import Estimate, parameter_table
+from freelearn.workbench.answer import Answer
+from freelearn.workbench.charts import beside, wide
+from freelearn.workbench.session import Session
+from freelearn.workbench.words import say, table, words
+
+# Beside the staircase where there is room, else above it.
+COLUMNS = "repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
+
+OF_THE_SEARCH = "Fits of the search: they weigh each reading by its noise and are tested on every state in turn."
+
+
+class Outcome:
+    """The top of what is shown once something is fitted."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.verdict, self.title, self.parameters = words(), words(), words()
+        self.use = pn.widgets.Button(name="Add what was found", button_type="success", visible=False, width=260)
+        self.use.on_click(lambda _: session.adopt())
+        self.answer = Answer(session)
+        self.staircase = StaircaseChart(width=360, height=290, what="error where it was not fitted")
+        said = pn.Column(
+            self.verdict, self.use, self.answer.view, self.title, self.parameters, sizing_mode="stretch_width"
+        )
+        self.about_steps = words()
+        steps = pn.Column(wide(self.staircase.panel), self.about_steps, sizing_mode="stretch_width")
+        self.view = beside(said, steps, columns=COLUMNS)
+
+    def refresh(self, drawn: bool) -> None:
+        """Shows the session as it is; there is at least one run. drawn: whether the runs are those shown already."""
+        search = self.session.discovery()
+        say(self.verdict, [search["says"]] if search else [], "verdict")
+        found = self.session.found()
+        self.use.visible = bool(found) and set(found) != set(self.session.question.effects)
+        self.use.disabled = self.session.busy
+        self.answer.refresh()
+        if not drawn:
+            self._title()
+            self._parameters()
+        self._staircase(search)
+
+    def _title(self) -> None:
+        run = self.session.comparable()[-1]
+        question, about = run["question"], self.session.about(run)
+        source = f"measured data, {question.name}" if question.measured else "simulated data"
+        effects = " + ".join(["", *question.effects])
+        text = f"{question.model}{effects}, fitted on {question.train} ({source})"
+        if about["E"] is not None:
+            text += f": {about['error']} E {100 * about['E']:.3g} %"
+            floor = about["noise_floor"]
+            text += f"; measuring alone leaves {100 * floor:.2g} %" if floor else ""
+        say(self.title, [text], "good")
+
+    def _parameters(self) -> None:
+        about = self.session.about(self.session.comparable()[-1])
+        entries: Mapping[str, Any] = about["parameters"]
+        # A network's weights tell a reader nothing.
+        known = [Estimate.from_plain(name, entry) for name, entry in entries.items() if entry.get("unit")]
+        table(self.parameters, parameter_table(known) if known else None)
+
+    def _staircase(self, search: Mapping[str, Any] | None) -> None:
+        runs = self.session.comparable()
+        effects = runs[-1]["question"].effects
+        # A model that the user has fitted since is no step of the search.
+        own = search is not None and (self.session.adopted(runs[-1]) or effects == tuple(search["given_effects"]))
+        say(self.about_steps, [OF_THE_SEARCH] if own else [], "quiet")
+        if search and own:
+            steps = [
+                {"step": _name(step["effect"], number), "E_heldout": step["E_heldout"],
+                 "noise_floor": step["noise_floor"]}
+                for number, step in enumerate(search["trail"])
+            ]  # fmt: skip
+        else:
+            steps = self._fits()
+        if steps:
+            self.staircase.show(pd.DataFrame(steps).astype({"noise_floor": float}))
+
+    def _fits(self) -> list[dict[str, Any]]:
+        steps: list[dict[str, Any]] = []
+        before: tuple[str, ...] = ()
+        for run in self.session.comparable():
+            effects, about = run["question"].effects, self.session.about(run)
+            if about["E"] is not None:
+                steps.append(
+                    {"step": _changed(before, effects), "E_heldout": about["E"], "noise_floor": about["noise_floor"]}
+                )
+            before = effects
+        return steps
+
+
+def _name(effect: str | None, number: int) -> str:
+    if effect is None:
+        return "model alone" if number == 0 else "exchanged"
+    return f"+ {effect}"
+
+
+def _changed(before: Sequence[str], after: Sequence[str]) -> str:
+    """What a fit has more or less than the one before it, short enough for an axis."""
+    added, dropped = [e for e in after if e not in before], [e for e in before if e not in after]
+    parts = [
+        f"{sign} {names[0] if len(names) == 1 else f'{len(names)} effects'}"
+        for sign, names in (("+", added), ("−", dropped))
+        if names
+    ]
+    return " ".join(parts) or "model alone"
