@@ -55,8 +55,10 @@ def _train(config: DictConfig) -> float | None:
         # After the settings are checked: torch and Lightning take seconds to import.
         from rich.console import Console
 
+        from freelearn.render.terminal.long_work import LongWork
+
         console = Console()
-        with console.status(LOADING):
+        with LongWork(console, LOADING):
             from freelearn.commands.train import train
 
         train(settings, folder, console=console, command=command)
@@ -72,8 +74,10 @@ def _discover(config: DictConfig) -> None:
         # After the settings are checked, as above.
         from rich.console import Console
 
+        from freelearn.render.terminal.long_work import LongWork
+
         console = Console()
-        with console.status(LOADING):
+        with LongWork(console, LOADING):
             from freelearn.commands.discover import discover
 
         command = command_line([*program("discover")], chosen.overrides.task)

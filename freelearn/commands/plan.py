@@ -25,12 +25,14 @@ def _plan(content: Any, folder: Path) -> None:
     # After the settings are checked: torch takes seconds to import.
     from rich.console import Console
 
+    from freelearn.render.terminal.long_work import LongWork
+
     console = Console()
-    with console.status("loading torch…"):
+    with LongWork(console, "loading torch…"):
         from freelearn.commands.plan_run import planned, write_plan
         from freelearn.render.terminal.plan import show_plan
 
-    with console.status("planning…"):
+    with LongWork(console, "planning…"):
         made = planned(settings)
     write_plan(made, folder, settings.figures)
     show_plan(console, made, folder)

@@ -34,7 +34,9 @@ def _predict(content: Any, folder: Path) -> None:
 
 def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
     """Writes answers.csv, solutions.csv where rows have several, and the maps to `folder`. Raises UserError."""
-    with console.status("loading torch and the model…"):
+    from freelearn.render.terminal.long_work import LongWork
+
+    with LongWork(console, "loading torch and the model…"):
         from freelearn.results.fitted_model import load
 
         fitted = load(settings.run)
@@ -53,11 +55,12 @@ def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Conso
     from freelearn.files import write_text
     from freelearn.measurements.questions import read_questions
     from freelearn.render.terminal.answers import show_answers
+    from freelearn.render.terminal.long_work import LongWork
     from freelearn.results.run_files import begin_results
 
     assert settings.data.path is not None
     asked = read_questions(settings.data.path, fitted.columns)
-    with console.status("answering…"):
+    with LongWork(console, "answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
     # Of an earlier run into the same folder.
     for name in (ANSWERS, SOLUTIONS):

@@ -386,9 +386,10 @@ def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, hidden):
     handle.press("ArrowRight")
     tab.wait_for_function(f"({title})() !== {json.dumps(before)}")
     by_slider = tab.evaluate(title)
-    charts = tab.locator(".bk-Figure")
-    maps = [c for c in charts.all() if (box := c.bounding_box()) and box["y"] > 400]
-    box = min((c.bounding_box() for c in maps), key=lambda box: box["x"])
+    chart = "() => Bokeh.index.query_one(v => v.model.title?.text?.startsWith('force: measured')).el"
+    drawn = tab.evaluate_handle(chart).as_element()
+    drawn.scroll_into_view_if_needed()
+    box = drawn.bounding_box()
     for share in np.linspace(0.3, 0.7, 7):
         tab.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
     tab.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")

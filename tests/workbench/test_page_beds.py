@@ -62,7 +62,7 @@ def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, fi
     assert {q.name for q in measured} <= shown
     first = BEDS[bed].state[0]
     assert all(first.suffix in label for label in page.labels.values())
-    assert len(page.maps_view.objects) == len(measured)
+    assert len(page.map_panes) == len(measured)
     if name == "dead_load":
         # Nobody measured the second one's length: no empty map of it.
         page.sample.value = 2

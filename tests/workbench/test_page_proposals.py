@@ -26,6 +26,7 @@ from freelearn.results.formats import sentence
 from freelearn.workbench.comparison import Comparison
 from freelearn.workbench.effects import Effects
 from freelearn.workbench.kept import Kept
+from freelearn.workbench.outcome import Outcome
 from freelearn.workbench.proposal_block import HINT
 from freelearn.workbench.proposals import Proposals
 from freelearn.workbench.proposed import proposed, written_of
@@ -397,7 +398,9 @@ def test_a_fit_has_the_added_effect_and_a_changed_file_is_never_run(sessions, fi
     assert f"FREELEARN_EFFECTS={file_of(session).resolve()} python train.py" in unescape(report)
     page = Comparison(session)
     page.refresh()
-    assert f"continuum + {NAME}, fitted on sample3" in page.title.object
+    outcome = Outcome(session)
+    outcome.refresh(drawn=False)
+    assert f"continuum + {NAME}, fitted on sample3" in outcome.title.object
     assert page.now.bands is not None
     assert page.first.model.labels() != page.now.model.labels()
     assert NAME not in EFFECTS

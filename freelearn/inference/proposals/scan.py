@@ -152,9 +152,9 @@ def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
 
 
 def told(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
-    """The forms, no quicker than the inputs' levels tell."""
+    """The forms, no quicker than the inputs' levels tell, without those that these tell nothing about."""
     levels = [pushes.levels(i).tolist() for i in inputs]
-    return [form.told_by(levels) for form in forms]
+    return [form for form in (form.told_by(levels) for form in forms) if form.has_room]
 
 
 def _values(scaled: list[Tensor], form: Form, shapes: dict[str, float]) -> list[Tensor]:

@@ -91,6 +91,11 @@ class Form:
         could be anything between them, and what passes through them all could still follow their readings' errors."""
         return replace(self, shapes=tuple(shape.told_by(levels[shape.place]) for shape in self.shapes))
 
+    @property
+    def has_room(self) -> bool:
+        """Whether each shape has values to choose among: a bend in a wrong place between few levels has none."""
+        return all(shape.lower < shape.upper for shape in self.shapes)
+
     def grid(self) -> Iterator[dict[str, float]]:
         """Values of the shapes to try."""
         for values in product(*(shape.grid for shape in self.shapes)):
