@@ -59,7 +59,7 @@ def protocol() -> pd.DataFrame:
 
 
 def simulate(
-    truth: Mapping[str, float],
+    truth: Mapping[str, float | Sequence[float]],
     effects: Mapping[str, Mapping[str, float | Sequence[float]]],
     accuracy: Mapping[str, float],
     buckled_share: float,
@@ -67,8 +67,8 @@ def simulate(
 ) -> pd.DataFrame:
     """A measurement table of the whole protocol, from a seed.
 
-    truth: C1, C2 [Pa]. effects: the physics beyond the continuum model, {effect: {parameter: SI value}}, a list
-    of values being one per sample.
+    truth: C1, C2 [Pa]. effects: the physics beyond the continuum model, {effect: {parameter: SI value}}. A list of
+    values is one per sample.
     accuracy: one standard deviation of elongation_mm, twist_deg (one error per kinematic state), pressure_kpa,
     force_n, moment_nmm (each row), as in `data.accuracy`. buckled_share: share of all rows marked as buckled.
     """
@@ -98,19 +98,17 @@ def simulate(
 
 def _true_loads(
     actual: pd.DataFrame,
-    truth: Mapping[str, float],
+    truth: Mapping[str, float | Sequence[float]],
     effects: Mapping[str, Mapping[str, float | Sequence[float]]],
 ) -> Prediction:
     """Loads of every row at its actual state, sample by sample (the parameters may differ between samples)."""
-    model = Continuum(**truth, effects=make_effects(list(effects), "continuum"))
+    model = Continuum(effects=make_effects(list(effects), "continuum"))
+    named = dict(truth)
+    for effect, parameters in effects.items():
+        named |= {f"{effect}.{name}": value for name, value in parameters.items()}
     parts = []
     for number in range(len(DESIGNS)):
-        values = {
-            f"{effect}.{name}": float(value if isinstance(value, int | float) else value[number])
-            for effect, parameters in effects.items()
-            for name, value in parameters.items()
-        }
-        model.set_values(values)
+        model.set_values({n: float(v if isinstance(v, int | float) else v[number]) for n, v in named.items()})
         with torch.no_grad():
             parts.append(model(States.from_table(actual[actual["sample"] == number + 1])))
     return Prediction(torch.cat([p.loads for p in parts]), torch.cat([p.status for p in parts]))

@@ -1,0 +1,95 @@
+"""python experiments/simulated_bed: which simulated samples show the figures that the paper reports of its real ones.
+
+Draws beds from a prior over materials, imperfections and how samples differ, fits the paper's three models on each in
+all 100 pairings, and keeps those that come closest (search.py). The nearest ones are then judged anew with all their
+states and other noise. Prints the figures beside the published ones and what the beds are made of, and writes it to
+outputs/simulated_bed; what was done before is not done again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+from search import Bed, search
+from summary import judged
+from targets import TARGETS, WITHIN
+from truth import SIZES, made, sizes
+
+OUT = Path("outputs/simulated_bed")
+
+
+def again(job: tuple[np.ndarray, int]) -> dict[str, float]:
+    """A bed's figures with all of its states, and other noise than the search had."""
+    numbers, seed = job
+    return judged(made(numbers, seed))[0]
+
+
+def main() -> None:
+    """Runs the command."""
+    parser = argparse.ArgumentParser(prog="python experiments/simulated_bed", description=__doc__.split("\n")[0])
+    parser.add_argument("--count", type=int, default=64, help="beds in a generation")
+    parser.add_argument("--generations", type=int, default=14)
+    parser.add_argument("--nearest", type=int, default=4, help="beds that are judged anew")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=OUT)
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    beds: list[Bed] = []
+    with ProcessPoolExecutor(arguments.workers) as pool:
+        steps = search(arguments.count, arguments.generations, arguments.seed, arguments.out, pool.map)
+        for number, beds in enumerate(steps, 1):
+            middle = beds[len(beds) // 2].distance
+            print(
+                f"generation {number}: nearest {beds[0].distance:.3f}, median {middle:.3f}", file=sys.stderr, flush=True
+            )
+        jobs = [(bed.numbers, 10_000 + n) for n, bed in enumerate(beds[: arguments.nearest])]
+        checked = list(pool.map(again, jobs))
+    console = Console(width=120)
+    console.print(_figures(checked, beds))
+    console.print(_made_of(beds))
+
+
+def _figures(checked: list[dict[str, float]], beds: list[Bed]) -> Table:
+    every = pd.DataFrame([bed.told for bed in beds])
+    shown = Table(title="the paper's figures on its own samples, and on simulated ones (E in %, constants in Pa)")
+    headings = ("", "paper", *(f"bed {n}" for n in range(1, len(checked) + 1)), "last generation")
+    for heading in headings:
+        shown.add_column(heading, justify="right")
+    for name, target in TARGETS.items():
+        cells = [_beside(told[name], target) if told else "—" for told in checked]
+        low, high = every[name].quantile([0.05, 0.95])
+        shown.add_row(name, f"{target:.3g}", *cells, f"{low:.3g} … {high:.3g}")
+    met = [str(sum(_near(told[n], t) for n, t in TARGETS.items())) if told else "—" for told in checked]
+    shown.add_row(f"within {WITHIN:g}", f"of {len(TARGETS)}", *met, "")
+    return shown
+
+
+def _near(value: float, target: float) -> bool:
+    return bool(1 / WITHIN <= value / target <= WITHIN)
+
+
+def _beside(value: float, target: float) -> str:
+    return f"{value:.3g}" if _near(value, target) else f"[red]{value:.3g}[/red] ×"
+
+
+def _made_of(beds: list[Bed]) -> Table:
+    every = pd.DataFrame([sizes(bed.numbers) for bed in beds])
+    shown = Table(title="what the beds are made of (SI): 5, 50 and 95 % of the last generation, and of the prior")
+    for heading in ("", "5 %", "median", "95 %", "prior"):
+        shown.add_column(heading, justify="right")
+    for name, size in SIZES.items():
+        quantiles = [f"{q:.3g}" for q in every[name].quantile([0.05, 0.5, 0.95])]
+        shown.add_row(name, *quantiles, f"{size.at(0.05):.3g} … {size.at(0.95):.3g}")
+    return shown
+
+
+if __name__ == "__main__":
+    main()
