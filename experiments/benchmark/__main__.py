@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmark import commands, fits, models, search
+from benchmark import commands, fits, models, page, search
 from rich.console import Console
 from rich.table import Table
 
@@ -26,6 +26,7 @@ ALL = {
     "study": commands.study,
     "memory": commands.memory,
     "reports": commands.reports,
+    "page": page.page,
 }
 
 
