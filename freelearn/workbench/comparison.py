@@ -44,7 +44,7 @@ class Comparison:
         self._place_curves()
         self._place_maps()
         self.sample.param.watch(lambda _: self._sample_chosen(), "value")
-        self.slider.on_change("value", lambda attr, old, new: self._draw_curves())
+        self.slider.on_change("value", lambda attr, old, new: self._slid())
         self.slider.sizing_mode = "stretch_width"
         slid = pn.pane.Bokeh(self.slider, sizing_mode="stretch_width")
         self.view = pn.Column(
@@ -120,6 +120,11 @@ class Comparison:
         self.shown = np.flatnonzero(of_sample)
         self.maps.source.selected.indices = []
         self.maps.show(self.now.map[of_sample], limits)
+
+    def _slid(self) -> None:
+        # In one message: for each of its own the browser would draw everything anew.
+        with pn.io.hold():
+            self._draw_curves()
 
     def _draw_curves(self) -> None:
         curve = self._curve()

@@ -103,10 +103,10 @@ class CurveCharts:
             crosses, hanging = suspected_points(points, curves, about), points[loose(points, about)]
             shown = read(points, about)
             fallen = shown & points["falling"].to_numpy(dtype=bool)
-            self.rows[number].data = _marked(points[shown & ~fallen], self.columns)
-            self.fallen[number].data = _marked(points[fallen], self.columns)
-            self.slack[number].data = _marked(hanging, self.columns)
-            self.suspects[number].data = _marked(crosses, self.columns)
+            _give(self.rows[number], points[shown & ~fallen], self.columns)
+            _give(self.fallen[number], points[fallen], self.columns)
+            _give(self.slack[number], hanging, self.columns)
+            _give(self.suspects[number], crosses, self.columns)
             named = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
             named[MEASURED] = (shown & ~fallen).any()
             named[SHORT] = self._fill(number, about, curves)
@@ -145,3 +145,9 @@ def _marked(points: pd.DataFrame, columns: Sequence[str]) -> dict[str, np.ndarra
     return {name: points[name].to_numpy(dtype=np.float64) for name in names} | {
         "direction": np.where(falling, "falling", "rising"),
     }
+
+
+def _give(source: ColumnDataSource, points: pd.DataFrame, columns: Sequence[str]) -> None:
+    """Exchanges the points; a chart without any that gets none is not drawn anew."""
+    if len(points) or len(source.data[columns[0]]):
+        source.data = _marked(points, columns)
