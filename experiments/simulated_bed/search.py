@@ -21,22 +21,27 @@ from truth import COUNT, made
 from freelearn.csv_text import csv_text
 from freelearn.files import write_text
 
-# Of the kinematic states, every so manyth: fits take a fifth of the time, their errors change by a few percent.
-EVERY = 6
+# Of the kinematic states, every so manyth: fits take less time, their errors change by a few percent.
+EVERY = 8
 # Share of the beds that stay in the next generation.
 STAY = 0.5
 # Step of the moves, and how it follows the share of them that are taken.
-STEP, FEWEST, MOST = 0.5, 0.15, 0.4
+STEP, FEWEST, MOST = 0.7, 0.15, 0.4
+MOVED = 0.3
 
-Job = tuple[np.ndarray, int, float]
+Job = tuple[np.ndarray, int, bool, float]
 Map = Callable[[Callable[[Job], Any], Iterable[Job]], Iterator[Any]]
 
 
 @dataclass(frozen=True)
 class Bed:
-    """A bed of the current generation: its numbers in the prior, its figures and its distance."""
+    """A bed of the current generation: its numbers in the prior, its figures and its distance.
+
+    seed: of its noise and of what is kept of it. Moves leave it: else the nearest would be those lucky with it.
+    """
 
     numbers: np.ndarray
+    seed: int
     told: dict[str, float]
     distance: float
 
@@ -44,13 +49,14 @@ class Bed:
 def tried(job: Job) -> Bed:
     """A bed simulated and judged; its distance is infinite where it is above the job's."""
     torch.set_num_threads(1)
-    numbers, seed, most = job
-    told, far = judged(thinned(made(numbers, seed), EVERY, seed), most)
-    return Bed(numbers, told, far)
+    numbers, seed, whole, most = job
+    told, far = judged(thinned(made(numbers, seed), EVERY, seed), whole, most)
+    return Bed(numbers, seed, told, far)
 
 
-def search(count: int, generations: int, seed: int, folder: Path, each: Map) -> Iterator[list[Bed]]:
-    """The beds after each generation, nearest first; those in the folder are read. each: maps over several cores."""
+def search(count: int, generations: int, seed: int, whole: bool, folder: Path, each: Map) -> Iterator[list[Bed]]:
+    """The beds after each generation, nearest first; those in the folder are read. whole: as
+    summary.judged. each: maps over several cores."""
     beds: list[Bed] = []
     step = STEP
     for generation in range(generations):
@@ -60,29 +66,29 @@ def search(count: int, generations: int, seed: int, folder: Path, each: Map) -> 
             beds, step = _read(path)
         else:
             if generation == 0:
-                jobs = [(generator.normal(size=COUNT), n, math.inf) for n in range(count)]
+                jobs = [(generator.normal(size=COUNT), n, whole, math.inf) for n in range(count)]
                 beds = list(each(tried, jobs))
             else:
-                beds, step = _moved(beds, step, generator, each)
+                beds, step = _moved(beds, step, whole, generator, each)
             beds.sort(key=lambda bed: bed.distance)
             write_text(path, csv_text(_frame(beds, step), "%.10g"))
         yield beds
 
 
-def _moved(beds: list[Bed], step: float, generator: np.random.Generator, each: Map) -> tuple[list[Bed], float]:
+def _moved(
+    beds: list[Bed], step: float, whole: bool, generator: np.random.Generator, each: Map
+) -> tuple[list[Bed], float]:
     """The nearer half, doubled, each moved once under the distance that the half leaves."""
     half = beds[: math.ceil(STAY * len(beds))]
     most = half[-1].distance
     drawn = [half[n] for n in generator.integers(len(half), size=len(beds) - len(half))]
     before = half + drawn
-    jobs = [
-        (
-            math.sqrt(1 - step**2) * bed.numbers + step * generator.normal(size=COUNT),
-            int(generator.integers(2**31)),
-            most,
-        )
-        for bed in before
-    ]
+    jobs = []
+    for bed in before:
+        moved = math.sqrt(1 - step**2) * bed.numbers + step * generator.normal(size=COUNT)
+        # Some of the numbers at a time: all at once are hardly ever all for the better.
+        numbers = np.where(generator.random(COUNT) < MOVED, moved, bed.numbers)
+        jobs.append((numbers, bed.seed, whole, most))
     after = list(each(tried, jobs))
     taken = np.mean([bed.distance <= most for bed in after])
     step *= 0.7 if taken < FEWEST else 1.3 if taken > MOST else 1.0
@@ -93,7 +99,7 @@ def _frame(beds: list[Bed], step: float) -> pd.DataFrame:
     numbers = pd.DataFrame([bed.numbers for bed in beds]).add_prefix("u")
     return pd.concat(
         [
-            pd.DataFrame({"distance": [b.distance for b in beds], "step": step}),
+            pd.DataFrame({"distance": [b.distance for b in beds], "step": step, "seed": [b.seed for b in beds]}),
             numbers,
             pd.DataFrame([b.told for b in beds]),
         ],
@@ -104,7 +110,9 @@ def _frame(beds: list[Bed], step: float) -> pd.DataFrame:
 def _read(path: Path) -> tuple[list[Bed], float]:
     table = pd.read_csv(path)
     numbers = table[[f"u{n}" for n in range(COUNT)]].to_numpy()
-    names = table.columns[2 + COUNT :]
+    names = table.columns[3 + COUNT :]
     told = [{name: row[name] for name in names if np.isfinite(row[name])} for _, row in table.iterrows()]
     distances = table["distance"].fillna(math.inf)
-    return [Bed(*each) for each in zip(numbers, told, distances, strict=True)], float(table["step"].iloc[0])
+    return [Bed(*each) for each in zip(numbers, table["seed"].tolist(), told, distances, strict=True)], float(
+        table["step"].iloc[0]
+    )

@@ -71,3 +71,14 @@ def test_effects_change_the_loads_and_may_differ_between_samples(bed):
     second = (bed["sample"] == 2).to_numpy()
     assert np.abs(change[~second]).max() == 0
     assert change[second].reshape(-1, 10)[0].round(9).tolist() == [0, -5, -5, -5, -5, -5, -5, -5, 5, 5]
+
+
+def test_the_material_may_differ_between_samples(bed):
+    soft = [1e6, 1e6, 1e6, 5e5, 1e6, 1e6, 1e6, 1e6]
+    mixed = simulate({"C1": soft, "C2": 2e7}, {}, ACCURACY, 0.45, seed=0)
+    whole = simulate({"C1": 5e5, "C2": 2e7}, {}, ACCURACY, 0.45, seed=0)
+    fourth = (bed["sample"] == 4).to_numpy()
+    loads = ["force_n", "moment_nmm"]
+    assert mixed.loc[~fourth, loads].equals(bed.loc[~fourth, loads])
+    assert mixed.loc[fourth, loads].equals(whole.loc[fourth, loads])
+    assert not mixed.loc[fourth, loads].equals(bed.loc[fourth, loads])
