@@ -9,6 +9,7 @@ outputs/simulated_bed; what was done before is not done again.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -18,7 +19,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 from search import Bed, search
-from summary import judged
+from summary import distance, judged
 from targets import TARGETS, WITHIN
 from truth import DATA, SIZES, made, sizes
 
@@ -80,6 +81,10 @@ def _figures(checked: list[dict[str, float]], beds: list[Bed]) -> Table:
         shown.add_row(name, f"{target:.3g}", *cells, f"{low:.3g} … {high:.3g}")
     met = [str(sum(_near(told[n], t) for n, t in TARGETS.items())) if told else "—" for told in checked]
     shown.add_row(f"within {WITHIN:g}", f"of {len(TARGETS)}", *met, "")
+    far = [f"{math.exp(distance(told)):.2g}" if told else "—" for told in checked]
+    every_far = np.exp([bed.distance for bed in beds])
+    low, high = np.quantile(every_far, [0.05, 0.95])
+    shown.add_row("typical factor, without C2", "", *far, f"{low:.2g} … {high:.2g}")
     return shown
 
 
