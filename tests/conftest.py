@@ -96,6 +96,21 @@ def finish():
 
 
 @pytest.fixture(scope="module")
+def browser():
+    """Chromium, without a window."""
+    # Here, as above.
+    from chromium import FLAGS, PATH
+    from playwright.sync_api import sync_playwright
+
+    if not Path(PATH).exists():
+        pytest.skip(f"needs Debian's chromium at {PATH}")
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=PATH, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
 def attacked_page(tmp_path_factory):
     """The page in a process of its own, with a file beside its sessions that is nobody's."""
     # Here, not above, as above.

@@ -4,12 +4,10 @@ import json
 import random
 import re
 import string
-from pathlib import Path
 
 import pandas as pd
 import pytest
 from attacks import chosen
-from playwright.sync_api import sync_playwright
 from small_runs import make_csv
 
 from freelearn.commands.configuration import settings
@@ -19,10 +17,6 @@ from freelearn.csv_text import csv_text
 from freelearn.workbench.sessions import Sessions
 
 pytestmark = pytest.mark.slow
-
-CHROMIUM = "/usr/bin/chromium"
-FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"]
-
 
 HTML = ["<img src=x onerror=\"document.title='owned'\">", "<script>document.title='owned'</script>", "</p><b>bold</b>"]
 FORMULAS = ["=1+1", "+1+1", "-1+cmd|' /C calc'!A0", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("http://evil.example","x")']
@@ -54,16 +48,6 @@ def test_formulas_of_a_users_own_columns_are_text_in_the_predictions(reported):
     written = (reported / "predictions.csv").read_text()
     assert "'=1+1" in written
     assert not re.search(r"(^|,)\"?[=@]", written, re.MULTILINE)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not Path(CHROMIUM).exists():
-        pytest.skip(f"needs Debian's chromium at {CHROMIUM}")
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -13,9 +13,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from fitted_folders import continuum, folder_of, grid, shown
+from attack_place import make_place, of
+from fitted_folders import continuum, grid
 from rich.console import Console
-from small_runs import make_csv, run
+from small_runs import run
 
 from freelearn.commands.configuration import composed
 from freelearn.commands.gather import gather_folders
@@ -30,26 +31,13 @@ from freelearn.files import write_text
 from freelearn.fit.store import FitStore
 from freelearn.results.run_files import check_folder
 
-RAW = "dl_mm,phi_deg,P_kPa,F_N,M_Nmm\n0,0,0,-0.1,0.3\n0,0,30,-2.2,-8.1\n2,0,0,-3.1,0.5\n2,0,30,-5.0,-8.6\n"
 FULL = r"Cannot write to .*: No space left on device"
 REFUSALS = (errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EFBIG, errno.EIO, errno.EDQUOT)
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory) -> Path:
-    """A table, raw readings, a fitted run and a sweep to gather, and a file where a folder might be meant."""
-    folder = tmp_path_factory.mktemp("disk")
-    make_csv(folder / "table.csv")
-    (folder / "raw.csv").write_text(RAW)
-    (folder / "file").write_text("kept as it is")
-    run(folder / "sweep/0", *of(folder), "train=constituent", "figures=false")
-    model = continuum()
-    folder_of(folder / "fitted", model, shown(model, grid()), covariance=np.diag([1e6, 1e9]))
-    return folder
-
-
-def of(folder: Path) -> list[str]:
-    return ["data=csv", f"data.path={folder / 'table.csv'}", "train=all"]
+    return make_place(tmp_path_factory.mktemp("disk"), covariance=np.diag([1e6, 1e9]))
 
 
 def unfinished(folder: Path) -> list[Path]:

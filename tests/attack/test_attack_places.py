@@ -7,35 +7,21 @@ import time
 from pathlib import Path
 
 import pytest
+from attack_place import make_place, of
 from attacks import chosen
-from fitted_folders import continuum, folder_of, grid, shown
-from forked_commands import Commands, Ended
-from small_runs import make_csv, run
-
-RAW = "dl_mm,phi_deg,P_kPa,F_N,M_Nmm\n0,0,0,-0.1,0.3\n0,0,30,-2.2,-8.1\n2,0,0,-3.1,0.5\n2,0,30,-5.0,-8.6\n"
+from ended import Ended
+from forked_commands import Commands
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory) -> Path:
-    """A table, raw readings, a fitted run and a sweep to gather, and a file where a folder might be meant."""
-    folder = tmp_path_factory.mktemp("places")
-    make_csv(folder / "table.csv")
-    (folder / "raw.csv").write_text(RAW)
-    (folder / "file").write_text("kept as it is")
-    run(folder / "sweep/0", *of(folder), "train=constituent", "figures=false")
-    model = continuum()
-    folder_of(folder / "fitted", model, shown(model, grid()))
-    return folder
+    return make_place(tmp_path_factory.mktemp("places"))
 
 
 @pytest.fixture(scope="module")
 def commands(tmp_path_factory):
     with Commands(tmp_path_factory.mktemp("commands")) as commands:
         yield commands
-
-
-def of(folder: Path) -> list[str]:
-    return ["data=csv", f"data.path={folder / 'table.csv'}", "train=all"]
 
 
 def unfinished(folder: Path) -> list[Path]:

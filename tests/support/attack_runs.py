@@ -6,27 +6,13 @@ import contextlib
 import io
 import os
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
+from ended import Ended
 from hydra.core.global_hydra import GlobalHydra
 
 from freelearn.__main__ import main
-
-
-@dataclass(frozen=True)
-class Ended:
-    """status: 0 where the command did what it was asked."""
-
-    status: int
-    out: str
-    err: str
-
-    @property
-    def said(self) -> str:
-        """All that was printed, on one line."""
-        return " ".join((self.out + " " + self.err).split())
 
 
 def command(name: str, *words: str, folder: Path) -> Ended:

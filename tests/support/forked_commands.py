@@ -15,10 +15,11 @@ import subprocess
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn
+
+from ended import Ended
 
 ROOT = Path(__file__).resolve().parents[2]
 # What the commands would else import as they go.
@@ -28,20 +29,6 @@ commands.gather commands.figures commands.specimens commands.callback fit.fit re
 render.png.discovery render.png.plan render.tensorboard.figures render.terminal.run render.terminal.discovery
 render.terminal.progress results.fitted_model
 """
-
-
-@dataclass(frozen=True)
-class Ended:
-    """What a command gave. status: negative where a signal ended it."""
-
-    status: int
-    out: str
-    err: str
-
-    @property
-    def told(self) -> str:
-        """All that it printed."""
-        return self.out + self.err
 
 
 class Commands:
