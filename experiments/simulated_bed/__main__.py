@@ -2,8 +2,8 @@
 
 Draws beds from a prior over materials, imperfections and how samples differ, fits the paper's three models on each in
 all 100 pairings, and keeps those that come closest (search.py). The nearest ones are then judged anew with all their
-states and other noise. Prints the figures beside the published ones and what the beds are made of. Each generation is kept in
-outputs/simulated_bed; those kept are not made again.
+states and other noise. Prints the figures beside the published ones and what the beds are made of. Each
+generation is kept in outputs/simulated_bed and not made again.
 """
 
 from __future__ import annotations
