@@ -12,7 +12,7 @@ from benchmark import commands, fits, models, page, search
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.threads import one_thread
+from freelearn.machine import made_ready
 
 ALL = {
     "forward": models.forward,
@@ -37,7 +37,7 @@ def main() -> None:
     chosen = parser.parse_args().only or list(ALL)
     if unknown := set(chosen) - set(ALL):
         sys.exit(f"error: no benchmark {', '.join(sorted(unknown))}: choose from {', '.join(ALL)}.")
-    one_thread()
+    made_ready()
     console = Console()
     table = Table(title="freelearn benchmarks, one thread")
     for heading in ("what", "measured", "target", "detail"):

@@ -29,6 +29,7 @@ from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
 from freelearn.inference.step import Step
 from freelearn.inference.testable import candidates
+from freelearn.machine import made_ready
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
@@ -44,7 +45,6 @@ from freelearn.results.origin import Provenance
 from freelearn.results.proposals import known, write_proposals
 from freelearn.results.run_files import begin_results, check_folder
 from freelearn.results.suspect_files import write_suspects
-from freelearn.threads import one_thread
 from freelearn.work import watched
 
 
@@ -55,7 +55,7 @@ def discover(
 
     command: the shell command that repeats it, for the report. watch: told of each step.
     """
-    one_thread()
+    made_ready()
     task = _prepared(settings, folder)
     provenance = task.loaded.provenance
     # The table of steps grows while the search runs.

@@ -26,16 +26,16 @@ from freelearn.design.score import Score, score
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.inference.next_experiment import TELLING
+from freelearn.machine import made_ready
 from freelearn.measurements.states import kinematic_state
 from freelearn.results.formats import all_finite
 from freelearn.results.plan import Certificate, Expected, Narrowed, Plan, plan_table
 from freelearn.results.run_files import begin_results
-from freelearn.threads import one_thread
 
 
 def planned(settings: PlanSettings) -> Plan:
     """The plan, or the user's own one scored. Raises UserError."""
-    one_thread()
+    made_ready()
     began = time.perf_counter()
     source = source_of(settings.run)
     known, notes = source.known, list(source.notes)

@@ -22,9 +22,9 @@ from freelearn.errors import UserError
 from freelearn.fit.options import NORMAL
 from freelearn.fit.profile import Told
 from freelearn.fit.store import FitStore
-from freelearn.heap import give_back
 from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
+from freelearn.machine import give_back, made_ready
 from freelearn.measurements.members import members_in
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import States
@@ -42,7 +42,6 @@ from freelearn.results.origin import Origin
 from freelearn.results.run import CONSTITUENT_SET, Run
 from freelearn.results.run_curves import run_curves
 from freelearn.results.run_files import begin_results, check_folder, predictions, training_samples, write_run
-from freelearn.threads import one_thread
 from freelearn.work import watched
 
 if TYPE_CHECKING:
@@ -82,7 +81,7 @@ def train(
     computed and written does not depend on it. command: the shell command that repeats the run, for the report.
     progress: makes what is told of epochs, instead of the console.
     """
-    one_thread()
+    made_ready()
     with _saying(console, "reading the table…"):
         task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None

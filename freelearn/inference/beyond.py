@@ -49,8 +49,15 @@ class Beyond:
             return next((found for found in tried if found.complete), tried[-1] if tried else None)
         if not added or not (len(added) >= MANY or self._promises(last)):
             return None
-        found = self.on_first
+        found = self._as_short(last)
         return found if found is not None and found.complete and self._cheaper(found.step, last) else None
+
+    def _as_short(self, last: Step) -> Extended | None:
+        """What is written on the first model, with what the library adds to it only as long as that has no more
+        constants than a last model that leaves nothing."""
+        if "on_first" in vars(self):
+            return self.on_first
+        return extended(self.prepared, [self.first], self.grow, len(last.fit.vector))
 
     @staticmethod
     def _no_worse(found: Extended | None, last: Step) -> Extended | None:

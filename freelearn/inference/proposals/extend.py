@@ -35,12 +35,15 @@ class Extended:
     complete: bool
 
 
-def extended(prepared: Prepared, bases: Sequence[Step], grow: Grow) -> Extended | None:
+def extended(prepared: Prepared, bases: Sequence[Step], grow: Grow, constants: int | None = None) -> Extended | None:
     """The first of the bases that written effects complete; else the one of which they leave least; None where none
-    helps anywhere."""
+    helps anywhere.
+
+    constants: where a model with so many leaves nothing, to which nothing with more is an answer: given up once one
+    effect does not do and one more would make it more."""
     best: Extended | None = None
     for base in bases:
-        found = _on(prepared, base, grow)
+        found = _on(prepared, base, grow, constants)
         if found is None:
             continue
         if found.complete:
@@ -50,7 +53,7 @@ def extended(prepared: Prepared, bases: Sequence[Step], grow: Grow) -> Extended 
     return best
 
 
-def _on(prepared: Prepared, base: Step, grow: Grow) -> Extended | None:
+def _on(prepared: Prepared, base: Step, grow: Grow, constants: int | None) -> Extended | None:
     """A base with at most MOST_WRITTEN written effects, and what the library then still has to add."""
     step, found = base, list[Proposed]()
     with ExitStack() as stack:
@@ -62,6 +65,8 @@ def _on(prepared: Prepared, base: Step, grow: Grow) -> Extended | None:
             found.append(more)
             step = prune(prepared, rewhitened(prepared, more.chosen.step))
             if step.left.p_value < LEFT:
+                if constants is not None and len(step.fit.vector) >= constants:
+                    return None
                 steps = [step]
                 grow(steps)
                 step = steps[-1]

@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from freelearn.files import write_whole
 
@@ -54,14 +55,19 @@ def ranges(table: pd.DataFrame) -> dict[str, list[float]]:
     return {str(name): [float(f"{end:.4g}") for end in (of.min(), of.max())] for name, of in numbers.items()}
 
 
-def save(figure: Figure, table: pd.DataFrame, path: Path) -> None:
-    """Writes the picture and, beside it, the table it was drawn from as a CSV of the same name.
+def save(figure: Figure, table: pd.DataFrame, path: Path) -> np.ndarray:
+    """Writes the picture and, beside it, the table it was drawn from as a CSV of the same name; returns the drawn
+    figure, (H, W, 3) uint8.
 
     Both are finished under other names first: a run killed half-way leaves the old pair, never half a file.
     """
+    pixels = to_rgb(figure)
+    said = {"Description": json.dumps(ranges(table))}
 
     def both(picture: Path) -> None:
-        figure.savefig(picture, format="png", metadata={"Description": json.dumps(ranges(table))})
+        # Not Figure.savefig, which would draw it again.
+        imsave(picture, pixels, format="png", dpi=figure.dpi, metadata=said)
         write_whole(path.with_suffix(".csv"), lambda numbers: table.to_csv(numbers, index=False))
 
     write_whole(path, both)
+    return pixels

@@ -14,7 +14,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from freelearn.inference.thresholds import ALPHA
 from freelearn.render.events import event_file
 from freelearn.render.palette import COLORS
-from freelearn.render.png.canvas import finish, heading, new_figure, save, to_rgb
+from freelearn.render.png.canvas import finish, heading, new_figure, save
 from freelearn.render.png.curves import curves
 from freelearn.render.png.proposal import proposal
 from freelearn.render.png.residual_map import residual_map
@@ -77,8 +77,7 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         writer.add_text("story", discovery_story(discovery))
         for name, (figure, table) in figures.items():
             paths.append(folder / f"{name}.png")
-            save(figure, table, paths[-1])
-            writer.add_image(name, to_rgb(figure), dataformats="HWC")
+            writer.add_image(name, save(figure, table, paths[-1]), dataformats="HWC")
     return paths
 
 

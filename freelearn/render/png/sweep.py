@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freelearn.render.events import event_file
-from freelearn.render.png.canvas import heading, save, to_rgb
+from freelearn.render.png.canvas import heading, save
 from freelearn.render.png.heatmap import color_scale, heatmap, side_by_side
 from freelearn.render.png.overview import overview
 from freelearn.results.error_map import caption
@@ -46,8 +46,7 @@ def draw_sweep(cells: pd.DataFrame, summary: pd.DataFrame, simulated: bool, out:
     with event_file(out / "tensorboard") as writer:
         for name, (figure, table) in figures.items():
             paths.append(out / f"{name}.png")
-            save(figure, table, paths[-1])
-            writer.add_image(name, to_rgb(figure), dataformats="HWC")
+            writer.add_image(name, save(figure, table, paths[-1]), dataformats="HWC")
     return paths
 
 

@@ -1,0 +1,41 @@
+"""What a computation asks of the machine."""
+
+import os
+import resource
+import subprocess
+import sys
+
+import pytest
+
+READY = """
+import resource, torch
+from freelearn.machine import made_ready
+made_ready()
+"""
+FAULTS = """
+def steps(count):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(count):
+        [torch.ones(500_000, dtype=torch.float64) for _ in range(20)]
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+steps(10)
+print(steps(50))
+"""
+
+
+def printed(script, threads):
+    others = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    asked = {"OMP_NUM_THREADS": threads} if threads else {}
+    ran = subprocess.run([sys.executable, "-c", script], env=others | asked, capture_output=True, text=True, check=True)
+    return int(ran.stdout)
+
+
+@pytest.mark.skipif("CS_GNU_LIBC_VERSION" not in getattr(os, "confstr_names", {}), reason="asks GNU's C library")
+def test_memory_that_a_step_frees_is_there_for_the_next_one():
+    """Twenty tensors of four megabytes are 20,000 pages: cleared again in each of 50 steps they would be a million."""
+    assert printed(READY + FAULTS, "1") < 80_000_000 / resource.getpagesize()
+
+
+@pytest.mark.parametrize(("asked", "got"), [("", 1), ("2", 2)])
+def test_one_thread_unless_more_are_asked_for(asked, got):
+    assert printed(READY + "print(torch.get_num_threads())", asked) == got
