@@ -9,17 +9,18 @@ import panel as pn
 from bokeh.models import Slider
 
 from freelearn.measurements.sets import samples_of
-from freelearn.render.html.charts.curves import CurveCharts
+from freelearn.render.html.charts.curves import CurveCharts, Drawing
 from freelearn.render.html.charts.residuals import ResidualCharts, scales
 from freelearn.results.curve_panels import panels_of
 from freelearn.results.states import place_text
-from freelearn.workbench.charts import beside, wide
+from freelearn.workbench.ahead import Ahead
+from freelearn.workbench.charts import beside, steady, wide
 from freelearn.workbench.fitted import Fitted, fitted, written
 from freelearn.workbench.session import Session
 from freelearn.workbench.tick import Tick
 
 FIRST, NOW = "first fit", "this fit"
-WIDTH, HEIGHT = 312, 290
+WIDTH, HEIGHT = 312, 315
 SMALL = "11px"
 
 
@@ -38,13 +39,16 @@ class Comparison:
         self.banded = Tick("95 % bands", 220, session.show_bands, ticked=session.banded)
         self.drawn_banded = session.banded
         self.curves, self.maps = CurveCharts([FIRST, NOW], WIDTH, HEIGHT), ResidualCharts(WIDTH, HEIGHT, tap=True)
+        self.ahead = Ahead(self._drawing)
+        # What each panel's legend names: of this sample all that was drawn, for each change of it is a layout anew.
+        self.named: dict[int, set[str]] = {}
         # Beside each other, as many as there is room for.
         self.charts = beside()
         self.curve_panes, self.map_panes = list[pn.pane.Bokeh](), list[pn.pane.Bokeh]()
         self._place_curves()
         self._place_maps()
         self.sample.param.watch(lambda _: self._sample_chosen(), "value")
-        self.slider.on_change("value", lambda attr, old, new: self._slid())
+        self.slider.on_change("value", lambda attr, old, new: self._slid(old, new))
         self.slider.sizing_mode = "stretch_width"
         slid = pn.pane.Bokeh(self.slider, sizing_mode="stretch_width")
         self.view = pn.Column(
@@ -56,6 +60,8 @@ class Comparison:
     def _place_curves(self) -> None:
         # The first says at which state: two numbers with their units fit only when small.
         self.curves.panels[0].title.text_font_size = SMALL
+        for panel in self.curves.panels:
+            steady(panel)
         self.curve_panes = [wide(panel) for panel in self.curves.panels]
         self.charts.objects = [*self.curve_panes, *self.map_panes]
 
@@ -82,14 +88,21 @@ class Comparison:
         if self.banded.ticked != self.session.banded:
             self.banded.show(self.session.banded, visible=True, disabled=False)
         if self.drawn_banded != self.session.banded:
+            self._forget()
             self._draw_curves()
 
     def _fitted(self, run: dict[str, Any]) -> Fitted:
         folder = self.session.folder / run["folder"]
         return fitted(folder, written(folder), run["question"].own)
 
+    def _forget(self) -> None:
+        """Of what was drawn nothing holds any more."""
+        self.ahead.clear()
+        self.named = {}
+
     def _sample_chosen(self) -> None:
         assert self.now is not None
+        self._forget()
         shown = self._curve()
         self.labels = self.now.labels(self.sample.value)
         self.slider.end = max(1, len(self.labels) - 1)
@@ -121,29 +134,38 @@ class Comparison:
         self.maps.source.selected.indices = []
         self.maps.show(self.now.map[of_sample], limits)
 
-    def _slid(self) -> None:
+    def _slid(self, old: int, new: int) -> None:
         # In one message: for each of its own the browser would draw everything anew.
         with pn.io.hold():
             self._draw_curves()
+        curves, step = list(self.labels), 1 if new > old else -1
+        self.ahead.come_to(curves[new + 1 :] if step > 0 else curves[:new][::-1])
 
     def _draw_curves(self) -> None:
         curve = self._curve()
-        if self.now is None or self.first is None or curve is None:
+        if self.now is None or curve is None:
             return
-        rows = self.now.rows(curve)
-        measured = self.now.table.iloc[rows]
         self.slider.title = f"kinematic state ({self.labels[curve]})"
         self.drawn_banded = self.session.banded
-        curves = {NOW: self.now.predicted(rows, self.drawn_banded)}
-        if self.first is not self.now:
-            curves[FIRST] = self.first.predicted(rows, self.drawn_banded)
-        shown = panels_of(measured)
+        shown = panels_of(self.now.table.iloc[self.now.rows(curve)])
         if tuple(self.curves.shown) != shown:
             self.curves = CurveCharts([FIRST, NOW], WIDTH, HEIGHT, shown)
+            self._forget()
             self._place_curves()
-        self.curves.show(measured, curves)
+        drawing = self.ahead.drawing(curve)
+        for number, panel in enumerate(drawing.panels):
+            self.named[number] = self.named.get(number, set()) | panel.entries
+        self.curves.draw(drawing, self.named)
         place = place_text(self.now.place.loc[curve], self.now.bed.state).replace("-", "−")
         self.curves.panels[0].title.text = f"{shown[0].title}: sample {self.sample.value}, {place}"
+
+    def _drawing(self, curve: int) -> Drawing:
+        assert self.now is not None
+        rows = self.now.rows(curve)
+        curves = {NOW: self.now.predicted(rows, self.drawn_banded)}
+        if self.first is not None and self.first is not self.now:
+            curves[FIRST] = self.first.predicted(rows, self.drawn_banded)
+        return self.curves.drawing(self.now.table.iloc[rows], curves)
 
     def _tapped(self, attribute: str, old: list[int], new: list[int]) -> None:
         if not new or self.now is None:

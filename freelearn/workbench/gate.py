@@ -117,6 +117,9 @@ class _Socket(WSHandler):
 
     def open(self, *args: Any, **kwargs: Any) -> None:
         """Refuses a token that has expired."""
+        # Bokeh writes a message in three pieces or more: the second would wait until the browser has acknowledged the
+        # first, for 40 ms.
+        self.set_nodelay(True)
         try:
             super().open(*args, **kwargs)  # type: ignore[no-untyped-call]
         except ProtocolError as problem:

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 import pandas as pd
-from bokeh.models import ColumnDataSource, HoverTool
+from bokeh.events import LegendItemClick
+from bokeh.models import ColumnDataSource, CustomJS, GlyphRenderer, HoverTool, Legend, LegendItem
 from bokeh.plotting import figure
 
+# After a click the likeness is hidden, or shown.
+_HIDDEN_TOO = """
+    const place = items.indexOf(cb_obj.item)
+    for (const glyph of drawn[place]) glyph.visible = !glyph.visible
+"""
 TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 
 
@@ -42,3 +51,23 @@ def legend_below(drawn: figure) -> None:
     legend.spacing = 8
     legend.border_line_color = None
     drawn.add_layout(legend, "below")
+
+
+def still_legend(drawn: figure, entries: Mapping[str, Sequence[GlyphRenderer]]) -> None:
+    """A legend below for data that are exchanged often. entries: what each name stands for, and hides.
+
+    Bokeh builds a legend anew whenever the data change of what it refers to, which takes longer than to draw them. So
+    this one refers to likenesses of them, which are nowhere and stay as they are."""
+    names = {name for glyphs in entries.values() for glyph in glyphs for name in glyph.data_source.column_names}
+    nowhere = ColumnDataSource({name: [np.nan] for name in names})
+    items = []
+    for label, glyphs in entries.items():
+        alike = [GlyphRenderer(data_source=nowhere, glyph=glyph.glyph) for glyph in glyphs]
+        drawn.renderers.extend(alike)
+        items.append(LegendItem(label=label, renderers=alike))
+    legend = Legend(items=items)
+    # Not a link of the likeness to what it is one of: that again would be what it refers to.
+    hidden = CustomJS(args={"items": items, "drawn": list(entries.values())}, code=_HIDDEN_TOO)
+    legend.js_on_event(LegendItemClick, hidden)
+    drawn.add_layout(legend)
+    legend_below(drawn)

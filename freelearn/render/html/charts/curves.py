@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import cycle
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from bokeh.models import ColumnDataSource, LegendItem
+from bokeh.models import ColumnDataSource, GlyphRenderer
 from bokeh.plotting import figure
 
-from freelearn.render.html.charts.canvas import chart, hover, legend_below
+from freelearn.render.html.charts.canvas import chart, hover, still_legend
 from freelearn.render.palette import COLORS
 from freelearn.results.curve_bands import SHORT, strip
 from freelearn.results.curve_panels import (
@@ -29,6 +32,29 @@ MEASURED, FALLING = "measured", "falling pressure"
 DASHES = ("solid", "dotdash", "dotted")
 # From this width on a chart has room for three entries of the legend beside each other [px].
 WIDE = 400
+
+# Of a data source, by name. Lists: Bokeh sends each array to a page in two messages of its own.
+Columns = dict[str, list[Any]]
+
+
+@dataclass(frozen=True)
+class DrawnPanel:
+    """The columns of what one panel shows of a state, bands by model, and its legend's entries."""
+
+    rows: Columns
+    fallen: Columns
+    slack: Columns
+    suspects: Columns
+    bands: dict[str, Columns]
+    entries: set[str]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What the charts show of a state. lines: columns of each model's curve."""
+
+    panels: list[DrawnPanel]
+    lines: dict[str, Columns]
 
 
 class CurveCharts:
@@ -60,94 +86,110 @@ class CurveCharts:
             panel.varea("across", "one", "other", source=source, fill_color=colors[name], fill_alpha=0.18)
             for name, source in self.bands[number].items()
         ]
+        entries: dict[str, list[GlyphRenderer]] = {}
         for i, name in enumerate(self.models):
             color, dash = colors[name], DASHES[i % len(DASHES)]
             # Faint where the pressure was not measured.
             panel.line(across, up, source=self.lines[name], color=color, alpha=0.35, width=2)
             inside = f"{across}_in", f"{up}_in"
-            line = panel.line(
-                *inside, source=self.lines[name], color=color, width=2.5, line_dash=dash, legend_label=name
-            )
+            line = panel.line(*inside, source=self.lines[name], color=color, width=2.5, line_dash=dash)
+            entries[name] = [line]
             places = [(q.label, f"@{column}{{0.[000]}}") for q, column in zip((x, y), about.line, strict=True)]
             hover(panel, [("model", name), *places], [line])
         squares = [
             panel.scatter(
-                x.column, y.column, source=rows[number], marker="square", size=7, line_color="black", fill_color=fill,
-                legend_label=label,
+                x.column, y.column, source=rows[number], marker="square", size=7, line_color="black", fill_color=fill
             )
-            for rows, fill, label in ((self.rows, "black", MEASURED), (self.fallen, "white", FALLING))
+            for rows, fill in ((self.rows, "black"), (self.fallen, "white"))
         ]  # fmt: skip
         hanging = panel.scatter(
             x.column, y.column, source=self.slack[number], marker="diamond", size=10, line_color="#666666",
-            fill_color="white", legend_label=LOOSE,
+            fill_color="white",
         )  # fmt: skip
         crosses = panel.scatter(
             "across", "up", source=self.suspects[number], marker="plus", angle=np.pi / 4, size=12, line_color="black",
-            fill_color="white", legend_label=SUSPECTED,
+            fill_color="white",
         )  # fmt: skip
         places = [(load.label, f"@{load.column}{{0.[000]}}") for load in (x, y)]
         hover(panel, [(MEASURED, "@direction"), *places], squares)
         hover(panel, [(LOOSE, "@direction"), *places], [hanging])
         hover(panel, [(SUSPECTED, "@direction"), *places], [crosses])
-        if bands:
-            panel.legend[0].items.append(LegendItem(label=SHORT, renderers=bands))
-        legend_below(panel)
+        entries |= {MEASURED: squares[:1], FALLING: squares[1:], LOOSE: [hanging], SUSPECTED: [crosses]}
+        still_legend(panel, entries | ({SHORT: bands} if bands else {}))
         return panel
 
     def show(self, measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> None:
-        """measured: one state's rows in time order; buckled and left-out ones are not drawn, those in which the tube
-        hangs loose and suspected readings (see suspects.flagged) apart. curves: frames of model_curve, with the bands
-        that are drawn."""
+        """Draws one state's rows and models, see `drawing`."""
+        self.draw(self.drawing(measured, curves))
+
+    def drawing(self, measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> Drawing:
+        """What is drawn of one state, worked out.
+
+        measured: one state's rows in time order; buckled and left-out ones are not drawn, those in which the tube hangs
+        loose and suspected readings (see suspects.flagged) apart. curves: frames of model_curve, with the bands that
+        are drawn."""
         points = measured_points(measured)
-        for number, (about, panel) in enumerate(zip(self.shown, self.panels, strict=True)):
-            crosses, hanging = suspected_points(points, curves, about), points[loose(points, about)]
-            shown = read(points, about)
-            fallen = shown & points["falling"].to_numpy(dtype=bool)
-            _give(self.rows[number], points[shown & ~fallen], self.columns)
-            _give(self.fallen[number], points[fallen], self.columns)
-            _give(self.slack[number], hanging, self.columns)
-            _give(self.suspects[number], crosses, self.columns)
-            named = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
-            named[MEASURED] = (shown & ~fallen).any()
-            named[SHORT] = self._fill(number, about, curves)
-            entries = {*curves, *(name for name, some in named.items() if some)}
-            legend = panel.legend[0]
+        panels = [self._drawn(about, points, curves) for about in self.shown]
+        return Drawing(panels, {name: self._columns(curves.get(name)) for name in self.models})
+
+    def draw(self, drawing: Drawing, also: Mapping[int, set[str]] = MappingProxyType({})) -> None:
+        """Exchanges what is drawn. also: what legends name besides, by the panel's place."""
+        for number, (drawn, panel) in enumerate(zip(drawing.panels, self.panels, strict=True)):
+            _give(self.rows[number], drawn.rows)
+            _give(self.fallen[number], drawn.fallen)
+            _give(self.slack[number], drawn.slack)
+            _give(self.suspects[number], drawn.suspects)
+            for name, source in self.bands[number].items():
+                source.data = drawn.bands[name]
+            legend, entries = panel.legend[0], drawn.entries | also.get(number, set())
             for item in legend.items:
                 item.visible = item.label.value in entries
             # More of them in a row would run out of a small chart; four fill two rows of two.
-            legend.ncols = "auto" if len(entries) < 4 else 3 if len(entries) > 4 and panel.width >= WIDE else 2
-        for name in self.models:
-            self.lines[name].data = self._columns(curves.get(name))
+            count = len(entries)
+            legend.ncols = "auto" if count < 4 else 3 if count > 4 and panel.width >= WIDE else 2
+        for name, columns in drawing.lines.items():
+            self.lines[name].data = columns
 
-    def _fill(self, number: int, about: CurvePanel, curves: Mapping[str, pd.DataFrame]) -> bool:
-        """Draws a panel's bands; whether there are any."""
-        some = False
-        for name, source in self.bands[number].items():
-            area = strip(curves[name], *about.line) if name in curves else np.empty((0, 3))
-            source.data = dict(zip(("across", "one", "other"), area.T, strict=True))
-            some = some or len(area) > 0
-        return some
+    def _drawn(self, about: CurvePanel, points: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) -> DrawnPanel:
+        crosses, hanging = suspected_points(points, curves, about), points[loose(points, about)]
+        shown = read(points, about)
+        fallen = shown & points["falling"].to_numpy(dtype=bool)
+        areas = {
+            name: strip(curves[name], *about.line) if name in curves else np.empty((0, 3))
+            for name in (self.models if about.banded else ())
+        }
+        some = {FALLING: fallen.any(), SUSPECTED: len(crosses), LOOSE: len(hanging)}
+        some |= {MEASURED: (shown & ~fallen).any(), SHORT: any(map(len, areas.values()))}
+        return DrawnPanel(
+            _marked(points[shown & ~fallen], self.columns),
+            _marked(points[fallen], self.columns),
+            _marked(hanging, self.columns),
+            _marked(crosses, self.columns),
+            {name: dict(zip(("across", "one", "other"), area.T.tolist(), strict=True)) for name, area in areas.items()},
+            {*curves, *(name for name, there in some.items() if there)},
+        )
 
-    def _columns(self, curve: pd.DataFrame | None) -> dict[str, np.ndarray]:
+    def _columns(self, curve: pd.DataFrame | None) -> Columns:
         """A line's columns; `…_in` is blank beyond the measured pressures."""
         names = dict.fromkeys(column for panel in self.shown for column in panel.line)
         if curve is None:
-            return {f"{name}{end}": np.array([]) for name in names for end in ("", "_in")}
+            return {f"{name}{end}": [] for name in names for end in ("", "_in")}
         outside = curve["extrapolated"].to_numpy(dtype=bool)
         columns = {name: curve[name].to_numpy(dtype=np.float64) for name in names}
-        return columns | {f"{name}_in": np.where(outside, np.nan, values) for name, values in columns.items()}
+        columns |= {f"{name}_in": np.where(outside, np.nan, values) for name, values in columns.items()}
+        return {name: values.tolist() for name, values in columns.items()}
 
 
-def _marked(points: pd.DataFrame, columns: Sequence[str]) -> dict[str, np.ndarray]:
+def _marked(points: pd.DataFrame, columns: Sequence[str]) -> Columns:
     """Measured points with what their marks look like; across, up: where those are drawn that are drawn apart."""
     falling = points["falling"].to_numpy(dtype=bool)
     names = [*columns, *(name for name in ("across", "up") if name in points)]
-    return {name: points[name].to_numpy(dtype=np.float64) for name in names} | {
-        "direction": np.where(falling, "falling", "rising"),
+    return {name: points[name].to_numpy(dtype=np.float64).tolist() for name in names} | {
+        "direction": np.where(falling, "falling", "rising").tolist(),
     }
 
 
-def _give(source: ColumnDataSource, points: pd.DataFrame, columns: Sequence[str]) -> None:
+def _give(source: ColumnDataSource, columns: Columns) -> None:
     """Exchanges the points; a chart without any that gets none is not drawn anew."""
-    if len(points) or len(source.data[columns[0]]):
-        source.data = _marked(points, columns)
+    if len(columns["direction"]) or len(source.data["direction"]):
+        source.data = columns
