@@ -347,7 +347,7 @@ def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, hidden):
     before = tab.evaluate(title)
     # Bands are hidden and shown by a box, which is remembered.
     areas = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'GlyphRenderer'"
-    areas += " && m.glyph.type === 'VArea' && m.data_source.get_length() > 0).length"
+    areas += " && m.glyph.type === 'VArea' && m.data_source.get_length() > 1).length"
     bands = tab.get_by_label("95 % bands", exact=True)
     assert bands.is_checked()
     assert tab.evaluate(areas) == 2
@@ -364,6 +364,26 @@ def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, hidden):
     handle.press("Home")
     handle.press("ArrowRight")
     tab.wait_for_function(f"({title})() !== {json.dumps(before)}")
+    # An entry of the legend hides what it names.
+    squares = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'GlyphRenderer'"
+    squares += " && m.data_source.get_column('direction')?.[0] === 'rising').map(m => m.visible)"
+    assert tab.evaluate(squares) == [True, True, True]
+    entry = tab.get_by_text("measured", exact=True).first
+    entry.click()
+    assert sorted(tab.evaluate(squares)) == [False, True, True]
+    entry.click()
+    assert tab.evaluate(squares) == [True, True, True]
+    # A move leaves legends and the room of axes as they are: the browser lays nothing out anew.
+    entry.evaluate("entry => entry.before = true")
+    room = "() => Bokeh.index.query(v => v.model.type === 'Figure').flatMap(v => v.model.left.map(axis =>"
+    room += " v.renderer_views.get(axis).bbox.width))"
+    axes = tab.evaluate(room)
+    for _ in range(5):
+        by_slider = tab.evaluate(title)
+        handle.press("ArrowRight")
+        tab.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
+        assert tab.evaluate(room) == axes
+    assert entry.evaluate("entry => entry.before")
     by_slider = tab.evaluate(title)
     chart = "() => Bokeh.index.query_one(v => v.model.title?.text?.startsWith('force: measured')).el"
     drawn = tab.evaluate_handle(chart).as_element()
