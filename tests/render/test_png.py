@@ -258,7 +258,7 @@ def test_charts_fill_bands_as_pictures_do(predictions, curve):
     assert len(entry.renderers) == 2
     assert charts.panels[0].legend[0].click_policy == "hide"
     # Below every line.
-    assert charts.panels[0].renderers[:2] == entry.renderers
+    assert [drawn.glyph for drawn in charts.panels[0].renderers[:2]] == [alike.glyph for alike in entry.renderers]
     charts.show(predictions[:5], {"after": curve})
     assert not len(charts.bands[0]["after"].data["across"])
     assert not entry.visible
@@ -279,8 +279,10 @@ def test_the_legend_of_a_chart_says_what_open_squares_are(predictions, curve):
     charts.show(visit, {"model": curve})
     legend = {item.label.value: item for item in charts.panels[0].legend[0].items}
     assert (legend["measured"].visible, legend["falling pressure"].visible) == (True, True)
-    squares = [legend[name].renderers[0] for name in ("measured", "falling pressure")]
-    assert [square.glyph.fill_color for square in squares] == ["black", "white"]
+    marks = [legend[name].renderers[0].glyph for name in ("measured", "falling pressure")]
+    assert [mark.fill_color for mark in marks] == ["black", "white"]
+    # The first that are drawn so; the legend's own are nowhere.
+    squares = [next(drawn for drawn in charts.panels[0].renderers if drawn.glyph is mark) for mark in marks]
     assert [len(square.data_source.data["force_n"]) for square in squares] == [3, 2]
     # Nothing is named that is not drawn.
     charts.show(visit.assign(slack=1), {"model": curve})
