@@ -88,7 +88,10 @@ def confusion(one: pd.DataFrame, out: Path) -> None:
     shares = counts.div(counts.sum(1), axis=0)
     figure = new_figure(9.0, 7.6)
     axes = figure.add_axes((0.21, 0.24, 0.72, 0.69))
-    image = axes.imshow(100 * shares, cmap="viridis_r", vmin=0, vmax=100, aspect="auto")
+    image = axes.imshow(100 * shares, cmap="Blues", vmin=0, vmax=100, aspect="auto")
+    for row, column in np.argwhere(shares.to_numpy() > 0):
+        share = 100 * shares.iat[row, column]
+        axes.text(column, row, f"{share:.0f}", ha="center", va="center", fontsize=6, color="wk"[int(share < 60)])
     axes.set_xticks(range(len(columns)), columns, rotation=60, ha="right", fontsize=8)
     axes.set_yticks(range(len(hidden)), hidden, fontsize=8)
     axes.set_xlabel("first named")
