@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test attack durations bench lint installed audit sbom notebooks docs workbench clean
+.PHONY: setup demo test attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
 
 setup: $(READY)
 
@@ -53,6 +53,11 @@ sbom: setup
 # The documentation's notebooks, with what they show.
 notebooks: setup
 	$(VENV)/bin/jupyter-execute --inplace docs/*.ipynb
+
+# The pictures of README and docs but those of measured data (python experiments/pictures.py --help) and benchmarks.
+pictures: setup
+	$(RUN) experiments/pictures.py
+	$(RUN) experiments/effect_gallery.py
 
 # The documentation as a site, outputs/site/index.html. A warning, a page that no other names among them, is an error.
 docs: setup

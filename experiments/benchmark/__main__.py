@@ -23,6 +23,7 @@ ALL = {
     "network": fits.network,
     "discovery": search.discovery,
     "command": commands.command,
+    "demo": commands.demo,
     "study": commands.study,
     "memory": commands.memory,
     "reports": commands.reports,

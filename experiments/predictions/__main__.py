@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(Path(__file__).parent), str(ROOT), str(ROOT / "experiments"), str(ROOT / "experiments/real_data")]
 
 import torch  # noqa: E402
-from commanded import commanded_picture, commanded_table, end_block, muscle  # noqa: E402
+from commanded import commanded_table, draw_commanded, end_block, muscle  # noqa: E402
 from coverage import coverage_table, hidden_sets, real_sets, simulated_sets  # noqa: E402
 from rich.console import Console  # noqa: E402
 from round_trip import round_trip_table  # noqa: E402
@@ -50,8 +50,7 @@ def main() -> None:
         pressures = [muscle(), *([end_block(asked.data)] if asked.data else [])]
         console.print(commanded_table(pressures))
         if asked.picture:
-            asked.picture.parent.mkdir(parents=True, exist_ok=True)
-            commanded_picture(pressures).savefig(asked.picture, dpi=110)
+            draw_commanded(pressures, asked.picture)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import torch
 from coverage import asked_of, fitted, taken_in
 from matplotlib.figure import Figure
@@ -18,6 +19,7 @@ from freelearn.commands.configuration import settings
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
 from freelearn.measurements.rows import Rows
+from freelearn.render.png.canvas import new_figure, save
 from freelearn.units import KPA
 
 TENTHS = 10
@@ -91,9 +93,21 @@ def commanded_table(parts: Sequence[Commanded]) -> Table:
     return shown
 
 
+def draw_commanded(parts: Sequence[Commanded], path: Path) -> None:
+    """The picture, with its numbers beside it."""
+    columns = ("measured_kpa", "commanded_kpa", "half_band_kpa", "answered")
+    numbers = [
+        pd.DataFrame(dict(zip(columns, (p.measured, p.asked, p.half, p.fine), strict=True))).assign(what=p.name)
+        for p in parts
+    ]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save(commanded_picture(parts), pd.concat(numbers, ignore_index=True), path)
+
+
 def commanded_picture(parts: Sequence[Commanded]) -> Figure:
     """A panel each: commanded over measured, with the bands."""
-    figure = Figure(figsize=(5.2 * len(parts), 4.6), layout="constrained")
+    figure = new_figure(5.2 * len(parts), 4.6)
+    figure.set_layout_engine("constrained")
     for axes, part in zip(np.atleast_1d(figure.subplots(1, len(parts))), parts, strict=True):
         fine = part.fine
         axes.errorbar(

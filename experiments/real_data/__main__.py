@@ -3,14 +3,13 @@
 FOLDER holds the data that others measured (docs/real_data.md says which). Prints what each search ended with, then how
 large the errors of several models are, also on parts that were left out whole, beside a polynomial and what was
 published.
---pictures FOLDER copies the pictures of docs/real_data.md there.
+The pictures of docs/real_data.md come from experiments/pictures.py.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -29,8 +28,6 @@ from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 from sets import SETS, RealSet  # noqa: E402
 
-PICTURES = ("staircase.png", "curves_1.png")
-
 
 def main() -> None:
     """Runs the sets that were named, all by default."""
@@ -38,8 +35,8 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where the measured data lie")
     parser.add_argument("names", nargs="*", help=f"of {', '.join(s.recipe for s in SETS)}; all by default")
     parser.add_argument("--out", type=Path, help="where tables and reports go; a temporary folder by default")
-    parser.add_argument("--pictures", type=Path, help="where the pictures of the documentation go")
     parser.add_argument("--no-search", action="store_true", help="only intake and the tables of errors")
+    parser.add_argument("--only-search", action="store_true", help="no tables of errors")
     asked = parser.parse_args()
     out = (asked.out or Path(tempfile.mkdtemp())).resolve()
     console = Console(width=200)
@@ -49,10 +46,8 @@ def main() -> None:
         row = _row(each, asked.folder.resolve(), out, not asked.no_search)
         table.add_row(*row)
         console.print(*row, sep=" · ")
-        if asked.pictures and not asked.no_search:
-            _copy(out / each.recipe, asked.pictures, each.recipe)
     console.print(table)
-    for each in chosen:
+    for each in [] if asked.only_search else chosen:
         for question in QUESTIONS:
             if question.recipe == each.recipe:
                 console.print(left_out_table(question, each, out))
@@ -79,13 +74,6 @@ def _row(chosen: RealSet, data: Path, out: Path, searched: bool) -> list[str]:
     sigmas = f"{first:.2g} → {last:.2g}" if first and last else ""
     names = " + ".join(" | ".join(members) for members in found["classes"]) or "–"
     return [chosen.recipe, found["verdict"], names, f"{before} → {after}", sigmas, f"{time.perf_counter() - began:.0f}"]
-
-
-def _copy(run: Path, pictures: Path, name: str) -> None:
-    pictures.mkdir(parents=True, exist_ok=True)
-    for picture in PICTURES:
-        if (run / picture).exists():
-            shutil.copyfile(run / picture, pictures / f"{name}_{picture}")
 
 
 if __name__ == "__main__":
