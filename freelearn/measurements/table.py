@@ -121,7 +121,8 @@ def _careful(path: str | Path, bed: Bed, columns: Columns) -> _Read:
     numbers = pd.DataFrame(columns_read, index=pd.Index(lines, dtype=np.int64))
     faults += find_faults(numbers, text, records.header_line, columns)
     if faults:
-        raise TableError(path, sorted(faults, key=lambda fault: fault.line))
+        foreign = 2 * sum(name in text for name in columns.required) < len(columns.required)
+        raise TableError(path, sorted(faults, key=lambda fault: fault.line), foreign)
 
     numbers = numbers.astype({name: np.int64 for name in INTEGERS if name in numbers}).reset_index(drop=True)
     frame = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in header})
