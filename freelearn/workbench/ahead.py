@@ -11,8 +11,8 @@ from freelearn.render.html.charts.curves import Drawing
 
 # Drawings made ahead of the slider, and how long after a move [ms]: what it has just asked for is on its way by then.
 AHEAD, PAUSE = 2, 40
-# Drawings kept: some tens of kilobytes each.
-KEPT = 300
+# Drawings kept, of some 100 kB each, in every tab.
+KEPT = 40
 
 
 class Ahead:

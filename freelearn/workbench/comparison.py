@@ -138,8 +138,8 @@ class Comparison:
         # In one message: for each of its own the browser would draw everything anew.
         with pn.io.hold():
             self._draw_curves()
-        curves, step = list(self.labels), 1 if new > old else -1
-        self.ahead.come_to(curves[new + 1 :] if step > 0 else curves[:new][::-1])
+        curves = list(self.labels)
+        self.ahead.come_to(curves[new + 1 :] if new > old else curves[:new][::-1])
 
     def _draw_curves(self) -> None:
         curve = self._curve()
