@@ -76,5 +76,9 @@ class Beyond:
     def _cheaper(self, step: Step, other: Step) -> bool:
         """Whether a step explains clearly more than another for its constants, both with its own noise."""
         fit = white_fit(other.fit.model, self.prepared.rows, step.whiten, other.fit.vector)
-        constants = price(len(fit.vector) - len(step.fit.vector), 1, step.whiten.count)
+        fewer = len(fit.vector) - len(step.fit.vector)
+        if len(self.prepared.question.added(other.effects)) < MANY:
+            # An effect of the library comes whole: that data do not ask for one of its constants speaks for no other.
+            fewer = min(fewer, 0)
+        constants = price(fewer, 1, step.whiten.count)
         return (fit.chi2 - step.fit.chi2) / step.left.scale**2 + constants > CHEAPER

@@ -10,8 +10,9 @@ from outside_tables import KINDS, asked, measured
 from freelearn.inference.beyond import Beyond
 from freelearn.inference.prepare import prepare
 from freelearn.inference.proposals.propose import proposed
-from freelearn.inference.search import search, verdict
+from freelearn.inference.search import grow, search, verdict
 from freelearn.inference.thresholds import LEFT
+from freelearn.inference.white_fit import white_fit
 from freelearn.models.effects.registry import EFFECTS, lent
 
 # A few of each port, those that resemble what is hidden among them.
@@ -110,6 +111,28 @@ def test_what_the_library_explains_as_well_stays_the_librarys():
     assert result.verdict == "named"
     assert result.effects == ["wall_stiffening"]
     assert result.proposals == []
+
+
+def test_a_constant_that_nothing_asks_for_is_no_reason_to_exchange_an_effect_of_the_library(monkeypatch):
+    """Of a drift of the moment alone a written function of the time has one constant, and the library's drift two."""
+    hidden = {"sensor_drift": {"force_rate": 0.0, "moment_rate": 6e-7}}
+    question = asked(measured(effects=hidden, samples=(3,), states=30, seed=5).table, ["sensor_drift", "force_offset"])
+    prepared, first = prepare(question)
+    steps = [first]
+    grow(prepared, steps)
+    last, written = steps[-1], proposed(prepared, first).chosen.step
+    assert last.effects == ["sensor_drift"]
+    assert len(written.fit.vector) < len(last.fit.vector)
+    beyond = Beyond(prepared, first, lambda more: None)
+    # What it explains more than the drift, in units of the noise, and a little: its constants do not add to it.
+    again = white_fit(last.fit.model, prepared.rows, written.whiten, last.fit.vector)
+    more = (again.chi2 - written.fit.chi2) / written.left.scale**2
+    for threshold, better in ((more - 1, True), (more + 1, False)):
+        monkeypatch.setattr("freelearn.inference.beyond.CHEAPER", threshold)
+        assert beyond._cheaper(written, last) == better
+    # In the place of several effects they do.
+    monkeypatch.setattr("freelearn.inference.beyond.MANY", 1)
+    assert beyond._cheaper(written, last)
 
 
 def test_a_model_with_a_written_effect_is_proposed_only_where_nothing_is_left(found):
