@@ -25,7 +25,7 @@ class Beyond:
     @cached_property
     def on_first(self) -> Extended | None:
         """On top of the first model."""
-        return extended(self.prepared, [self.first], self.grow)
+        return extended(self.prepared, self.first, self.grow)
 
     def ends(self, step: Step) -> bool:
         """Whether the library need not be searched any further: what it has found leaves something, by one effect or by
@@ -44,7 +44,7 @@ class Beyond:
             first = self._no_worse(self.on_first, last)
             if first is not None and first.complete:
                 return first
-            on_last = self._no_worse(extended(self.prepared, [last], self.grow) if added else None, last)
+            on_last = self._no_worse(extended(self.prepared, last, self.grow) if added else None, last)
             tried = [found for found in (on_last, first) if found is not None]
             return next((found for found in tried if found.complete), tried[-1] if tried else None)
         if not added or not (len(added) >= MANY or self._promises(last)):
@@ -57,7 +57,7 @@ class Beyond:
         constants than a last model that leaves nothing."""
         if "on_first" in vars(self):
             return self.on_first
-        return extended(self.prepared, [self.first], self.grow, len(last.fit.vector))
+        return extended(self.prepared, self.first, self.grow, len(last.fit.vector))
 
     @staticmethod
     def _no_worse(found: Extended | None, last: Step) -> Extended | None:

@@ -35,26 +35,12 @@ class Extended:
     complete: bool
 
 
-def extended(prepared: Prepared, bases: Sequence[Step], grow: Grow, constants: int | None = None) -> Extended | None:
-    """The first of the bases that written effects complete; else the one of which they leave least; None where none
-    helps anywhere.
+def extended(prepared: Prepared, base: Step, grow: Grow, constants: int | None = None) -> Extended | None:
+    """A base with at most MOST_WRITTEN written effects, and what the library then still has to add; None where none
+    helps.
 
     constants: where a model with so many leaves nothing, to which nothing with more is an answer: given up once one
     effect does not do and one more would make it more."""
-    best: Extended | None = None
-    for base in bases:
-        found = _on(prepared, base, grow, constants)
-        if found is None:
-            continue
-        if found.complete:
-            return found
-        if best is None or found.step.heldout.loss.sum() < best.step.heldout.loss.sum():
-            best = found
-    return best
-
-
-def _on(prepared: Prepared, base: Step, grow: Grow, constants: int | None) -> Extended | None:
-    """A base with at most MOST_WRITTEN written effects, and what the library then still has to add."""
     step, found = base, list[Proposed]()
     with ExitStack() as stack:
         for _ in range(MOST_WRITTEN):
