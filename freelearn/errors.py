@@ -9,8 +9,11 @@ from pathlib import Path
 class UserError(Exception):
     """A mistake in what the user gave: says what is wrong, where, and what to do.
 
-    The commands print it as one message without a traceback and exit with status 1.
+    The commands print it as one message without a traceback and exit with status 1. foreign: the path of a file that is
+    none of the program's tables, but perhaps what a laboratory wrote; "" otherwise.
     """
+
+    foreign = ""
 
 
 def unknown(what: str, name: str, known: Collection[str]) -> UserError:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from freelearn.commands.command_line import command_line, program
 from freelearn.errors import UserError, cannot_write
 
 
@@ -23,12 +24,20 @@ def one_sentence(interrupted: str, folder: Path | None = None) -> Iterator[None]
     try:
         yield
     except UserError as mistake:
-        sys.exit(f"error: {mistake}")
+        sys.exit(f"error: {mistake}{_way_on(mistake)}")
     except OSError as refusal:
         # Writers say this themselves; here it is what libraries write on their own account.
         sys.exit(f"error: {cannot_write(refusal.filename or folder, refusal)}")
     except KeyboardInterrupt:
         sys.exit(f"error: {interrupted}")
+
+
+def _way_on(mistake: UserError) -> str:
+    """How a laboratory's own file becomes what was asked for. Not in the mistake itself: the page does it otherwise."""
+    if not mistake.foreign:
+        return ""
+    words = command_line(program("intake"), [f"data.path={mistake.foreign}"])
+    return f"\nA laboratory's own file becomes such a table by\n  {words}"
 
 
 def _but_refusals(told: threading.ExceptHookArgs) -> None:

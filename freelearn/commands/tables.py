@@ -13,12 +13,10 @@ import pandas as pd
 
 from freelearn.bed.hidden import Hidden, hidden_effects
 from freelearn.bed.virtual import simulate
-from freelearn.commands.command_line import command_line, program
 from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.measurements.beds import BEDS
-from freelearn.measurements.faults import TableError
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.table import TableFile, read_table
 from freelearn.measurements.text_file import add_to_digest
@@ -107,10 +105,4 @@ def _simulated(bed: str) -> pd.DataFrame:
 
 @lru_cache(KEPT)
 def _read(path: str, digest: str, bed: str, members: str | None) -> TableFile:
-    try:
-        return read_table(path, BEDS[bed], None if members is None else read_members(members))
-    except TableError as faults:
-        if not faults.foreign:
-            raise
-        words = command_line(program("intake"), [f"data.path={path}"])
-        raise UserError(f"{faults}\nA laboratory's own file becomes such a table by\n  {words}") from None
+    return read_table(path, BEDS[bed], None if members is None else read_members(members))

@@ -31,10 +31,10 @@ class Fault:
 
 class TableError(UserError):
     """A table with faults. faults: all of them, in the order of the file; the message prints the first 20. foreign:
-    whether so many columns are missing that it is hardly meant for one."""
+    whether so many columns are missing that it is hardly meant for one; its path is then `UserError.foreign`."""
 
     def __init__(self, path: str | Path, faults: Sequence[Fault], foreign: bool = False) -> None:
-        self.faults, self.foreign = list(faults), foreign
+        self.faults, self.foreign = list(faults), str(path) if foreign else ""
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         printed = [_printed(fault) for fault in self.faults[:PRINTED_FAULTS]]
         if len(self.faults) > PRINTED_FAULTS:

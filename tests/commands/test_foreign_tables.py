@@ -5,15 +5,21 @@ import pytest
 from small_runs import make_csv
 
 from freelearn.commands.configuration import settings
+from freelearn.commands.ending import one_sentence
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import load_table
-from freelearn.errors import UserError
+from freelearn.measurements.faults import TableError
 
 
 def refusal(path):
-    with pytest.raises(UserError) as refused:
-        load_table(settings(TrainSettings, ["data=csv", f"data.path={path}"]).data)
-    return str(refused.value)
+    """What a command says of the table; the page is told of its faults alone."""
+    data = settings(TrainSettings, ["data=csv", f"data.path={path}"]).data
+    with pytest.raises(SystemExit) as ended, one_sentence("interrupted"):
+        load_table(data)
+    with pytest.raises(TableError) as faults:
+        load_table(data)
+    assert "intake" not in str(faults.value)
+    return str(ended.value).removeprefix("error: ")
 
 
 def test_a_file_with_other_headings_is_sent_on_to_intake(tmp_path):
