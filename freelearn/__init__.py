@@ -1,7 +1,7 @@
 """freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs).
 
 In Python: `freelearn.load(folder)` takes a fitted model up again, `freelearn.plan(folder, rows=12)` says what to
-measure next.
+measure next, `freelearn.referee(folder)` whether what a run claims stands.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from freelearn.package import VERSION
 
 if TYPE_CHECKING:
     from freelearn.commands.plan import plan
+    from freelearn.commands.referee import referee
     from freelearn.results.fitted_model import Answer, FittedModel, load
 
 __version__ = VERSION
-__all__ = ["Answer", "FittedModel", "__version__", "load", "plan"]
+__all__ = ["Answer", "FittedModel", "__version__", "load", "plan", "referee"]
 
 
 def __getattr__(name: str) -> Any:
@@ -28,4 +29,8 @@ def __getattr__(name: str) -> Any:
         from freelearn.commands.plan import plan
 
         return plan
+    if name == "referee":
+        from freelearn.commands.referee import referee
+
+        return referee
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

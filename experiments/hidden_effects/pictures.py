@@ -78,7 +78,7 @@ def confusion(one: pd.DataFrame, out: Path) -> None:
     if not len(one):
         return
     hidden = sorted({r[0] for r in one["hidden"]})
-    columns = [*hidden, "adequate", "unexplained"]
+    columns = [*hidden, "adequate", "undecided", "unexplained"]
     counts = pd.DataFrame(0.0, index=hidden, columns=columns)
     for _, r in one.iterrows():
         names = [group[0] for group in r["classes"]] if r["verdict"] in ("named", "class") else [r["verdict"]]

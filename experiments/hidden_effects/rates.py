@@ -23,7 +23,7 @@ def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[
 def of_clean(frame: pd.DataFrame) -> list[Row]:
     """Rates of the plan `clean`."""
     none, one, pair = (frame[frame["kind"] == kind] for kind in ("none", "one", "pair"))
-    rows = rate("effect wrongly named on effect-free data", none, none["effects"].map(bool), "≤ 5")
+    rows = rate("effect wrongly named on effect-free data", none, _named(none), "≤ 5")
     rows += rate("effect-free data called adequate", none, none["verdict"] == "adequate", "")
     for size, target in ((4, ""), (8, "≥ 95"), (15, "≥ 99"), (30, "")):
         part = one[one["size"] == size]
@@ -37,7 +37,7 @@ def of_laboratory(frame: pd.DataFrame) -> list[Row]:
     able = frame[frame["possible"]]
     standard = able[able["protocol"] == "standard"]
     none, one = (standard[standard["kind"] == kind] for kind in ("none", "one"))
-    rows = rate("nothing named on effect-free data", none, ~none["effects"].map(bool), "≥ 97")
+    rows = rate("nothing named on effect-free data", none, ~_named(none), "≥ 97")
     rows += rate("effect-free data called adequate", none, none["verdict"] == "adequate", "")
     for size, target in ((8, ""), (15, "≥ 95"), (30, "")):
         part = one[one["size"] == size]
@@ -48,7 +48,7 @@ def of_laboratory(frame: pd.DataFrame) -> list[Row]:
     for protocol in ("short", "sorted"):
         part = able[able["protocol"] == protocol]
         none, one = (part[part["kind"] == kind] for kind in ("none", "one"))
-        rows += rate(f"{protocol} protocol: nothing named on effect-free data", none, ~none["effects"].map(bool), "")
+        rows += rate(f"{protocol} protocol: nothing named on effect-free data", none, ~_named(none), "")
         rows += rate(f"{protocol} protocol: right effect or class, 15 σ", one, one["right"], "")
     rows += _outside(standard, "")
     unexplained = able[able["verdict"] == "unexplained"]
@@ -67,7 +67,7 @@ def of_braids(frame: pd.DataFrame) -> list[Row]:
     for (tubes, bed), part in frame[frame["possible"]].groupby(["tubes", "bed"], sort=False):
         none, one, pair = (part[part["kind"] == kind] for kind in ("none", "one", "pair"))
         where = f"{tubes}, {bed} bed"
-        rows += rate(f"{where}: nothing named where nothing is hidden", none, ~none["effects"].map(bool), "≥ 97")
+        rows += rate(f"{where}: nothing named where nothing is hidden", none, ~_named(none), "≥ 97")
         for size, target in ((8, ""), (15, "≥ 95"), (30, "")):
             same = one[one["size"] == size]
             rows += rate(f"{where}: right effect or class of ≤ 3, {size} σ", same, same["right"], target)
@@ -104,6 +104,11 @@ def slips_of(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame([slip for slips in each for slip in slips])
 
 
+def _named(frame: pd.DataFrame) -> pd.Series:
+    """Whether effects were claimed: of an undecided table those that are listed are no claim."""
+    return frame["effects"].map(bool) & (frame["verdict"] != "undecided")
+
+
 def _outside(frame: pd.DataFrame, target: str) -> list[Row]:
     rows = []
     for size in (15, 30):
@@ -133,4 +138,5 @@ def _common(frame: pd.DataFrame) -> list[Row]:
         said = np.mean([r["screens"].get(screen) is not None for r in spoken])
         what = f"false statements, {screen} (speaks on {100 * said:.0f} %)"
         rows.append((what, len(spoken), f"{100 * wrong:.1f}", "≤ 2"))
+    rows += rate("undecided", frame, frame["verdict"] == "undecided", "")
     return [*rows, ("failed", len(frame), f"{100 * (frame['verdict'] == 'failed').mean():.1f}", "0")]

@@ -53,6 +53,22 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     console.print(f"files: {out}", soft_wrap=True)
 
 
+def report_wrong(results: list[dict]) -> None:
+    """Prints in how many tables the fault itself is said, by kind, and of how many anything is claimed."""
+    console, frame = Console(width=160), pd.DataFrame(results)
+    rows = []
+    for kind, part in [*frame.groupby("kind", sort=False), ("all", frame)]:
+        said, claims = f"{100 * part['said'].mean():.0f}", str(int(part["claim"].astype(bool).sum()))
+        rows.append([str(kind), str(len(part)), said, str(int(part["refused"].sum())), claims])
+    headings = ["mapped wrongly", "tables", "fault said %", "refused", "claims"]
+    console.print(_table(f"{len(results)} data sets, plan wrong (targets: ≥ 85 % said, no claim)", headings, rows))
+    seconds = frame["seconds"]
+    console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per table")
+    for _, r in frame[~frame["said"]].iterrows():
+        line = f"  not said {r['number']}: {r['fault']} ({r['kind']}, {r['source']}) → {r['sentences'] or 'nothing'}"
+        console.print(line, markup=False, soft_wrap=True)
+
+
 def _one(results: list[dict]) -> pd.DataFrame:
     """Those of the results with one hidden effect."""
     chosen = [r | {"right": right(r)} for r in results if r["kind"] == "one" and possible(r)]

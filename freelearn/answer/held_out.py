@@ -43,7 +43,7 @@ class HeldOutRows:
 
 def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldOutRows:
     """Residuals of rows of which the fit saw some, (N,) bool: a row that it saw is left out, with its kinematic state,
-    by one Gauss-Newton step (see inference.crossval), which is exact for models linear in their parameters. Of a
+    by one Gauss-Newton step (see Cook & Weisberg 1982), which is exact for models linear in their parameters. Of a
     network, which is not near that, the rows that it did not see speak alone, where there are any.
 
     by_states: whether the next measurement may be of a state that was not visited. It matters where few were: then

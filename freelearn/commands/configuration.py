@@ -15,6 +15,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from freelearn.commands.parse import Chosen, parse
+from freelearn.commands.plus_minus import quoted
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 from freelearn.package import FOLDER
@@ -30,7 +31,7 @@ def composed(name: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Plain values of the configuration file `name` with overrides as on the command line. Raises UserError."""
     with _composing():
         try:
-            config = compose(name, list(overrides))
+            config = compose(name, [quoted(word) for word in overrides])
             content: Any = OmegaConf.to_container(config, resolve=True)
         except (HydraException, OmegaConfBaseException, ValueError, RecursionError) as problem:
             raise UserError(uncomposed(problem)) from None

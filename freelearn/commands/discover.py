@@ -11,9 +11,11 @@ import pandas as pd
 from rich.console import Console
 
 from freelearn.commands.accuracy import Measuring, estimated
+from freelearn.commands.checks import checked
 from freelearn.commands.device import resolve_device
 from freelearn.commands.examine import examine
 from freelearn.commands.key import job_key
+from freelearn.commands.known import check_numbers, known_model
 from freelearn.commands.mistakes import Mistakes
 from freelearn.commands.progress import Progress
 from freelearn.commands.search_task import Task
@@ -24,6 +26,7 @@ from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fit.options import LEVENBERG_MARQUARDT, NORMAL
 from freelearn.inference.candidate import not_testable
+from freelearn.inference.checks.look import failed
 from freelearn.inference.journal import kept_in
 from freelearn.inference.prepare import prepare
 from freelearn.inference.search import Watch, search
@@ -34,7 +37,7 @@ from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of
 from freelearn.measurements.usable import usable_rows
-from freelearn.models.build import build_model, save_checkpoint
+from freelearn.models.build import save_checkpoint
 from freelearn.models.check import check_model
 from freelearn.models.effects.check import check_effects
 from freelearn.models.effects.registry import EFFECTS
@@ -43,6 +46,7 @@ from freelearn.results.digests import with_digests
 from freelearn.results.discovery import Discovery
 from freelearn.results.origin import Provenance
 from freelearn.results.proposals import known, write_proposals
+from freelearn.results.referee_file import write_referee
 from freelearn.results.run_files import begin_results, check_folder
 from freelearn.results.suspect_files import write_suspects
 from freelearn.work import watched
@@ -59,6 +63,7 @@ def discover(
     task = _prepared(settings, folder)
     provenance = task.loaded.provenance
     # The table of steps grows while the search runs.
+    from freelearn.render.terminal.checks import show_checks
     from freelearn.render.terminal.discovery import DiscoveryView
 
     view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated)
@@ -70,12 +75,16 @@ def discover(
         if watch:
             watch(reached, text)
 
+    checks = checked(task)
+    show_checks(console, checks, not settings.checks)
     with view, kept_in(progress.journal()), watched(view.doing):
         measured = _measuring(task)
         findings = search(task.question(measured.accuracy), step)
+    if settings.checks and failed(checks):
+        findings = replace(findings, verdict="undecided")
     # What the search wrote in this run counts as an effect until the run ends.
     with known(findings):
-        discovery = examine(task, findings, measured)
+        discovery = examine(task, findings, measured, checks)
         _write(discovery, folder, key)
         _show(discovery, folder, command, settings.figures, provenance.simulated)
         progress.end()
@@ -87,7 +96,7 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     """Everything that can be wrong before a search, checked. Raises UserError with all of it."""
     load_own_code()
     mistakes = Mistakes()
-    mistakes.check(lambda: build_model(settings.model.name, settings.model.values, settings.effects))
+    mistakes.check(lambda: known_model(settings))
     device = mistakes.check(lambda: resolve_device(settings.device))
     mistakes.check(lambda: _check_fit(settings))
     mistakes.check(lambda: _check_ruled_out(settings))
@@ -110,6 +119,7 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     everything = Rows.from_table(table)
     task = Task(settings, loaded, everything, place, [], [], device)
     base = task.build(settings.effects)
+    check_numbers(task.known, base)
     library, untestable = candidates(base, settings.effects, table.columns, task.rows)
     untestable += [not_testable(name, "ruled out: it is known to be absent") for name in settings.ruled_out]
     library = [name for name in library if name not in settings.ruled_out]
@@ -117,8 +127,6 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     for effect in [*settings.effects, *library]:
         alone = task.build([effect])
         check_effects(alone.effects, alone.values(), task.rows.states)
-    if 2 * len(place) < 4 * (len(base.vector()) + 1):
-        raise UserError(f"{len(place)} usable rows are too few to look for a missing effect: measure more.")
     return Task(settings, loaded, everything, place, library, untestable, device)
 
 
@@ -146,8 +154,8 @@ def _measuring(task: Task) -> Measuring:
     stated = task.settings.data.accuracy
     if stated is not None:
         return Measuring(stated.si(), [])
-    prepared, base = prepare(replace(task.question(PAPER), candidates=[]))
-    return estimated(base.fit, prepared.rows)
+    prepared, fit, _ = prepare(replace(task.question(PAPER), candidates=[]))
+    return estimated(fit, prepared.rows)
 
 
 def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simulated: bool) -> None:
@@ -172,6 +180,7 @@ def _write(discovery: Discovery, folder: Path, key: str) -> None:
     save_checkpoint(findings.final.fit.model, folder / "checkpoint.ckpt")
     if findings.verdict == "proposed":
         write_proposals(findings.proposals, discovery.content["model"], findings.noise_floor, folder)
+    write_referee(findings, folder)
     write_suspects(discovery.suspects, Provenance.from_plain(discovery.content["data"]), folder)
     tables = [f"predictions_{name}.csv" for name in discovery.predictions]
     whole = with_digests(discovery.content | {"key": key}, folder, [*tables, "checkpoint.ckpt"])

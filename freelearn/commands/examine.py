@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -10,6 +11,8 @@ from freelearn.commands.accuracy import Measuring
 from freelearn.commands.search_task import Task
 from freelearn.inference.accuracy import repeat_scale
 from freelearn.inference.before_after import errors_by_set
+from freelearn.inference.checks.check import TableCheck
+from freelearn.inference.checks.look import failed as failing
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
 from freelearn.inference.next_experiment import next_states, telling
@@ -30,8 +33,8 @@ from freelearn.results.proposal_curve import ProposalCurve
 from freelearn.results.suspects import flagged, suspected_readings
 
 
-def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
-    """All that discovery.json and the pictures hold."""
+def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequence[TableCheck] = ()) -> Discovery:
+    """All that discovery.json and the pictures hold. checks: of the table, before the search."""
     settings, seen = task.settings, task.table
     first, last = findings.steps[0], findings.final
     kept = seen[findings.kept].reset_index(drop=True)
@@ -53,6 +56,8 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     ]
     several = [c for c in findings.classes if len(c) > 1]
     proposed = [p for c in several for p in next_states(c, task.loaded.table, measured.accuracy)]
+    if not proposed and len(findings.rivals) > 1:
+        proposed = next_states(findings.rivals, task.loaded.table, measured.accuracy)
     repeats = [telling_repeat(last, rows, name, measured.accuracy) for name in findings.sorted_by]
     proposed += repeats
     left = None
@@ -65,6 +70,10 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
     if left_out := int(left_out_rows(task.loaded.table)[looked_at].sum()):
         notes.append(f"rows that are marked to be left out: {left_out}")
     notes += _closing_notes(last, findings)
+    stopping = failing(checks)
+    if stopping and not settings.checks:
+        notes.append(f"checks=off overrules a look at the table: {' '.join(check.says for check in stopping)}")
+        stopping = []
     about: dict[str, Any] = {
         "model": settings.model.name,
         "train": settings.train,
@@ -77,10 +86,11 @@ def examine(task: Task, findings: Findings, measured: Measuring) -> Discovery:
         "tests": errors_by_set(findings, task.usable, settings.test),
         "splits": splits.to_dict("records"),
         "data": task.loaded.provenance.plain(),
+        "checks": [check.plain() for check in checks],
     }
     proposed, twins = telling(proposed)
     notes += twins
-    content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about)
+    content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about, stopping)
     return Discovery(
         findings, seen, task.rows.states, measured.accuracy, failed, splits, screens, proposed, left, notes, content,
         suspects, settings.bands, _unknowns(task, findings),

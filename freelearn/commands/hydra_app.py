@@ -17,6 +17,7 @@ from omegaconf.errors import OmegaConfBaseException
 from freelearn.commands.configuration import CONF, uncomposed
 from freelearn.commands.ending import one_sentence
 from freelearn.commands.hold import leave_nothing
+from freelearn.commands.plus_minus import quoted
 from freelearn.errors import UserError
 
 # Options of Hydra's that take configurations from elsewhere, the last one as a pickle: these may name code to execute.
@@ -56,6 +57,7 @@ def hydra_app(name: str, task: Callable[[DictConfig], float | None]) -> None:
                 shown = option.replace("_", "-")
                 raise UserError(f"--{shown} is not possible, for what it reads could execute code: write name=value.")
         check_words(options.overrides)
+        sys.argv[1:] = [quoted(word) for word in sys.argv[1:]]
         try:
             hydra.main(version_base="1.3", config_path=str(CONF), config_name=name)(begin)()
         except (HydraException, OmegaConfBaseException) as mistake:

@@ -61,7 +61,7 @@ def _check_file(path: Path) -> None:
 
 
 # Parts of an error's place that are ours and not the user's.
-_INNER = {("data", "virtual"), ("data", "csv"), ("model", "values")}
+_INNER = {("data", "virtual"), ("data", "csv"), ("model", "values"), ("model", "errors")}
 
 _WHAT = {
     "int_type": "is not an integer",

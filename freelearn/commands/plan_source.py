@@ -61,7 +61,7 @@ class Source:
 
     def build(self, effects: list[str]) -> Model[Any]:
         """A fresh model with these effects."""
-        return build_model(self.model.name, {}, effects, self.samples, self.members)
+        return build_model(self.model.name, {}, effects, self.samples, self.members, self.model.known)
 
     def classes(self) -> list[dict[str, WhiteFit]]:
         """The classes of more than one library effect, each member with its fit. Raises UserError."""
@@ -79,7 +79,7 @@ class Source:
         return [{name: self._member(entry) for name, entry in members.items()} for members in several]
 
     def _member(self, entry: Mapping[str, Any]) -> WhiteFit:
-        model = build_model(self.model.name, {}, entry["effects"], entry["samples"], entry["members"])
+        model = build_model(self.model.name, {}, entry["effects"], entry["samples"], entry["members"], self.model.known)
         start = model.vector().detach().clone()
         for i, label in enumerate(model.labels()):
             if entry["vector"].get(label) is not None:

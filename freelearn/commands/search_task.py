@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.commands.known import known_of, own_values
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import LoadedTable
 from freelearn.inference.candidate import Candidate
@@ -19,6 +21,7 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.usable import usable_rows
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.known import Known
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,12 @@ class Task:
         present = np.unique(self.loaded.table["sample"].to_numpy()[self.place])
         samples = [int(n) for n in present] if self.settings.per_sample else []
         members = len(members_in(self.loaded.table.columns)) if self.settings.per_sample else 0
-        return build_model(self.settings.model.name, self.settings.model.values, effects, samples, members)
+        return build_model(self.settings.model.name, own_values(self.settings), effects, samples, members, self.known)
+
+    @cached_property
+    def known(self) -> Known:
+        """What is known of the parameters beforehand."""
+        return known_of(self.settings)
 
     def question(self, accuracy: Accuracy) -> Question:
         """What the search is asked."""

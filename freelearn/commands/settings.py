@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
+from freelearn.commands.plus_minus import plus_minus
 from freelearn.fit.options import FitOptions
 from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
 from freelearn.measurements.beds import BEDS, KINEMATIC
@@ -151,17 +152,25 @@ DataSettings = VirtualData | CsvData
 
 @dataclass(frozen=True, config=STRICT)
 class ModelSettings:
-    """A model's name, and where a fit of its parameters starts (SI)."""
+    """A model's name, where a fit of its parameters starts (SI), and how far off that may be (SI, one standard
+    deviation). Those of effects stand there as effect.parameter."""
 
     name: str
     values: dict[str, Number]
+    errors: dict[str, Number] = dataclasses.field(default_factory=dict)
 
 
 def _model(value: Any) -> Any:
-    """The configuration has the parameters beside the name."""
-    if isinstance(value, Mapping):
-        return {"name": value.get("name"), "values": {k: v for k, v in value.items() if k != "name"}}
-    return value
+    """The configuration has the parameters beside the name; one with an error is a text."""
+    if not isinstance(value, Mapping):
+        return value
+    values: dict[str, Any] = {}
+    for name, given in value.items():
+        inside = {f"{name}.{own}": v for own, v in given.items()} if isinstance(given, Mapping) else {name: given}
+        values |= {k: v for k, v in inside.items() if k != "name"}
+    known = {k: pair for k, v in values.items() if isinstance(v, str) and (pair := plus_minus(v)) is not None}
+    values |= {k: pair[0] for k, pair in known.items()}
+    return {"name": value.get("name"), "values": values, "errors": {k: pair[1] for k, pair in known.items()}}
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -209,6 +218,41 @@ def _names(value: Any) -> Any:
     raise ValueError("give a list of effect names, for example effects=[end_clamps,twist_offset]")
 
 
+def _parameters(value: Any) -> Any:
+    if value is None:
+        return ()
+    if isinstance(value, list | tuple) and all(isinstance(name, str) for name in value):
+        return tuple(value)
+    raise ValueError("give a list of parameters, for example fix=[C2]")
+
+
+def _bounds(value: Any) -> Any:
+    """{parameter: [lowest, highest]}, a name with a dot as it is or as a mapping in a mapping."""
+    if value is None:
+        return {}
+    said = ValueError("give {parameter: [lowest, highest]} in SI, for example bounds={C1:[1e5,1e6]}")
+    if not isinstance(value, Mapping):
+        raise said
+    flat: dict[str, Any] = {}
+    for name, limits in value.items():
+        flat |= {f"{name}.{own}": v for own, v in limits.items()} if isinstance(limits, Mapping) else {name: limits}
+    for limits in flat.values():
+        if not isinstance(limits, list | tuple) or len(limits) != 2 or not all(map(is_number, limits)):
+            raise said
+    return {str(name): (float(low), float(high)) for name, (low, high) in flat.items()}
+
+
+def _on(value: Any) -> Any:
+    if value in (True, "on"):
+        return True
+    if value in (False, "off"):
+        return False
+    raise ValueError("choose on or off")
+
+
+ParameterNames = Annotated[tuple[str, ...], PlainValidator(_parameters)]
+Bounds = Annotated[dict[str, tuple[float, float]], PlainValidator(_bounds)]
+OnOff = Annotated[bool, PlainValidator(_on)]
 SetName = Annotated[str, PlainValidator(_set)]
 EffectNames = Annotated[tuple[str, ...], PlainValidator(_names)]
 Device = Literal["cpu", "cuda", "auto"]
@@ -219,7 +263,8 @@ class Settings:
     """What train.py and discover.py share; the fields are the options of conf/train.yaml and conf/discover.yaml.
 
     per_sample: whether each of several samples, or members, has its own value of what building or mounting it sets.
-    bands: whether pictures of curves have the 95 % bands."""
+    bands: whether pictures of curves have the 95 % bands. fix, bounds, material, priors: what is known of parameters
+    beforehand (models.stated)."""
 
     model: Annotated[ModelSettings, BeforeValidator(_model)]
     data: Annotated[DataSettings, Field(discriminator="name")]
@@ -234,6 +279,10 @@ class Settings:
     figures: Switch
     bands: Switch
     device: Device
+    fix: ParameterNames
+    bounds: Bounds
+    material: Annotated[str, Field(strict=True)] | None
+    priors: OnOff
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -247,9 +296,11 @@ class TrainSettings(Settings):
 
 @dataclass(frozen=True, config=STRICT)
 class DiscoverSettings(Settings):
-    """What one run of discover.py does. ruled_out: effects that are not tried, because the user knows better."""
+    """What one run of discover.py does. ruled_out: effects that are not tried, because the user knows better. checks:
+    whether a failed check of the table stops every claim; off where the user has answered it."""
 
     ruled_out: EffectNames = ()
+    checks: OnOff = True
 
 
 def _raw(value: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from rich.console import Console
 from freelearn.commands.accuracy import measuring
 from freelearn.commands.comparison import can_hold_out, compare
 from freelearn.commands.device import resolve_device
+from freelearn.commands.known import check_numbers, known_model, known_of, own_values
 from freelearn.commands.mistakes import Mistakes
 from freelearn.commands.run import Progress, run
 from freelearn.commands.settings import TrainSettings
@@ -34,6 +36,7 @@ from freelearn.models.check import check_model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.effects.check import ROWS, check_effects
 from freelearn.models.effects.registry import missing_columns
+from freelearn.models.known import Known
 from freelearn.models.own import load_own_code
 from freelearn.render.terminal.long_work import LongWork
 from freelearn.render.terminal.profile_progress import ProfileProgress
@@ -64,7 +67,12 @@ class _Task:
         members = len(members_in(self.loaded.table.columns)) if chosen.per_sample else 0
         effects = chosen.effects if with_effects else ()
         samples = self.samples if chosen.per_sample else []
-        return build_model(chosen.model.name, chosen.model.values, effects, samples, members)
+        return build_model(chosen.model.name, own_values(chosen), effects, samples, members, self.known)
+
+    @cached_property
+    def known(self) -> Known:
+        """What is known of the parameters beforehand."""
+        return known_of(self.settings)
 
 
 def train(
@@ -111,7 +119,7 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
     load_own_code()
     mistakes = Mistakes()
     # Names and values before the work of making a table.
-    mistakes.check(lambda: build_model(settings.model.name, settings.model.values, settings.effects))
+    mistakes.check(lambda: known_model(settings))
     constituents = mistakes.check(lambda: _constituents(settings.constituent, settings.effects))
     device = mistakes.check(lambda: resolve_device(settings.device))
     mistakes.check(lambda: check_folder(folder))
@@ -128,6 +136,7 @@ def _prepared(settings: TrainSettings, folder: Path) -> _Task:
     mistakes.tell()
     task = _Task(settings, loaded, samples or [], constituents, device)
     model = task.build()
+    check_numbers(task.known, model)
     if lacking := missing_columns(model.effects, loaded.table.columns):
         raise UserError(lacking)
     few = States.from_table(loaded.table[:ROWS])

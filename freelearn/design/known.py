@@ -11,7 +11,7 @@ from torch import Tensor
 
 from freelearn.inference.accuracy import measured
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.prepare import whitener
+from freelearn.inference.prepare import noise_about
 from freelearn.inference.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.rows import Rows
@@ -37,7 +37,7 @@ class Known:
     def of(cls, table: pd.DataFrame, rows: Rows, model: Model, vector: Tensor, accuracy: Accuracy) -> Known:
         """From a model and its raw vector (p,), which is fitted once more. accuracy: as stated."""
         model.set_vector(vector)
-        whiten = whitener(evaluated(model, rows, vector), rows, accuracy)
+        whiten = noise_about(evaluated(model, rows, vector), rows, accuracy).whitener()
         return cls(table, rows, white_fit(model, rows, whiten, vector), whiten)
 
     def fitted(self, model: Model, vector: Tensor) -> WhiteFit:

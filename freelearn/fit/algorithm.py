@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Protocol
 
 import torch
@@ -12,6 +12,7 @@ from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fit.optimizers import make_optimizer
 from freelearn.fit.options import Option
 from freelearn.fit.problem import Problem
+from freelearn.fit.pull import Pull
 from freelearn.fit.solver import Termination, take
 
 
@@ -43,13 +44,16 @@ class Algorithm(Protocol):
 
 
 class LevenbergMarquardtEpochs:
-    """One Levenberg-Marquardt iteration an epoch."""
+    """One Levenberg-Marquardt iteration an epoch. pull: of what is known beforehand, below the rows' residuals."""
 
-    def __init__(self, problem: Problem, start: Tensor, max_epochs: int, tolerance: float) -> None:
+    def __init__(
+        self, problem: Problem, start: Tensor, max_epochs: int, tolerance: float, pull: Pull | None = None
+    ) -> None:
         lower, upper = (bound.to(start.device) for bound in problem.model.raw_bounds())
+        self.problem, self.pull = problem, pull
         self.solver = LevenbergMarquardt(
-            problem.residuals,
-            problem.jacobians,
+            self._residuals if pull else problem.residuals,
+            self._jacobians if pull else problem.jacobians,
             lower=lower,
             upper=upper,
             gtol=tolerance,
@@ -57,10 +61,25 @@ class LevenbergMarquardtEpochs:
             xtol=tolerance,
             max_iterations=max_epochs,
             batched=True,
-            pieces=problem.pieces if problem.parted else None,
+            pieces=(self._pieces if pull else problem.pieces) if problem.parted else None,
         )
         self.state = self.solver.init(start)
         self.epochs = 0
+
+    def _residuals(self, vectors: Tensor) -> Tensor:
+        assert self.pull is not None
+        return torch.cat([self.problem.residuals(vectors), self.pull.residuals(vectors)], dim=1)
+
+    def _jacobians(self, vectors: Tensor) -> Tensor:
+        return torch.cat([self.problem.jacobians(vectors), self._roots(len(vectors))], dim=1)
+
+    def _pieces(self, vectors: Tensor) -> Iterator[Tensor]:
+        yield from self.problem.pieces(vectors)
+        yield self._roots(len(vectors))
+
+    def _roots(self, members: int) -> Tensor:
+        assert self.pull is not None
+        return self.pull.root.expand(members, -1, -1)
 
     def advance(self) -> None:
         """One iteration."""

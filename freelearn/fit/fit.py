@@ -17,6 +17,7 @@ from freelearn.fit.fitting import Fitting
 from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions, Option
 from freelearn.fit.outcome import FitOutcome
 from freelearn.fit.problem import Problem
+from freelearn.fit.pull import Pull, pulled
 from freelearn.fit.starts import starts
 from freelearn.fit.trainer import run
 from freelearn.measurements.rows import Rows
@@ -44,9 +45,12 @@ def fit(
     The first round takes all rows; one that has no answer (no equilibrium, singular, overstretched) counts with the
     finite loads that the model puts there. Rows without an answer at the solution then leave the loss, and the fit
     goes on with the rest, until the set agrees with itself. If leaving them out drives further rows out, the first
-    round's fit stands: otherwise a model could lower its loss by explaining less.
+    round's fit stands: otherwise a model could lower its loss by explaining less. What a user knows of
+    parameters beforehand enters last, weighed by that fit's residuals.
     """
     generator = torch.Generator().manual_seed(seed)
+    if pulled(model) and options.name != LEVENBERG_MARQUARDT:
+        raise UserError(f"What is known of parameters is heeded by fit={LEVENBERG_MARQUARDT} alone: choose that.")
     initial = model.vector().detach().clone()
     kept, kept_validation = (torch.ones(len(rows), dtype=torch.bool) for rows in (train, validation))
     _check_count(model, len(train), len(train))
@@ -75,8 +79,29 @@ def fit(
         places = settled[None]
         kept, kept_validation = now, now_validation
         _check_count(model, int(kept.sum()), len(train))
+    if pulled(model):
+        # The rows that have an answer are settled by then.
+        module.converged, module.message = _pulled(
+            model, _some(train, kept), _some(validation, kept_validation), options, history
+        )
     finish(model, _some(train, kept))
     return FitOutcome(kept.numpy(), initial, history, module.message, module.converged)
+
+
+def _pulled(
+    model: Model, train: Rows, validation: Rows, options: FitOptions, history: list[tuple[int, float, float]]
+) -> tuple[bool, str]:
+    """Goes on from the least sum of squares with what is known beforehand; whether that came to its end, and how."""
+    here = model.vector().detach().clone()
+    pull = Pull.of(Problem(model, train), here)
+
+    def make(problem: Problem) -> Algorithm:
+        return LevenbergMarquardtEpochs(problem, here[None], options.max_epochs, options.tolerance, pull)
+
+    module = Fitting(model, make, options.max_epochs, options.patience)
+    run(module, FitData(train, validation))
+    history += [(epoch + history[-1][0] + 1, error, watched) for epoch, error, watched in module.history]
+    return module.converged, module.message
 
 
 def _some(rows: Rows, kept: Tensor) -> Rows:
@@ -92,7 +117,7 @@ def _ok(model: Model, rows: Rows) -> Tensor:
 
 
 def _check_count(model: Model, rows: int, offered: int) -> None:
-    parameters = len(model.vector())
+    parameters = int(model.free.sum())
     if rows < parameters:
         lost = f" ({offered - rows} of {offered} have no valid prediction)" if offered > rows else ""
         raise UserError(

@@ -25,7 +25,7 @@ def lifted(model: Model[Any], vector: Tensor) -> Tensor:
         physical = model.physical(vector)
     values = {name: float(physical[name]) for name in model.declared}
     for name, spec in model.declared.items():
-        if spec.log or spec.lower == 0:
+        if not spec.fixed and (spec.log or spec.lower == 0):
             least = SHARE * abs(spec.start)
             values[name] = min(max(values[name] * (1 + SHARE), least), spec.upper)
     if not all(map(math.isfinite, values.values())):

@@ -11,11 +11,14 @@ from torch import Tensor
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Bound, Model
 from freelearn.work import tell
 
 # With more rows everything is made in pieces of so many, and nothing is kept of them: it would be 60 numbers a row.
 MANY_ROWS, PIECE = 500_000, 1 << 15
+# With fewer rows an operation costs as much as with twice as many.
+FEW_ROWS = 600
 
 
 class Problem:
@@ -30,11 +33,27 @@ class Problem:
         self.model = model
         self.rows = rows
         # A fit moves on from equilibria that it has found.
-        self.states = rows.states.replace(near=Near() if near is None else near)
+        self.states = self._remembered(rows.states, Near() if near is None else near)
+        self._copies: dict[int, States] = {1: self.states}
         self.scale = load_scale(rows.loads) if scale is None else scale
         pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS else ()
         self.begun = [slice(start, start + PIECE) for start in pieces]
         self.near = [Near() for _ in self.begun]
+
+    @staticmethod
+    def _remembered(states: States, near: Near) -> States:
+        """The states with what belongs to them from evaluation to evaluation."""
+        remembered = states.replace(near=near)
+        near.fix(tensor for _, tensor in remembered.tensors())
+        return remembered
+
+    def _side_by_side(self, members: int) -> States:
+        """The states once for each of so many raw vectors."""
+        if members not in self._copies:
+            place = torch.arange(len(self.rows), device=self.states.length.device).repeat(members)
+            near = self.states.near
+            self._copies[members] = self._remembered(self.states[place], Near() if near is None else near.copy(members))
+        return self._copies[members]
 
     @property
     def parted(self) -> bool:
@@ -65,7 +84,7 @@ class Problem:
     def readings(self, vector: Tensor) -> Tensor:
         """What the model says the sensors show, at one raw vector: (N, 2) SI."""
         with torch.no_grad():
-            shown: Tensor = self.model(self.rows.states, self.model.physical(vector)).loads
+            shown: Tensor = self.model(self.states, self.model.physical(vector)).loads
         return shown
 
     def residuals(self, vectors: Tensor) -> Tensor:
@@ -77,14 +96,25 @@ class Problem:
                 found[:, rows] = part.residuals(vectors).view(len(vectors), -1, 2)
             return found.view(len(vectors), -1)
         if len(vectors) > 1:
-            return torch.func.vmap(self.residual)(vectors)
+            if self.model.weights or recorded or self.model.bind(self.rows.states):
+                return torch.func.vmap(self.residual)(vectors)
+            together = max(1, BLOCK // len(self.rows))
+            return torch.cat([self._tiled(some) for some in vectors.split(together)])
         # Outside vmap the radial equilibrium may stop as soon as it has converged.
         if self.bound and not recorded:
             return self._scaled(self.bound.loads(vectors[0]))[None]
         return self.residual(vectors[0])[None]
 
+    def _tiled(self, vectors: Tensor) -> Tensor:
+        """Residuals of a few members whose rows stand below each other, (members, p) → (members, 2N)."""
+        if len(vectors) == 1:
+            return self.residual(vectors[0])[None]
+        copies = vectors.repeat_interleave(len(self.rows), 0)
+        loads = self.model(self._side_by_side(len(vectors)), self.model.physical(copies)).loads
+        return self._scaled(loads.view(len(vectors), -1, 2)).view(len(vectors), -1)
+
     def _scaled(self, loads: Tensor) -> Tensor:
-        return (self.rows.readings.missed(loads) / self.scale).reshape(-1)
+        return (self.rows.readings.missed(loads) / self.scale).reshape(*loads.shape[:-2], -1)
 
     def jacobians(self, vectors: Tensor) -> Tensor:
         """∂residual/∂vector of several members: (members, p) → (members, 2N, p)."""
@@ -104,26 +134,53 @@ class Problem:
         return jacobian * self.rows.readings.felt(self.readings(vector))[..., None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
-        return self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
+        rates = self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
+        if rates is not None and self.model.known.fixed:
+            rates = torch.where(self.model.free.to(rates.device), rates, 0.0)
+        return rates
 
     def _automatic(self, vectors: Tensor) -> Tensor:
         """The Jacobians by autograd.
 
         A row's loads depend on the parameters alone, so giving each row of each member its own copy of them lets
-        two reverse passes (force, moment) return every derivative at once; forward mode pays for each parameter.
+        two reverse passes (force, moment) return every derivative at once; forward mode pays for each parameter. What
+        no row measures needs none; and of few rows, where every operation costs the same however many there are, each
+        stands there twice, so that one pass does.
         """
         members, size = vectors.shape
         count = len(self.rows)
-        blocks = []
+        channels = self.rows.readings.present.any(0).tolist()
+        if all(channels) and members * count <= FEW_ROWS:
+            return self._at_once(vectors)
+        states, blocks = self._side_by_side(members), []
         for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):
-            place = rows % count
-            with torch.enable_grad():
+            whole = len(rows) == members * count
+            with torch.enable_grad(), states.near.keeping():  # type: ignore[union-attr]
                 copies = vectors.detach()[rows // count].requires_grad_()
-                loads = self.model.chain(self.states[place], self.model.physical(copies)).loads
-                force, moment = self.rows.readings[place].missed(loads).unbind(-1)
-                by_force, by_moment = (
-                    torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)[0]
-                    for load in (force, moment)
-                )
-            blocks.append(torch.stack([by_force / self.scale[0], by_moment / self.scale[1]], dim=1))
+                loads = self.model.chain(states if whole else states[rows], self.model.physical(copies)).loads
+                both = self.rows.readings[rows % count].missed(loads).unbind(-1)
+                by = [
+                    torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)[0] / size_of
+                    if measured
+                    else torch.zeros_like(copies)
+                    for load, size_of, measured in zip(both, self.scale, channels, strict=True)
+                ]
+            blocks.append(torch.stack(by, dim=1))
         return torch.cat(blocks).reshape(members, 2 * count, size)
+
+    def _at_once(self, vectors: Tensor) -> Tensor:
+        """The same in one reverse pass: every row twice, the force of the one and the moment of the other."""
+        members, size = vectors.shape
+        count = members * len(self.rows)
+        single, twice = self._side_by_side(members), self._side_by_side(2 * members)
+        assert single.near is not None
+        assert twice.near is not None
+        twice.near.follow(single.near, 2)
+        with torch.enable_grad(), twice.near.keeping():
+            copies = vectors.detach().repeat(2, 1).repeat_interleave(len(self.rows), 0).requires_grad_()
+            loads = self.model.chain(twice, self.model.physical(copies)).loads.reshape(2, members, -1, 2)
+            missed = self.rows.readings.missed(loads) / self.scale
+            whole = missed[0, ..., 0].sum() + missed[1, ..., 1].sum()
+            (by,) = torch.autograd.grad(whole, copies, materialize_grads=True)
+        single.near.lead(twice.near, count)
+        return by.reshape(2, count, size).transpose(0, 1).reshape(members, -1, size)

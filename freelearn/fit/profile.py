@@ -71,7 +71,7 @@ def _about(vector: Tensor, problem: Problem, squares: Squares, known: Uncertaint
     model = problem.model
     fitted = model.vector().detach()
     loss = squares.at(vector)
-    lines = {name: line_of(model, name, vector) for name in model.declared}
+    lines = {name: line_of(model, name, vector) for name, p in model.declared.items() if not p.fixed}
     allowed = allowances(problem, vector, [line.slope(vector) for line in lines.values()], known.freedom)
     # A search that goes on from where something has gone to nothing cannot find it again.
     wary = bool(gone(problem, vector, problem.jacobians(vector[None])[0].norm(dim=0)).any())

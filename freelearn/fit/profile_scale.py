@@ -109,4 +109,4 @@ def gone(problem: Problem, vector: Tensor, length: Tensor) -> Tensor:
     offset = len(vector) - len(declared)
     size[offset:] = size[offset:].maximum(scale)
     still: Tensor = length * size < GONE * problem.rows.readings.count**0.5
-    return still
+    return still & problem.model.free

@@ -46,7 +46,7 @@ def starts(model: Model[Any], rows: Rows, members: int, generator: torch.Generat
     times their declared start, so that a fit does not depend on where its user started. One without such parameters, or
     with more than MOST_AXES, starts at its own values.
     """
-    logarithmic = [p for p in model.parameter_class.records() if p.log]
+    logarithmic = [p for p in (model.declared[own.name] for own in model.parameter_class.records()) if p.log]
     axes = {p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in logarithmic}
     if not 1 <= len(axes) <= MOST_AXES:
         return _declared(model, members)
@@ -141,7 +141,8 @@ def _declared(model: Model[Any], members: int) -> Tensor:
 def _at(model: Model[Any], values: dict[str, float], members: int) -> Tensor:
     """The model's own values but for these, (members, p)."""
     raw = model.to_raw(model.scalars() | values)
-    return torch.stack([raw[name] for name in model.declared]).expand(members, -1).clone()
+    vector = torch.stack([raw[name] for name in model.declared])
+    return vector.clamp(*model.raw_bounds()).expand(members, -1).clone()
 
 
 def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
@@ -154,6 +155,7 @@ def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
     candidates = torch.cat([here[None], here.expand(len(grid), -1)])
     labels = model.labels()
     candidates[1:, [labels.index(name) for name in axes]] = grid
+    candidates = candidates.clamp(*model.raw_bounds())
     some = rows.as_loads[torch.arange(0, len(rows), max(1, len(rows) // START_ROWS))]
     scale = usual_scale(some.readings)
     # All candidates in one batch: every row once for each, with the candidate's values.

@@ -120,7 +120,7 @@ def fit_key(model: Model, train: Rows, validation: Rows, options: FitOptions, se
     state = description.pop("state")
     for name, tensor in state.items():
         digest.update(name.encode() + tensor.numpy().tobytes())
-    digest.update(repr((description, asdict(options), seed, torch.__version__)).encode())
+    digest.update(repr((description, model.known.plain(), asdict(options), seed, torch.__version__)).encode())
     return digest.hexdigest()[:24]
 
 

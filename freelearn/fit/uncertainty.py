@@ -15,6 +15,7 @@ from torch import Tensor
 from freelearn.fit.finish import least_squares_part
 from freelearn.fit.options import NORMAL
 from freelearn.fit.problem import Problem
+from freelearn.fit.pull import Pull
 from freelearn.fit.trust_region import reduced
 from freelearn.measurements.groups import groups
 from freelearn.models.base import Model
@@ -105,6 +106,11 @@ def uncertainty(problem: Problem) -> Uncertainty:
         jacobian = reduced(problem.pieces(vector[None]), residual[None]).factor[0]
     else:
         jacobian = problem.jacobians(vector[None])[0]
+    # What is known beforehand is one more measurement of the parameters, in rows of its own.
+    pull = Pull.of(problem, vector)
+    rows = jacobian
+    if pull is not None:
+        jacobian = torch.cat([rows, pull.root])
     physical = _flat(model, vector)
     to_physical = torch.func.jacfwd(lambda v: _flat(model, v))(vector)
 
@@ -122,11 +128,16 @@ def uncertainty(problem: Problem) -> Uncertainty:
     rank = int(strong.sum())
     chi_square = float(residual.dot(residual) if problem.parted else residual.square().sum())
     count = problem.rows.readings.count
-    independent = to_physical @ (bread * (chi_square / max(count - rank, 1))) @ to_physical.T
-    parts = problem.pieces(vector[None]) if problem.parted else [jacobian[None]]
+    textbook = bread * (chi_square / max(count - rank, 1))
+    parts = problem.pieces(vector[None]) if problem.parted else [rows[None]]
     scores = state_scores((part[0] for part in parts), residual, problem.rows.state)
     states = len(scores)
-    robust = to_physical @ (bread @ (scores.T @ scores) @ bread) @ to_physical.T * small_sample(states, rank)
+    sandwich = bread @ (scores.T @ scores) @ bread * small_sample(states, rank)
+    if pull is not None:
+        own = bread @ (pull.root.T @ pull.root) @ bread
+        textbook = textbook + own * (pull.spread**2 - chi_square / max(count - rank, 1))
+        sandwich = sandwich + own * pull.spread**2
+    independent, robust = (to_physical @ part @ to_physical.T for part in (textbook, sandwich))
 
     known = ((to_physical.abs() @ (~determined).double()) == 0).numpy()
 

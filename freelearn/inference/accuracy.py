@@ -76,7 +76,7 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
 
     In the differences, a visit's common part along ∂(F, M)/∂(l, φ) is its position error, and the rest the load cells'
     scatter. Medians, so that a few odd readings do not decide."""
-    groups = repeats(_places(rows.states), rows.state)
+    groups = repeat_rows(rows)
     if len(groups) < FEWEST_REPEATS:
         return None
     residual, bed = raw.numpy(), rows.states.bed
@@ -143,6 +143,11 @@ def repeats(places: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
     return groups
 
 
+def repeat_rows(rows: Rows) -> list[np.ndarray]:
+    """`repeats` of the rows, by where they were measured."""
+    return repeats(_places(rows.states), rows.state)
+
+
 def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None:
     """Scatter between repeats of one state and pressure, in units of the stated noise; None with too few repeats.
 
@@ -153,7 +158,7 @@ def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None
     slipped = whiten.scatter.slipped.any(-1).numpy() if whiten.scatter else np.zeros(len(z), dtype=bool)
     there = rows.readings.present.any(0).numpy()
     squares = []
-    for group in repeats(_places(rows.states), rows.state):
+    for group in repeat_rows(rows):
         several = z[group[~slipped[group]]]
         if len(several) > 1:
             squares.append((((several - several.mean(0)) ** 2).sum(0) / (len(several) - 1))[there])

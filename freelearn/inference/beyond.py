@@ -1,84 +1,127 @@
-"""Beyond the library: when a search writes an effect itself, and when that takes the place of the library's."""
+"""Beyond the library: forms that the search writes itself join the candidates, at odds that thousands of them have."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
-from functools import cached_property
+from typing import Any
 
+from freelearn.inference.answer import Answer
+from freelearn.inference.ending import Ending, ended
+from freelearn.inference.hypothesis import Hypothesis
 from freelearn.inference.prepare import Prepared
-from freelearn.inference.proposals.extend import Extended, Grow, extended
-from freelearn.inference.proposals.propose import guessed
-from freelearn.inference.proposals.trial import price
+from freelearn.inference.proposals.guess import Guess
+from freelearn.inference.proposals.proposal import Proposal, Twin
+from freelearn.inference.proposals.propose import best_of_places, guessed, shortlist
+from freelearn.inference.stages import Explored, continued
 from freelearn.inference.step import Step
-from freelearn.inference.thresholds import CHEAPER, LEFT, MANY, NEAR_NOISE
-from freelearn.inference.white_fit import white_fit
+from freelearn.inference.thresholds import PLACES_TOLD, WRITTEN_ODDS
+from freelearn.models.effect import Effect
+from freelearn.models.effects.registry import EFFECTS, lent
+from freelearn.models.written.source import effect_class
+from freelearn.models.written.written import Written
+
+Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
 
 
-class Beyond:
-    """What can be written on top of a search's first model, looked for when it is first asked for.
+def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack) -> Ending:
+    """The ending where what the search writes itself competes with the library; the one before where that does not win.
 
-    grow: adds to the last of some steps what the library has."""
+    What is written stays known as long as the stack is open.
+    """
+    hypotheses, whiten = known.hypotheses, known.whiten
+    nothing = hypotheses.found[frozenset()].fit
+    on_first = guessed(prepared, _under(prepared, nothing, known), whiten)
+    bases = [on_first]
+    if before.final.effects != before.known.hypotheses.question.given:
+        bases.append(guessed(prepared, before.final.fit, whiten))
+    kinds: Kinds = {}
+    for guesses in bases:
+        for guess in shortlist(guesses):
+            written = guess.written()
+            kind = effect_class(written)
+            # A user's own of this name is a candidate like any other.
+            if kind.name not in EFFECTS:
+                kinds.setdefault(kind.name, (written, kind))
+    if not kinds:
+        return before
+    stack.enter_context(lent([kind for _, kind in kinds.values()]))
+    found = continued(prepared, known, dict.fromkeys(kinds, WRITTEN_ODDS))
+    after = ended(prepared, found)
+    wrote = [name for name in after.answer.shown.effects if name in kinds]
+    if not wrote:
+        # What is in no library may still say, as a hint, what a model lacks that stays unexplained.
+        return before if before.complete else replace(before, proposals=_hint(prepared, before, found, kinds, on_first))
+    proposals = [_proposal(prepared, after.answer, after.final, name, found, kinds, on_first) for name in wrote]
+    if after.complete or not before.complete:
+        return replace(after, proposals=proposals)
+    return before
 
-    def __init__(self, prepared: Prepared, first: Step, grow: Grow) -> None:
-        self.prepared, self.first, self.grow = prepared, first, grow
 
-    @cached_property
-    def on_first(self) -> Extended | None:
-        """On top of the first model."""
-        return extended(self.prepared, self.first, self.grow)
+def _under(prepared: Prepared, fit: Any, known: Explored) -> Any:
+    """The first model's fit under the noise of measuring alone."""
+    from freelearn.inference.white_fit import white_fit
 
-    def ends(self, step: Step) -> bool:
-        """Whether the library need not be searched any further: what it has found leaves something, by one effect or by
-        several, and what is written leaves nothing but about the noise that was stated."""
-        if step.left.p_value >= LEFT or self.on_first is None or not self.on_first.complete:
-            return False
-        heldout, count = self.on_first.step.heldout, self.on_first.step.whiten.count
-        return float(heldout.white.square().sum()) <= NEAR_NOISE**2 * count and not self.on_first.step.worse(step)
+    return white_fit(fit.model, prepared.rows, known.whiten, fit.vector, fit.prior, roughly=True, near=fit.near)
 
-    def instead(self, last: Step) -> Extended | None:
-        """What stands instead of the library's last model: where that leaves something, what is written on the first
-        model or on it; where it leaves nothing, a written effect that explains clearly more for its constants. What of
-        the library explains as much always wins."""
-        added = self.prepared.question.added(last.effects)
-        if last.left.p_value < LEFT:
-            first = self._no_worse(self.on_first, last)
-            if first is not None and first.complete:
-                return first
-            on_last = self._no_worse(extended(self.prepared, last, self.grow) if added else None, last)
-            tried = [found for found in (on_last, first) if found is not None]
-            return next((found for found in tried if found.complete), tried[-1] if tried else None)
-        if not added or not (len(added) >= MANY or self._promises(last)):
-            return None
-        found = self._as_short(last)
-        return found if found is not None and found.complete and self._cheaper(found.step, last) else None
 
-    def _as_short(self, last: Step) -> Extended | None:
-        """What is written on the first model, with what the library adds to it only as long as that has no more
-        constants than a last model that leaves nothing."""
-        if "on_first" in vars(self):
-            return self.on_first
-        return extended(self.prepared, self.first, self.grow, len(last.fit.vector))
+def _hint(prepared: Prepared, before: Ending, found: Explored, kinds: Kinds, places: Sequence[Guess]) -> list[Proposal]:
+    """The written effect that would help most, of those that were looked at."""
+    told = [h for h in found.hypotheses.ordered() if len(h.effects) == 1 and h.effects[0] in kinds]
+    if not told:
+        return []
+    step = prepared.step(told[0].fit, found.whiten)
+    if step.worse(before.final) and before.final.effects:
+        return []
+    return [_proposal(prepared, before.answer, step, told[0].effects[0], found, kinds, places)]
 
-    @staticmethod
-    def _no_worse(found: Extended | None, last: Step) -> Extended | None:
-        """The same, but a hint alone where it predicts clearly worse than the library's last model."""
-        return replace(found, complete=False) if found is not None and found.step.worse(last) else found
 
-    def _promises(self, last: Step) -> bool:
-        """Whether a form of one input promises, to first order, clearly more than the library's last model has."""
-        first, scale = self.first, self.first.left.scale**2
-        guesses = guessed(self.prepared, first, pairs=False)
-        fit = white_fit(last.fit.model, self.prepared.rows, first.whiten, last.fit.vector)
-        worth = (first.fit.chi2 - fit.chi2) / scale
-        worth -= price(len(fit.vector) - len(first.fit.vector), 1, first.whiten.count)
-        return bool(guesses) and guesses[0].worth > worth + CHEAPER
+def _proposal(
+    prepared: Prepared, answer: Answer, step: Step, name: str, found: Explored, kinds: Kinds, places: Sequence[Guess]
+) -> Proposal:
+    """A written effect as it is told: its constants are those of the step's model."""
+    hypotheses = found.hypotheses
+    values = step.fit.values()
+    written = _fitted(kinds[name][0], values)
+    base = prepared.step(hypotheses.found[frozenset()].fit, found.whiten)
+    members = next((c for c in answer.classes if next(iter(c)) == name), {})
+    twins = [
+        _twin(prepared, kinds[other][0], members[other], found) for other in members if other in kinds and other != name
+    ]
+    same = _same(written)
+    told = best_of_places(places)[:PLACES_TOLD]
+    return Proposal(written, base, step, [*([same] if same else []), *twins], told, _resembles(hypotheses, name))
 
-    def _cheaper(self, step: Step, other: Step) -> bool:
-        """Whether a step explains clearly more than another for its constants, both with its own noise."""
-        fit = white_fit(other.fit.model, self.prepared.rows, step.whiten, other.fit.vector)
-        fewer = len(fit.vector) - len(step.fit.vector)
-        if len(self.prepared.question.added(other.effects)) < MANY:
-            # An effect of the library comes whole: that data do not ask for one of its constants speaks for no other.
-            fewer = min(fewer, 0)
-        constants = price(fewer, 1, step.whiten.count)
-        return (fit.chi2 - step.fit.chi2) / step.left.scale**2 + constants > CHEAPER
+
+def _fitted(written: Written, values: Mapping[str, float]) -> Written:
+    each = {c.name: values.get(f"{written.name}.{c.name}", c.start) for c in written.constants()}
+    return written.started(each)
+
+
+def _same(written: Written) -> Twin | None:
+    """The other place that shows the very same loads."""
+    if not written.same_as:
+        return None
+    port, where = written.same_as.split()
+    return Twin(port, where, written.inputs_named, written.form.family, written.formula, None)
+
+
+def _twin(prepared: Prepared, written: Written, hypothesis: Hypothesis, found: Explored) -> Twin:
+    step = prepared.step(hypothesis.fit, found.whiten)
+    place = written.place
+    return Twin(place.port, place.where, written.inputs_named, written.form.family, written.formula, step.E_heldout)
+
+
+def _resembles(hypotheses: Any, name: str) -> tuple[str, float] | None:
+    """The effect of the library that promises most of what the written one explains, and which share of it."""
+    nothing = hypotheses.found[frozenset()]
+    alone = hypotheses.found.get(frozenset([name]))
+    promised = [
+        p for p in hypotheses.ranked.get(nothing.key, []) if p.status == "tested" and p.effect not in hypotheses.odds
+    ]
+    if alone is None or not promised:
+        return None
+    best = max(promised, key=lambda p: p.chi2)
+    gain = nothing.fit.chi2 - alone.fit.chi2
+    return (best.effect, min(best.chi2 / gain, 1.0)) if gain > 0 else None

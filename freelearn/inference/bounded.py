@@ -26,6 +26,8 @@ def bounded_least_squares(
     (array([[3., 0.]]), array([9.]))
     """
     length = np.sqrt(np.diagonal(gram))
+    # An unknown that nothing depends on stays where it is.
+    length = np.where(length > 0, length, 1.0)
     gram, slopes = gram / length / length[:, None] + RIDGE * np.eye(len(gram)), slopes / length
     # Turned round where only negative values are allowed, so that all bounds are x ≥ 0.
     side = np.where(high == 0, -1.0, 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,8 +18,9 @@ from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.models.row_derivatives import rows_jacobian
 
-# Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start.
-GRID = (0.1, 0.3, 1.0, 3.0, 10.0)
+# Values tried for a parameter that is undefined without the effect (a time constant, say), as factors of its start: a
+# fit moves it from there.
+GRID = (0.2, 1.0, 5.0)
 
 # A model with the fit's effects and some more: names → Model.
 Build = Callable[[Sequence[str]], Model]
@@ -40,20 +41,25 @@ class Trial:
     columns: Tensor
 
 
-def trials(fit: WhiteFit, rows: Rows, whiten: Whitener, names: Sequence[str], build: Build) -> list[Trial]:
-    """Every named effect at no effect, one trial for each value tried of its undefined parameters."""
+def trials(
+    fit: WhiteFit, rows: Rows, whiten: Whitener, names: Sequence[str], build: Build, settled: Collection[str] = ()
+) -> list[Trial]:
+    """Every named effect at no effect, one trial for each value tried of its undefined parameters.
+
+    settled: effects whose undefined parameters are where they should be."""
     carried = _carried(fit, rows)
     models = {name: build([name]) for name in names}
-    gridded = {name for name, model in models.items() if _undefined(model, name)}
-    shared: dict[str, Tensor] = {}
-    for group in _groups([name for name in names if name not in gridded]):
-        shared |= _columns(build(group), fit, rows, whiten, carried)
+    gridded = [name for name, model in models.items() if name not in settled and _undefined(model, name)]
     out = []
-    for name, model in models.items():
-        undefined = _undefined(model, name)
-        labels = tuple(label for label in _labels(model, name) if label not in undefined)
-        for factor in GRID if name in gridded else (1.0,):
-            known = _columns(model, fit, rows, whiten, carried, factor) if name in gridded else shared
+    for factor in GRID:
+        tried = list(names) if factor == 1.0 else gridded
+        known: dict[str, Tensor] = {}
+        for group in _groups(tried):
+            known |= _columns(build(group), fit, rows, whiten, carried, factor)
+        for name in tried:
+            model = models[name]
+            undefined = _undefined(model, name)
+            labels = tuple(label for label in _labels(model, name) if label not in undefined)
             columns = torch.stack([known[label] for label in labels], dim=1)
             out.append(Trial(name, model, none_vector(model, fit, factor), labels, columns))
     return out
@@ -128,7 +134,8 @@ def _columns(
     if carried is not None and all(effect.late for effect in added):
         raw = _late_jacobian(model, vector, carried) * rows.readings.felt(fit.shown)[..., None]
     else:
-        raw = Problem(model, rows, ONE).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+        near = None if fit.near is None else fit.near.copy()
+        raw = Problem(model, rows, ONE, near).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
     jacobian = whiten(raw[:, :, places]).flatten(0, 1)
     return {model.labels()[i]: column for i, column in zip(places, jacobian.T.contiguous(), strict=True)}
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TypedDict
+
+# A fit takes milliseconds: what is lost with so many seconds is made again in as many.
+SECONDS = 0.5
 
 
 class Ending(TypedDict):
@@ -24,26 +28,30 @@ class Entry(TypedDict):
 
 
 class Journal:
-    """A search's fits, in the order in which it makes them.
+    """A search's fits, by what they are about.
 
-    The same question makes a search ask for the same fits in the same order. One that is repeated from its beginning
-    therefore finds here what the interrupted one had done, and ends as if nothing had happened, to the last bit: only
-    how fits end is taken from here, all that follows from it is computed once more."""
+    The same question makes a search ask for the same fits. One that is repeated from its beginning therefore finds here
+    what the interrupted one had done, and ends as if nothing had happened, to the last bit, on any number of cores:
+    only how fits end is taken from here, all that follows from it is computed once more."""
 
     def __init__(
         self, entries: Sequence[Entry] = (), keep: Callable[[Sequence[Entry]], None] = lambda entries: None
     ) -> None:
-        """entries: of the interrupted search. keep: given all entries after each fit that is made."""
-        self.entries, self.keep, self.taken = list(entries), keep, 0
+        """entries: of the interrupted search. keep: given all entries, at most once in so many seconds."""
+        self.entries, self.keep, self._kept = {e["asked"]: e["ending"] for e in entries}, keep, time.monotonic()
 
     def ended(self, asked: str, fit: Callable[[], Ending]) -> Ending:
-        """How the next fit ended, or ends now."""
-        if self.taken == len(self.entries) or self.entries[self.taken]["asked"] != asked:
-            # Where something else is asked for, the rest is of no use.
-            self.entries[self.taken :] = [Entry(asked=asked, ending=fit())]
-            self.keep(self.entries)
-        self.taken += 1
-        return self.entries[self.taken - 1]["ending"]
+        """How a fit ended, or ends now."""
+        if asked not in self.entries:
+            self.add(asked, fit())
+        return self.entries[asked]
+
+    def add(self, asked: str, ending: Ending) -> None:
+        """Takes over how a fit ended."""
+        self.entries[asked] = ending
+        if time.monotonic() - self._kept > SECONDS:
+            self.keep([Entry(asked=a, ending=e) for a, e in self.entries.items()])
+            self._kept = time.monotonic()
 
 
 _present: ContextVar[Journal | None] = ContextVar("journal", default=None)

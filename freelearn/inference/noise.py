@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -12,6 +13,7 @@ from freelearn.inference.shapes import both_loads
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.bed_accuracy import sensors, shared
 from freelearn.measurements.beds import KINEMATIC, Bed
+from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
 from freelearn.work import tell
@@ -64,6 +66,28 @@ def noise_floor(variance: Tensor, present: Tensor, scale: Tensor) -> float:
     return float(((variance / scale**2).sum(0) / present.sum(0).clamp_min(1)).sum().sqrt())
 
 
+@dataclass(frozen=True)
+class Noise:
+    """What the measuring does to N rows, as a fitted model and the scatter about it say.
+
+    sensitivity: (N, 2, 2 + pressures), see `sensitivities`; felt: (N, 2) bool, see Readings.felt."""
+
+    rows: Rows
+    accuracy: Accuracy
+    sensitivity: Tensor
+    felt: Tensor
+    scatter: Scatter
+
+    def whitener(self, discrepancy: Tensor | None = None, of: Tensor | None = None) -> Whitener:
+        """Of all rows, or of some, (n,) int64. discrepancy: as for a Whitener."""
+        rows, scatter = self.rows, self.scatter
+        sensitivity, felt = self.sensitivity, self.felt
+        if of is not None:
+            rows, scatter, sensitivity, felt = rows[of], scatter.of(of), sensitivity[of], felt[of]
+        state, bed = torch.as_tensor(rows.state), rows.states.bed
+        return Whitener(sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, discrepancy)
+
+
 class Whitener:
     """Turns loads' residuals into independent numbers of standard deviation one, if the noise is as stated.
 
@@ -73,7 +97,8 @@ class Whitener:
     state's covariance is I + A Aᵀ in units of L, and its inverse root I − A V diag((1 − (1 + w)^−½)/w) Vᵀ Aᵀ.
 
     Where the scatter is known, every reading counts with its own precision: L is divided by its root, so that a reading
-    that slipped becomes zero and takes no part in its state's position error.
+    that slipped becomes zero and takes no part in its state's position error. Where the model is known to be wrong by
+    some amount in every reading, that adds to its variance: else digits that it cannot have would decide.
     """
 
     def __init__(
@@ -85,11 +110,13 @@ class Whitener:
         bed: Bed = KINEMATIC,
         present: Tensor | None = None,
         told: Tensor | None = None,
+        discrepancy: Tensor | None = None,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
-        default: a push on a tube that hangs loose does not, see Readings.felt."""
+        default: a push on a tube that hangs loose does not, see Readings.felt. discrepancy: (2,) SI, standard deviation
+        by which the model is wrong in every reading."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)
@@ -99,28 +126,23 @@ class Whitener:
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
         own, position = _parts(sensitivity, accuracy, bed, self.told)
-        force, moment = own.unbind(-1)
         counts = present if scatter is None else present & (scatter.reading > 0)
         # A reading that does not count tells nothing of the other one of its row.
         both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
+        # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
+        self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
+        if scatter is not None:
+            own = own / scatter.reading
+            both = torch.where(counts.all(-1), both / scatter.reading.prod(-1).sqrt(), 0.0)
+            position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
+        # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
+        self.own = own.sqrt()
+        if discrepancy is not None:
+            own = own + discrepancy**2
+        force, moment = torch.where(counts, own, torch.inf).unbind(-1)
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
         self.lean = slant / self.moment
-        # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
-        self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
-        if scatter is None:
-            self.force, self.moment = (
-                torch.where(there, size, torch.inf)
-                for there, size in zip(present.unbind(-1), (self.force, self.moment), strict=True)
-            )
-        else:
-            root = scatter.reading.sqrt()
-            self.force, self.moment = self.force / root[:, 0], self.moment / root[:, 1]
-            position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
-        # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
-        self.own = torch.stack([force, moment], dim=-1).sqrt()
-        if scatter is not None:
-            self.own = self.own / scatter.reading.sqrt()
         self.shared = self.apart(position)
         size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
         size = size.clamp_min(0)
@@ -178,6 +200,23 @@ class Whitener:
         torch.div(columns[:, 1], self.moment[:, None], out=rows[:, 1])
         rows[:, 1].addcmul_(rows[:, 0], self.lean[:, None], value=-1)
         return rows
+
+    @property
+    def places(self) -> Tensor:
+        """What a state's position errors, of standard deviation one each, do to its rows' loads: (N, 2, 2) N, N·m."""
+        force, moment = self.shared.unbind(1)
+        return torch.stack(
+            [force * self.force[:, None], (moment + force * self.lean[:, None]) * self.moment[:, None]], dim=1
+        )
+
+    def drawn(self, generator: torch.Generator) -> Tensor:
+        """One draw of the noise, (N, 2) in N and N·m: of each reading, and of the place that a state's rows share. Zero
+        for readings that do not count."""
+        own = torch.randn(len(self.state), 2, generator=generator, dtype=torch.float64)
+        place = torch.randn(self.states, self.shared.shape[2], generator=generator, dtype=torch.float64)
+        apart = own + (self.shared @ place[self.state][..., None])[..., 0]
+        rows = torch.stack([apart[:, 0] * self.force, (apart[:, 1] + apart[:, 0] * self.lean) * self.moment], dim=1)
+        return torch.where(rows.isfinite(), rows, 0.0)
 
     def _sum(self, rows: Tensor) -> Tensor:
         """Sum over the rows of each state: (N, …) → (states, …)."""

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.growth import EVEN, Growth, grown
-from freelearn.inference.shapes import rows_of_samples
+from freelearn.inference.shapes import FEWEST_BINS, SHARING, rows_of_samples
 from freelearn.inference.smooth import Part, Smooth
 from freelearn.inference.tails import Tails, fitted
 from freelearn.measurements.accuracy import Accuracy
@@ -31,8 +31,13 @@ ROUNDS, AGAIN = 11, 2
 CAUTIOUS, HUBER = 5, 2.0
 # Last rounds in which it is asked how the noise grows.
 GROWING = 2
-# The stated position error is believed as much as so many states would make it.
+# What is expected of the position error is believed as much as so many states would make it: calibration certificates
+# of stages differ from what is true by a factor of about 1.4.
 PRIOR_STATES = 3.0
+# Who misstates the errors of the readings misstates those of the places: to this power, and within these factors.
+TOGETHER, EXPECTED = 0.55, (0.5, 2.0)
+# With fewer states of any sample no smooth shape is told from position errors: these are then what is expected.
+FEWEST_STATES = SHARING * FEWEST_BINS
 # Residuals are counted as typically so many deviations of a channel's noise at most. Of a model that is farther off,
 # more digits of one channel would decide against the other, and nothing about the model.
 HOPELESS = 30.0
@@ -64,6 +69,11 @@ class Scatter:
     state: Tensor
     variances: tuple[Tensor, ...]
     lifted: Tensor
+
+    def of(self, rows: Tensor) -> Scatter:
+        """That of some of the rows alone, (n,) int64: to weigh them by, not to go on from."""
+        picked = {n: getattr(self, n)[rows] for n in ("z", "smooth", "good", "reading", "state")}
+        return replace(self, **picked)
 
     @property
     def slipped(self) -> Tensor:
@@ -156,6 +166,13 @@ def _typical(z: Tensor, told: Tensor) -> Tensor:
     return torch.stack(sizes).clamp_min(1e-6)
 
 
+def _expected(deviations: Tensor, told: Tensor) -> float:
+    """The scale of position errors, in units of the stated ones, that the readings' (2,) let expect."""
+    read = deviations[told.any(0)]
+    together = float(read.log().mean().exp()) ** TOGETHER if len(read) else 1.0
+    return min(max(together, EXPECTED[0]), EXPECTED[1])
+
+
 def _updated(
     now: Scatter, samples: list[Smooth], parts: list[Part], base: Tensor, loads: Tensor, pressure: Tensor, told: Tensor,
     cautious: bool, growing: bool,
@@ -188,8 +205,10 @@ def _updated(
         weight = good * torch.as_tensor(tails.weight(z.numpy()))
     moved = torch.cat([part.moved for part in parts])
     precision = (tails.freedom + 2) / (tails.freedom + moved) if np.isfinite(tails.freedom) else torch.ones_like(moved)
-    total = float((precision * moved).sum()) + 2 * PRIOR_STATES / now.position**2
-    position = now.position * (total / (2 * len(moved) + 2 * PRIOR_STATES)) ** 0.5
+    position = expected = _expected(scale * tails.deviation, told)
+    if max(sample.states for sample in samples) >= FEWEST_STATES:
+        total = float((precision * moved).sum()) + 2 * PRIOR_STATES * (expected / now.position) ** 2
+        position = now.position * (total / (2 * len(moved) + 2 * PRIOR_STATES)) ** 0.5
     at = 0
     for sample in samples:
         state[sample.rows] = precision[at : at + sample.states][sample.state]

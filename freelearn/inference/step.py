@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 from freelearn.inference.candidate import Candidate
-from freelearn.inference.crossval import HeldOut
+from freelearn.inference.left_out import HeldOut
 from freelearn.inference.noise import Whitener
-from freelearn.inference.score import EffectScore
 from freelearn.inference.structure import Structure, structure
 from freelearn.inference.thresholds import RISES
 from freelearn.inference.white_fit import WhiteFit
@@ -35,7 +33,6 @@ class Step:
     E_new_sample: float | None
     floor: float
     candidates: Sequence[Candidate] = ()
-    scores: Sequence[EffectScore] = ()
 
     @cached_property
     def left(self) -> Structure:
@@ -46,16 +43,9 @@ class Step:
         """Whether its held-out error is clearly larger than another's."""
         return self.E_heldout > (1 + RISES) * other.E_heldout
 
-    def tried(self, candidates: Sequence[Candidate], scores: Sequence[EffectScore] = ()) -> Step:
+    def tried(self, candidates: Sequence[Candidate]) -> Step:
         """The same step with what was tried on it."""
-        return self._with(candidates=candidates, scores=scores)
-
-    def with_errors(self, train: float, heldout: float, new_sample: float | None) -> Step:
-        """The same step with other errors."""
-        return self._with(E_train=train, E_heldout=heldout, E_new_sample=new_sample)
-
-    def _with(self, **changes: Any) -> Step:
-        step = replace(self, **changes)
+        step = replace(self, candidates=candidates)
         if "left" in vars(self):  # known already, and dear
             vars(step)["left"] = self.left
         return step

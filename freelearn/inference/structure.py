@@ -19,8 +19,9 @@ from freelearn.measurements.states import States
 OUTLYING = 4.0
 # Fewer degrees of freedom than this tell nothing of the noise.
 FEWEST_FREE = 10
-# A p-value below this is looked at again without each of the states.
-LOOKED_AT = 0.05
+# A p-value below this is looked at again without each of the states, if these are not so few that one of them may be
+# the one that tells.
+LOOKED_AT, FEW_STATES = 0.05, 16
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
     the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
     multiplied by the number of bases (Bonferroni). Residuals beyond OUTLYING standard deviations are drawn in to there:
-    a few rows on a kink of the model are not a systematic misfit, and neither is one odd state: where the F-test sees
-    something, it has to see it without any one of the states too.
+    a few rows on a kink of the model are not a systematic misfit, and neither is one odd state of many: where the
+    F-test sees something, it has to see it without any one of the states too.
     """
     flat = winsorized(residual.reshape(-1), whiten.present.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
@@ -61,7 +62,7 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
         return smallest
 
     p_value = float(least([view.explained(every) for view in views])[0])
-    if p_value < LOOKED_AT:
+    if p_value < LOOKED_AT and whiten.states >= FEW_STATES:
         without = 1 - torch.eye(whiten.states, dtype=torch.float64)
         p_value = float(least([view.explained(without) for view in views]).max())
     return Structure(p_value, variance**0.5)

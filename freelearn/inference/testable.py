@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 import numpy as np
 
 from freelearn.inference.candidate import Candidate, not_testable
 from freelearn.inference.hysteresis import ALONE, FEWEST, comparisons
+from freelearn.inference.order import DRIFT
+from freelearn.inference.shapes import imposed
+from freelearn.inference.thresholds import SORTED
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
 
+# The column that says when a row was measured.
+TIME = "time_s"
 # A row counts as less severe than an earlier one below this share of the harshest so far.
 MILDER = 0.99
 
@@ -35,7 +40,7 @@ def candidates(
             out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
         elif model.family not in effect.families():
             out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
-        elif reason := effect.untold(rows.states.bed.name) or unseen(name, rows):
+        elif reason := effect.untold(rows.states.bed.name) or unseen(name, rows) or unclocked(name, present, rows):
             out.append(not_testable(name, reason))
         else:
             names.append(name)
@@ -45,6 +50,29 @@ def candidates(
 def unseen(name: str, rows: Rows) -> str:
     """Why these rows cannot show an effect of the history; empty where they can, and for all other effects."""
     return HISTORY[name](rows) if name in HISTORY else ""
+
+
+def unclocked(name: str, columns: Collection[str], rows: Rows) -> str:
+    """Why rows without a time cannot show what the time would do: their order is that of what was imposed, of which
+    anything unknown may be a function."""
+    if name != DRIFT or TIME in columns:
+        return ""
+    order, within = np.arange(len(rows), dtype=float), rows.states.sample.numpy()
+    inputs = [x.numpy() for x in imposed(rows.states).values()]
+    told, whole = 0.0, 0.0
+    for sample in np.unique(within):
+        own = within == sample
+        columns_of = [np.ones(own.sum())]
+        for x in inputs:
+            size = np.ptp(x[own])
+            if size > 0:
+                columns_of += [(x[own] - x[own].mean()) / size, ((x[own] - x[own].mean()) / size) ** 2]
+        design, target = np.stack(columns_of, axis=1), order[own] - order[own].mean()
+        left = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
+        told, whole = told + float(target @ target - left @ left), whole + float(target @ target)
+    if whole and told <= SORTED * whole:
+        return ""
+    return f"needs the column {TIME}: the order of the rows is that of what was imposed"
 
 
 def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:

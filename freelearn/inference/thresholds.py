@@ -1,77 +1,87 @@
 """Every threshold that a search decides by, and why it is what it is."""
 
-# --- significance ------------------------------------------------------------------------------------------------
+# --- what may be claimed -----------------------------------------------------------------------------------------
 
-# Chance of naming an effect, in one step, where there is nothing to find.
-ALPHA = 0.01
-# The same where an effect has been added already and what is left looks systematic with no less chance than the
-# second of these: then nothing asks for one more.
-UNASKED, ASKED = 0.003, 0.05
-# Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so smaller.
+# Difference in the logarithm of the evidence up to which one set is as good as another: odds of 20 to 1.
+TIES = 3.0
+# Probability that an effect, or what stands in for it, must have to be part of an answer.
+SURE = 0.95
+# Probability that nothing is missing below which a model is not called adequate.
+EVEN = 0.5
+# Effects that one of a class may be: of more the table cannot tell.
+MOST_ALIKE = 4
+# Share of what a written effect explains that the library's may leave of it: forms of one thing differ by as much.
+FORMS = 0.03
+# Sets that are kept as such that are as good, at most, and that are told with their errors.
+TOLD, MODELS_TOLD = 20, 8
+# A candidate stands out in the ranking if noise would promise as much with this chance, of all that were tried.
+CLEAR = 0.01
+# Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so small.
 LEFT = 0.002
-# An added effect has to lower the held-out loss by this many standard errors of the paired difference, and an effect
-# that raises it by less when it is taken out again is idle.
+# An effect has to lower the held-out loss by this many standard errors of the paired difference to stay in a model that
+# is unexplained, and a set that raises it by as many is not as good as another.
 BETTER = 2.0
 # Held-out error of a model that might as well predict no loads at all.
 NOTHING = 1.0
 # A model whose held-out error (the paper's, of all readings alike) is larger by more than this share is no better,
-# whatever whitened residuals say: the noise that a stiffer model implies hides more.
+# whatever whitened residuals say.
 RISES = 0.05
-# Two effects that are added together were chosen from hundreds of pairs.
-TOGETHER = 3.0
 # An effect that explains less than this share of what stays unexplained, in held-out χ², stands for a part of that.
 LITTLE = 1 / 3
+# Effects that an unexplained model keeps at most: beyond, several together stand for something else.
+MOST_KEPT = 2
 
 # --- how far to look ---------------------------------------------------------------------------------------------
 
-# Effects added at most: beyond, several together stand for something else.
+# Effects of a set at most.
 MOST_EFFECTS = 6
-# Candidates that are fitted in full at each step, the most promising ones.
-REFITTED = 6
-# Rounds in which an effect already in may be exchanged for one that explains more.
-EXCHANGES = 3
-# Pairs that are fitted in full when no single effect helps, and rounds of growing and exchanging.
-PAIRS, REGROWN = 3, 3
-# Effects added beyond which no pairs are tried: they stand for something else already.
-MOST_AHEAD = 3
+# The most probable sets whose neighbors are looked at; how many neighbors with an effect more are fitted, and with two.
+BEAM, CHILDREN, PAIRS = 3, 6, 3
+# Sets whose neighbors are looked at, at most, under one noise.
+MOST_EXPANDED = 12
+# Rise of the evidence, to first order, below which a neighbor is not fitted: what is linear may promise too little.
+HOPEFUL = -3.0
+# Difference in evidence beyond which a set is not looked at again where the noise changes a little.
+HOPELESS = 15.0
+# What stands in for an effect must promise, to first order, no less than the effect itself but for this.
+COMPARABLE = 6.0
+# Sets that are fitted again where the noise changes.
+REFITTED = 12
 # Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.
-WHITENINGS = 3
+# Rounds of estimating the scatter about the best model.
+WHITENINGS, SETTLINGS = 3, 3
+# A scale of the scatter that changes by less than this share decides nothing.
+STEADY = 0.1
 # Powers of Huber's weights in the reweighted fits of the first model, after which no reading decides what is looked at
 # (from the second power on, influence falls with distance).
 BOUNDED = (1, 1, 1, 2, 2)
+# With more rows than this sets are looked at on so many of them first.
+SCOUTED = 800
+# A model counts as wrong by so much of what the best one leaves, in every reading; below this share of what measuring
+# alone leaves, by nothing.
+WRONG_BY, RIGHT = 0.5, 0.5
+# Times that the amount is made smaller, at most.
+MOST_LOWERED = 6
+# χ² per reading beyond which a model cannot be right under the noise as it is.
+INADEQUATE = 2.5
 
-# Where the library ends: guesses at a written effect that are fitted in full, and how many of them may stand at one
-# place with the same inputs; how many are fitted again with the noise of the best; written effects at most.
-FITTED, ONE_PLACE, RIVALS = 10, 4, 6
+# Where the library ends: guesses at a written effect that join the candidates, and how many of them may stand at one
+# place with the same inputs; written effects at most.
+FITTED, ONE_PLACE = 10, 4
 # Places and inputs that are told with what each promises.
 PLACES_TOLD = 8
 MOST_WRITTEN = 2
-# Reduction of χ² that a second input has to explain beside what a constant more has to, and the difference in all that
-# which tells no form from another.
-SECOND_INPUT, UNDECIDED = 10.0, 6.0
-# So many effects of the library together may stand for one that it lacks. A written one takes the library's place
-# where it explains so much more of χ² for its constants: what explains as much always wins over it.
-MANY, CHEAPER = 2, 12.0
-# Held-out error, in units of the stated noise, up to which what is written ends the search of the library.
-NEAR_NOISE = 2.0
-
-# --- what need not be computed -----------------------------------------------------------------------------------
-
-# An effect this many σ from no effect, by its own standard errors, is not tested for being idle.
-CERTAIN = 15.0
-# A candidate's fit is given up once χ², less so many times what the linear model still promises, exceeds so many times
-# that of the model which it would have to match. Both generous: near the noise no fit is ever given up.
-TRUST, BEHIND = 10.0, 2.0
+# Odds of a form that was chosen from thousands: about one in ten thousand of the library's own.
+WRITTEN_ODDS = 4e-6
+# Reduction of χ² that a second input has to explain beside what a constant more has to.
+SECOND_INPUT = 10.0
+# So many effects of the library together may stand for one that it lacks.
+MANY = 3
 
 # --- what is alike -----------------------------------------------------------------------------------------------
 
 # Difference in χ² that speaks for neither of two models: two standard deviations of one whitened number.
 COINCIDE = 4.0
-# A stand-in must promise, to first order, at least this share of what the effect itself promises.
-COMPARABLE = 0.25
-# Mean gain per kinematic state, in χ², for which an effect is exchanged.
-WORTH_EXCHANGING = 0.5
-
 # Share of the clock's variance that an input explains where the states were measured in its order.
 SORTED = 0.8
 # Reduction of χ² that a block of slipped readings has to explain: there are hundreds of places for one.
@@ -82,5 +92,5 @@ IDLE = 9.0
 # --- whitened fits -----------------------------------------------------------------------------------------------
 
 # A fit that stopped early stands at a minimum if the linear model promises no more than this reduction of χ², in units
-# of χ² per number (at least of the stated noise): a difference of a tenth decides nothing.
-PROMISE = 0.1
+# of χ² per number (at least of the stated noise): odds of less than two to one.
+PROMISE = 1.0

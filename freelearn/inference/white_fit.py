@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 
@@ -15,19 +16,26 @@ from freelearn.fit.solver import State, Termination
 from freelearn.inference.journal import Ending, ended
 from freelearn.inference.linear_algebra import norms, orthonormal
 from freelearn.inference.noise import Whitener
-from freelearn.inference.thresholds import BEHIND, PROMISE, TRUST
+from freelearn.inference.thresholds import PROMISE
+from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
+from freelearn.models.priors import RawPrior
 
 # Relative differences of the sum of squares, and steps, that a fit does not pursue.
 TOLERANCE = 1e-7
-# Reduction of χ² that a fit does not pursue, in units of χ² per number: it moves a parameter by 0.001 σ.
-SETTLED = 1e-6
+# Reduction of χ² that a fit does not pursue, in units of χ² per number: it moves a parameter by 0.001 σ. Of a fit that
+# only has to be compared with others: it moves no evidence by a hundredth.
+SETTLED, COMPARED = 1e-6, 2e-2
 # χ² per number beyond which a model is so wrong that a share of it decides nothing: its fit need not be pursued.
 HOPELESS, ROUGHLY = 8.0, 1e-5
 # A parameter has gone if a change of its raw value by one changes the residuals by less than this share of them.
 GONE = 1e-4
 MAX_ITERATIONS = 60
+# Steps in which the sum of squares has to fall at all: of a fit that is only to be compared, and of others.
+FEW, MANY = 5, 15
+# A fit need not be pursued whose χ², less so many times what the linear model promises, is so much above a rival's.
+TRUST, BEHIND = 3.0, 60.0
 ONE = torch.ones(2, dtype=torch.float64)
 
 
@@ -38,7 +46,8 @@ class WhiteFit:
     vector: raw parameters (p,). residual (N, 2) and jacobian (N, 2, p): measured − predicted is −residual, whitened.
     raw_residual (N, 2) N, N·m and raw_jacobian (N, 2, p): the same, not whitened. shown (N, 2): what the model says the
     sensors show, of blank and censored readings too. converged: whether the search ended at a minimum; message says how
-    it ended.
+    it ended. prior: what was known of the vector beforehand, which joined the sum of squares; None for nothing. near:
+    the rows' equilibria, from which a like model's are soon found.
     """
 
     model: Model
@@ -50,11 +59,18 @@ class WhiteFit:
     shown: Tensor
     converged: bool
     message: str
+    prior: RawPrior | None = None
+    near: Near | None = None
 
     @property
     def chi2(self) -> float:
         """Sum of the squared whitened residuals."""
         return float(self.residual.square().sum())
+
+    @property
+    def proper(self) -> bool:
+        """Whether it ended in a minimum with an answer for every row."""
+        return self.converged and bool(self.residual.isfinite().all())
 
     def values(self) -> dict[str, float]:
         """Physical parameters, SI."""
@@ -64,24 +80,34 @@ class WhiteFit:
 
 
 class WhiteProblem:
-    """Whitened residuals of a model over rows, as functions of raw vectors; whitening stays fixed."""
+    """Whitened residuals of a model over rows, as functions of raw vectors; whitening stays fixed. What is known of the
+    vector beforehand stands below them, one number for each parameter."""
 
-    def __init__(self, model: Model, rows: Rows, whiten: Whitener) -> None:
-        self.problem, self.whiten = Problem(model, rows, ONE), whiten
+    def __init__(
+        self, model: Model, rows: Rows, whiten: Whitener, prior: RawPrior | None = None, near: Near | None = None
+    ) -> None:
+        """near: a like fit's."""
+        self.problem = Problem(model, rows, ONE, None if near is None else near.copy())
+        self.whiten, self.prior = whiten, prior
+        self.root = None if prior is None else prior.root
         self.shape = (len(rows), 2)
         # Where the derivatives were last taken: a search ends there, and need not take them once more.
         self._last: tuple[Tensor, Tensor] | None = None
 
     def residuals(self, vectors: Tensor) -> Tensor:
-        """(members, p) → (members, 2N)."""
+        """(members, p) → (members, 2N), or (members, 2N + p)."""
         raw = self.problem.residuals(vectors)
-        return torch.stack([self.whiten(r.reshape(self.shape)).reshape(-1) for r in raw])
+        white = torch.stack([self.whiten(r.reshape(self.shape)).reshape(-1) for r in raw])
+        if self.prior is None or self.root is None:
+            return white
+        return torch.cat([white, (vectors - self.prior.middle) @ self.root.T], dim=1)
 
     def jacobians(self, vectors: Tensor) -> Tensor:
-        """(members, p) → (members, 2N, p)."""
+        """(members, p) → (members, 2N, p), or (members, 2N + p, p)."""
         raw = self.problem.jacobians(vectors)
         self._last = vectors[-1].clone(), raw[-1].reshape(*self.shape, -1)
-        return torch.stack([self.whiten(j.reshape(*self.shape, -1)).flatten(0, 1) for j in raw])
+        white = torch.stack([self.whiten(j.reshape(*self.shape, -1)).flatten(0, 1) for j in raw])
+        return white if self.root is None else torch.cat([white, self.root.expand(len(white), -1, -1)], dim=1)
 
     def raw_jacobian(self, vector: Tensor) -> Tensor:
         """∂loads/∂vector at one vector (p,), not whitened: (N, 2, p)."""
@@ -89,11 +115,12 @@ class WhiteProblem:
             return self._last[1]
         return self.problem.jacobians(vector[None])[0].reshape(*self.shape, -1)
 
-    def asked(self, start: Tensor, rival: float | None, most: int) -> str:
+    def asked(self, start: Tensor, roughly: bool, rival: float | None = None) -> str:
         """Digest of what a fit from a start (p,) is about."""
-        model = self.problem.model
-        digest = hashlib.sha256(repr((model.name, model.labels(), self.shape, rival, most)).encode())
-        for tensor in (start, self.whiten.own, self.whiten.shared, self.whiten.shrink):
+        model, whiten = self.problem.model, self.whiten
+        digest = hashlib.sha256(repr((model.name, model.labels(), self.shape, roughly, rival)).encode())
+        known = () if self.prior is None else (self.prior.middle, self.prior.covariance)
+        for tensor in (start, whiten.force, whiten.moment, whiten.shared, whiten.shrink, *known):
             digest.update(tensor.detach().numpy().tobytes())
         return digest.hexdigest()[:24]
 
@@ -102,20 +129,28 @@ class WhiteProblem:
         says at a vector hangs, in its last digits, on the way there."""
         near = self.problem.states.near
         moved = self.problem.bound is not None or (near is not None and near.moved)
-        return WhiteProblem(self.problem.model, self.problem.rows, self.whiten) if moved else self
+        return WhiteProblem(self.problem.model, self.problem.rows, self.whiten, self.prior) if moved else self
 
 
 def white_fit(
-    model: Model, rows: Rows, whiten: Whitener, start: Tensor, rival: float | None = None, most: int = MAX_ITERATIONS
+    model: Model,
+    rows: Rows,
+    whiten: Whitener,
+    start: Tensor,
+    prior: RawPrior | None = None,
+    roughly: bool = False,
+    rival: float | None = None,
+    near: Near | None = None,
 ) -> WhiteFit:
     """Fits from one raw start (p,). The fit has a model of its own: the one given stays as it is, it may be another
     fit's.
 
-    rival: χ² that the fit has to match; one that clearly cannot is given up, unconverged. most: iterations.
+    prior: what is known of the vector beforehand. roughly: the fit is only to be compared with others. rival: χ² that
+    it has to come near; one that clearly cannot ends where it is. near: equilibria of a like fit of the same rows.
     """
     model = deepcopy(model)
-    problem = WhiteProblem(model, rows, whiten)
-    ending = ended(problem.asked(start, rival, most), lambda: _sought(problem, start, rival, most))
+    problem = WhiteProblem(model, rows, whiten, prior, near)
+    ending = ended(problem.asked(start, roughly, rival), lambda: _sought(problem, start, roughly, rival))
     vector = torch.tensor(ending["vector"], dtype=torch.float64)
     model.set_vector(vector)
     # What a fit ends with follows from its last vector alone, whether the way there was gone now or taken from a
@@ -123,7 +158,7 @@ def white_fit(
     return _ended(problem.unmoved(), vector, Termination(ending["status"]), ending["message"])
 
 
-def _sought(problem: WhiteProblem, start: Tensor, rival: float | None, most: int) -> Ending:
+def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | None) -> Ending:
     """How the search for a minimum ends."""
     lower, upper = problem.problem.model.raw_bounds()
     solver = LevenbergMarquardt(
@@ -134,13 +169,17 @@ def _sought(problem: WhiteProblem, start: Tensor, rival: float | None, most: int
         gtol=TOLERANCE,
         ftol=TOLERANCE,
         xtol=TOLERANCE,
-        max_iterations=most,
+        max_iterations=MAX_ITERATIONS,
         batched=True,
     )
     state = solver.init(start[None])
-    message = ""
-    while state.running and not (message := _enough(state, problem.problem.rows.readings.count, rival)):
+    message, count, losses = "", problem.problem.rows.readings.count, list[float]()
+    while state.running and not (message := _enough(state, count, roughly) or _stalled(losses, roughly)):
+        if rival is not None and len(losses) >= FEW and _behind(state, rival):
+            message = "Ended: another model fits far better than this one can."
+            break
         state = solver.step(state)
+        losses.append(float(state.point.loss[0]))
     result = state.result().member(0)
     return Ending(vector=result.x.tolist(), status=int(result.status), message=message or state.result().message(0))
 
@@ -148,24 +187,36 @@ def _sought(problem: WhiteProblem, start: Tensor, rival: float | None, most: int
 def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:
     """A model at a raw vector (p,) on other rows than it was fitted to: nothing whitened."""
     problem = Problem(model, rows, ONE)
+    jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
     with torch.no_grad():
         raw = problem.residual(vector).reshape(-1, 2)
-    jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
     shown = problem.readings(vector)
-    return WhiteFit(model, vector, raw, jacobian, raw, jacobian, shown, False, "Not fitted.")
+    near = problem.states.near
+    return WhiteFit(model, vector, raw, jacobian, raw, jacobian, shown, False, "Not fitted.", near=near)
 
 
-GIVEN_UP = "Given up: another model fits far better than this one can."
-
-
-def _enough(state: State, count: int, rival: float | None) -> str:
-    """Why a search need not go on, if so: nothing left to gain, or no chance to match the rival."""
-    loss, promised = float(state.point.loss[0]), float(state.point.model.attainable()[0])
-    if promised <= SETTLED * loss / count or (loss > HOPELESS * count and promised <= ROUGHLY * loss):
+def _enough(state: State, count: int, roughly: bool) -> str:
+    """Why a search need not go on, if so: nothing left to gain."""
+    loss, promised = float(state.point.loss.max()), float(state.point.model.attainable().max())
+    least = max(COMPARED, ROUGHLY * loss) if roughly else SETTLED * loss / count
+    if promised <= least or (loss > HOPELESS * count and promised <= ROUGHLY * loss):
         return "Converged: what the linear model still promises decides nothing."
-    if rival is not None and loss - TRUST * promised > BEHIND * rival:
-        return GIVEN_UP
     return ""
+
+
+def _behind(state: State, rival: float) -> bool:
+    """Whether a search cannot come near a rival's χ², though the linear model promised several times as much."""
+    loss, promised = float(state.point.loss[0]), float(state.point.model.attainable()[0])
+    return loss - TRUST * promised > rival + BEHIND
+
+
+def _stalled(losses: Sequence[float], roughly: bool) -> str:
+    """Why a search whose loss no longer falls need not go on, if so: at a kink, where a tube begins to hang loose, say,
+    steps become ever shorter."""
+    steps = FEW if roughly else MANY
+    if len(losses) <= steps or losses[-steps - 1] - losses[-1] > COMPARED:
+        return ""
+    return "The sum of squares no longer falls."
 
 
 def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: str) -> WhiteFit:
@@ -173,19 +224,27 @@ def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: 
     model there promises nothing that would decide anything: so a minimum that rounding hides is told from a kink, a
     valley and a search cut short."""
     model, whiten, shape = problem.problem.model, problem.whiten, problem.shape
+    # First, because what comes after it begins at the equilibria that it finds.
+    raw_jacobian = problem.raw_jacobian(vector)
     with torch.no_grad():
         raw = problem.problem.residual(vector).reshape(shape)
-    raw_jacobian = problem.raw_jacobian(vector)
     residual, jacobian = whiten(raw), whiten(raw_jacobian)
-    possible = status != Termination.INVALID_START and message != GIVEN_UP
-    converged = status.converged or (possible and _settled(residual, jacobian, vector, model))
-    shown = problem.problem.readings(vector)
-    return WhiteFit(model, vector.clone(), residual, jacobian, raw, raw_jacobian, shown, converged, message)
+    converged = status.converged or (
+        status != Termination.INVALID_START and _settled(problem, residual, jacobian, vector)
+    )
+    shown, prior = problem.problem.readings(vector), problem.prior
+    near = problem.problem.states.near
+    return WhiteFit(
+        model, vector.clone(), residual, jacobian, raw, raw_jacobian, shown, converged, message, prior, near
+    )
 
 
-def _settled(residual: Tensor, jacobian: Tensor, vector: Tensor, model: Model) -> bool:
-    flat = residual.reshape(-1)
-    promised = promise(flat, jacobian.flatten(0, 1), vector, *model.raw_bounds())
+def _settled(problem: WhiteProblem, residual: Tensor, jacobian: Tensor, vector: Tensor) -> bool:
+    flat, columns = residual.reshape(-1), jacobian.flatten(0, 1)
+    if problem.prior is not None and problem.root is not None:
+        flat = torch.cat([flat, problem.root @ (vector - problem.prior.middle)])
+        columns = torch.cat([columns, problem.root])
+    promised = promise(flat, columns, vector, *problem.problem.model.raw_bounds())
     return promised <= PROMISE * max(1.0, float(flat.square().mean()))
 
 

@@ -150,6 +150,12 @@ class States:
 
     def side_by_side(self) -> States:
         """All rows of the first of k members, then of the next, at the end block's elongation and twist: (k N,)."""
+        if self.near is None:
+            return self._side_by_side()
+        near, fixed = self.near, [tensor for _, tensor in self.tensors()]
+        return near.once("side by side", fixed, self._side_by_side).replace(near=near)
+
+    def _side_by_side(self) -> States:
         elongation = self.length - self.reference_length
         each = [m.replace(length=m.reference_length + elongation, twist=self.twist) for m in self.members]
         if any(m.second_angle is not None for m in each):

@@ -17,12 +17,16 @@ from freelearn.vmapped import everyone
 BALLOON = 2.5
 # A step this small (relative to u) ends the search. It leaves an error of about its square after Newton's step and of
 # its cube after Halley's, so 1e-8 and less, which the differentiable step in `inflate` squares once more.
-NEWTON_TOLERANCE = 1e-4
-HALLEY_TOLERANCE = 1e-3
+NEWTON_TOLERANCE = 1e-5
+HALLEY_TOLERANCE = 1e-4
+# From a start nearby the first step is small already, and no longer one of many: then it has to be this much smaller.
+NEARER = 1e-2
 # Largest change of u = r_i² in one iteration, as a factor.
 NEWTON_GROWTH = 1.6
 HALLEY_GROWTH = 2.5
 QUICK_ITERATIONS = 15
+# By this name States.near keeps the radii.
+RADIUS = "radius"
 MAX_ITERATIONS = 60
 
 
@@ -48,8 +52,14 @@ def inflate(states: States, energy: EnergySum, points: int | None = None) -> Inf
     solution, with its slope cut from the derivative, has just this derivative, and polishes u besides.
     Source: Krantz & Parks, The Implicit Function Theorem, 2003.
     """
-    tube = Tube.from_states(states, points)
-    return balance(energy.wall(tube), tube, states.inner_radius.square(), states.pressure)
+    tube, near = Tube.from_states(states, points), states.near
+    start = None if near is None else near.last(RADIUS, states.pressure)
+    if start is not None:
+        start = torch.where(start.isfinite(), start, tube.unloaded_u.detach())
+    inflated = balance(energy.wall(tube), tube, states.inner_radius.square(), states.pressure, start)
+    if near is not None:
+        near.keep(RADIUS, inflated.u, inflated.balanced)
+    return inflated
 
 
 def balance(wall: Wall, tube: Tube, reference: Tensor, pressure: Tensor, near: Tensor | None = None) -> Inflated:
@@ -84,7 +94,7 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     if wall.stiffens:
         u, settled = _halley(wall, start, ceiling, pressure, near)
     else:
-        u, settled = _newton(wall, start, ceiling, pressure)
+        u, settled = _newton(wall, start, ceiling, pressure, near)
     if settled is None:
         return _search(wall, reference, start, ceiling, pressure)
     return u, settled & (u < ceiling)
@@ -97,7 +107,7 @@ def _halley(
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
-    u = start
+    u, tolerance = start, HALLEY_TOLERANCE * (NEARER if near else 1.0)
     all_settled: bool | None = False
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
@@ -109,7 +119,7 @@ def _halley(
         target = torch.minimum(addcmul(u, u, step), ceiling)
         if i or near:
             # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
-            settled = (target - u).abs() <= HALLEY_TOLERANCE * u
+            settled = (target - u).abs() <= tolerance * u
             all_settled = everyone(settled)
         u = target
         if all_settled:
@@ -117,16 +127,16 @@ def _halley(
     return u, None if all_settled is False else settled
 
 
-def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor | None]:
+def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor | None]:
     """u and which rows settled, by Newton's steps; None where not all did or a pressure fell on the way."""
-    u = start
+    u, tolerance = start, NEWTON_TOLERANCE * (NEARER if near else 1.0)
     softest = torch.full_like(u, torch.inf)
     for _ in range(QUICK_ITERATIONS):
         value, slope = wall.carried(u)
         softest = torch.minimum(softest, slope)
         target = u - (value - pressure) / slope
         target = torch.minimum(torch.clamp(target, u / NEWTON_GROWTH, u * NEWTON_GROWTH), ceiling)
-        settled = (target - u).abs() <= NEWTON_TOLERANCE * u
+        settled = (target - u).abs() <= tolerance * u
         all_settled = everyone(settled)
         u = target
         if all_settled and everyone(softest > 0):

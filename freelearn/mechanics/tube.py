@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import torch
 from torch import Tensor
@@ -11,6 +13,7 @@ from torch import Tensor
 from freelearn.measurements.states import States
 
 # ∫ aⁿ da over the wall is this times Tube.powers[n].
+T = TypeVar("T")
 FACTORS = {n: 1.0 if n == -1 else 1 / (n + 1) for n in range(-3, 6)}
 
 
@@ -44,7 +47,15 @@ class Tube:
 
     @classmethod
     def from_states(cls, states: States, points: int | None = None) -> Tube:
-        """The tubes of N states."""
+        """The tubes of N states, made once where these are the same in every evaluation (States.near)."""
+        if states.near is None:
+            return cls._made_of(states, points)
+        shape = (states.length, states.twist, states.reference_length, states.inner_radius, states.outer_radius)
+        fibers = (states.fiber_angle, states.second_angle, states.second_share)
+        return states.near.once(f"tube {points}", (*shape, *fibers), lambda: cls._made_of(states, points))
+
+    @classmethod
+    def _made_of(cls, states: States, points: int | None) -> Tube:
         axial = states.length / states.reference_length
         thinner = torch.rsqrt(axial)
         first = cls(
@@ -59,7 +70,19 @@ class Tube:
         if states.second_angle is None:
             return first
         sine, cosine = torch.sin(states.second_angle) * thinner, torch.cos(states.second_angle)
-        return replace(first, second=replace(first, sine=sine, cosine=cosine, share=states.second_share))
+        second = replace(first, sine=sine, cosine=cosine, share=states.second_share)
+        return replace(first, second=second)
+
+    @cached_property
+    def _made(self) -> dict[Any, Any]:
+        return {}
+
+    def once(self, make: Callable[[Tube], T]) -> T:
+        """What is made of these tubes alone, made once."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        made: T = self._made[make]
+        return made
 
     @property
     def families(self) -> list[Tube]:

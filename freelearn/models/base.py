@@ -117,4 +117,7 @@ class Model(Chain, Generic[P]):
         samples = sorted({sample for effect in self.effects for sample in effect.samples})
         effects = [effect.name for effect in self.effects]
         members = max((len(effect.members) for effect in self.effects), default=0)
-        return {"model": self.name, "effects": effects, "samples": samples, "members": members, "state": self.state()}
+        known = {} if self.known.nothing else {"known": self.known.plain()}
+        return {"model": self.name, "effects": effects, "samples": samples, "members": members, **known} | {
+            "state": self.state()
+        }

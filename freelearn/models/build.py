@@ -18,6 +18,7 @@ from freelearn.models.continuum import Continuum
 from freelearn.models.effect import FAMILIES
 from freelearn.models.effects.registry import make_effects
 from freelearn.models.hybrid import Hybrid
+from freelearn.models.known import Known
 from freelearn.models.linear import Linear
 from freelearn.models.mlp import MLP
 from freelearn.models.parameters import misnamed
@@ -52,12 +53,13 @@ def build_model(
     effects: Sequence[str] = (),
     samples: Sequence[int] | None = None,
     members: int = 0,
+    known: Known | None = None,
 ) -> Model[Any]:
     """A model with its parameters' start values (SI) and effects. Raises UserError for unknown names or values.
 
     samples: those of the training set. With several, what is set by building or mounting a sample has one parameter
     for each of them. members: how many actuators share an end block, none for one alone; what is each one's own then
-    has a parameter for each.
+    has a parameter for each. known: what is known of parameters beforehand.
     """
     if name not in MODELS:
         raise UserError(
@@ -67,6 +69,7 @@ def build_model(
     kind = MODELS[name]
     model = kind(effects=make_effects(effects, kind.family, samples or (), name, members))
     model.set_values(values or {})
+    model.learn(known or Known())
     return model
 
 
@@ -87,6 +90,8 @@ def load_model(path: str | Path) -> Model[Any]:
             raise ValueError("it is not as it was written")
         known: dict[str, Any] = {name: content.get(name) for name in ("effects", "samples")}
         model = build_model(content["model"], **known, members=content.get("members", 0))
+        # First, because what was known held before the fit.
+        model.learn(Known.from_plain(content.get("known", {})))
         model.load_state_dict(content["state"])
     except UserError:
         raise

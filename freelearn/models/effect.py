@@ -47,6 +47,12 @@ class Effect(Generic[P]):
     # Effects of one port act in the order of their places, and of their names where these are equal.
     place: ClassVar[int] = 100
 
+    # Chance that an actuator or a bed has it, before anybody has looked: what goes wrong most often has more.
+    odds: ClassVar[float] = 0.04
+    # Share of what it explains that other forms of it in the literature would explain otherwise: so much of its gain is
+    # no evidence for anything else.
+    loose: ClassVar[float] = 0.0
+
     # Set by the base class of each port: its stop in the chain, the method to write, whether the state imposed depends
     # on the loads, and whether its derivatives at no effect follow from the loads without it and their derivatives by
     # the pressure, so that a structure solved once serves it.
@@ -98,6 +104,8 @@ class Effect(Generic[P]):
                 return f"start, scale and none of its parameter {p.name!r} must be finite numbers"
             if not p.allows(p.start) or not (p.none is None or p.lower <= p.none <= p.upper):
                 return f"start and none of its parameter {p.name!r} must lie within its bounds"
+            if p.prior is not None and not (math.isfinite(p.prior.middle) and p.prior.deviation > 0):
+                return f"the prior of its parameter {p.name!r} needs a finite middle and a deviation above zero"
         return None
 
     def declared(self) -> dict[str, Parameter]:

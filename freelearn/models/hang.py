@@ -8,11 +8,10 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.measurements.near import Near
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
-from freelearn.models.row_systems import divide
+from freelearn.models.row_systems import divide, mended
 from freelearn.vmapped import everyone, marked
 
 MAX_ITERATIONS = 80
@@ -20,13 +19,17 @@ MAX_ITERATIONS = 80
 EARLY = 8
 # A last step this small (in reference lengths and rad) leaves an error of about its square, which the differentiable
 # step takes away besides.
-TOLERANCE = 1e-7
+TOLERANCE = 1e-9
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 1.0)
 # Least stiffness that is followed, as a share of the largest: where the actuator gives way, it moves with the load.
 SOFTEST = 1e-3
 # Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.
 RANGE = ((0.2, 4.0), (-25.0, 25.0))
+# Steps with the stiffness of a place nearby, before derivatives are taken.
+CHORDS = 6
+# By these names States.near keeps q and the stiffness.
+PLACE, STIFFNESS = "rest", "rest stiffness"
 
 Values = dict[str, Tensor]
 # The loads that the sensors would show at a state, and the values of some rows (RawVector.rows_of).
@@ -42,12 +45,13 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
     with the stiffness cut from the derivative, has the derivative of the implicit function theorem (see models.mount).
     A row that does not settle, or not in a stable state, has no equilibrium.
     """
-    near, states = states.near, states.replace(near=None)
+    exact = torch.is_grad_enabled()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach(), fixed, near, loads, rows_of)
-    if near:
-        near.keep(at.q, at.settled)
+        at = _solve(states.detach() if exact else states, fixed, loads, rows_of, exact)
+    if states.near:
+        states.near.keep(PLACE, at.q, at.settled)
+        states.near.keep(STIFFNESS, at.stiffness, at.settled)
     prediction = loads(_moved(states, at.q), values)
     excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
     # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
@@ -64,9 +68,18 @@ class _Rest(NamedTuple):
     settled: Tensor
 
 
-def _solve(states: States, values: Values, near: Near | None, loads: Loads, rows_of: RowsOf) -> _Rest:
-    start = torch.stack([states.length, states.twist], dim=-1)
-    at = _newton(states, near.start(start) if near else start, values, loads, EARLY)
+def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf, exact: bool) -> _Rest:
+    """exact: whether the stiffness has to be that at q, or may be that of where the last search ended."""
+    q, near = torch.stack([states.length, states.twist], dim=-1), states.near
+    if near is not None:
+        q = near.start(PLACE, q)
+        known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
+        if known is not None:
+            at = _chords(states, q, known, values, loads)
+            if not exact and everyone(at.settled):
+                return at
+            q = torch.where(at.settled[:, None], at.q, q)
+    at = _newton(states, q, values, loads, EARLY)
     left = marked(~at.settled)
     if left is None:  # inside vmap
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
@@ -74,6 +87,27 @@ def _solve(states: States, values: Values, near: Near | None, loads: Loads, rows
         rest = _newton(states[left], at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
         at = _Rest(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
     return at
+
+
+def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads: Loads) -> _Rest:
+    """A few of Newton's steps from q (N, 2) with the stiffness (N, 2, 2) of a place nearby: no derivatives taken.
+
+    Each pair of loads on the way mends it along the step that led there (Broyden 1965). Rows whose stiffness is not
+    known, or not stable, or that do not settle, are left to Newton's method.
+    """
+    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    hung = torch.stack([states.force, states.moment], dim=-1)
+    excess = loads(_moved(states, q), values).loads - hung
+    for _ in range(CHORDS):
+        step = divide(excess, stiffness)
+        settled = (step.abs() <= TOLERANCE * size).all(-1)
+        if everyone(settled):
+            break
+        q, before = q + step, excess
+        excess = loads(_moved(states, q), values).loads - hung
+        stiffness = mended(stiffness, before - excess, step, size)
+    stable = _positive(stiffness * size[:, :, None] * size[:, None, :])[1]
+    return _Rest(q, stiffness, settled & stable)
 
 
 def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations: int) -> _Rest:

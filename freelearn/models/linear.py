@@ -45,6 +45,7 @@ class Linear(Model[Stiffness]):
     parameter_class = Stiffness
     conservative = True
     relaxed_at_rest = True
+    unnatural = frozenset({"ka", "kb", "kc"})
 
     def __init__(self, ka: float = 1e3, kb: float = 1e-1, kc: float = 0.0, effects: Sequence[Effect[Any]] = ()) -> None:
         super().__init__(effects, ka=ka, kb=kb, kc=kc)

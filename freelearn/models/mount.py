@@ -11,7 +11,7 @@ from torch import Tensor
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
 from freelearn.models.row_derivatives import rows_jacobian
-from freelearn.models.row_systems import determinant, divide
+from freelearn.models.row_systems import determinant, divide, mended
 from freelearn.vmapped import everyone, marked
 
 MAX_ITERATIONS = 15
@@ -19,9 +19,13 @@ MAX_ITERATIONS = 15
 EARLY = 5
 # Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
 # differentiable step takes away besides.
-TOLERANCE = 1e-7
+TOLERANCE = 1e-9
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 0.3)
+# Steps with the stiffness of a place nearby, before derivatives are taken.
+CHORDS = 6
+# By these names States.near keeps q and A.
+PLACE, STIFFNESS = "mount", "mount stiffness"
 
 Values = dict[str, Tensor]
 # The state imposed by a mount that carries these loads, and the loads of an actuator at a state.
@@ -46,11 +50,13 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     implicit function theorem, and τ + A (q_new − q) that of the loads (see mechanics.equilibrium). A row that does not
     settle, or only where the mount has snapped through (det J ≤ 0), counts as one without equilibrium.
     """
+    exact = torch.is_grad_enabled()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach(), fixed, impose, loads, rows_of)
+        at = _solve(states.detach() if exact else states, fixed, impose, loads, rows_of, exact)
     if states.near:
-        states.near.keep(at.q, at.settled)
+        states.near.keep(PLACE, at.q, at.settled)
+        states.near.keep(STIFFNESS, at.stiffness, at.settled)
     prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
     step = torch.where(at.settled[:, None], -divide(at.q - imposed, at.jacobian), 0.0)
@@ -69,9 +75,18 @@ class _Solution(NamedTuple):
     settled: Tensor
 
 
-def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
-    start = _place(states)
-    at = _newton(states, states.near.start(start) if states.near else start, values, impose, loads, EARLY)
+def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf, exact: bool) -> _Solution:
+    """exact: whether the derivatives have to be those at q, or may be those of where the last search ended."""
+    q, near = _place(states), states.near
+    if near is not None:
+        q = near.start(PLACE, q)
+        known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
+        if known is not None:
+            at = _chords(states, q, known, values, impose, loads)
+            if not exact and everyone(at.settled):
+                return at._replace(settled=determinant(at.jacobian) > 0)
+            q = torch.where(at.settled[:, None], at.q, q)
+    at = _newton(states, q, values, impose, loads, EARLY)
     left = marked(~at.settled)
     if left is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
@@ -83,11 +98,42 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
 
 
+def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose: Impose, loads: Loads) -> _Solution:
+    """A few of Newton's steps from q (N, 2) with the stiffness A (N, 2, 2) of a place nearby: no derivatives taken.
+
+    Each pair of loads on the way mends A along the step that led there (Broyden 1965). Rows whose A is not known, or
+    that do not settle, are left to Newton's method.
+    """
+    size = _size(states)
+    carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
+    imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
+    for _ in range(CHORDS):
+        jacobian = _identity(size) - yielding @ stiffness
+        step = -divide(q - imposed, jacobian)
+        settled = (step.abs() <= TOLERANCE * size).all(-1)
+        if everyone(settled):
+            break
+        q, before = q + step, carried
+        carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
+        stiffness = mended(stiffness, carried - before, step, size)
+        imposed = _place(impose(states, carried, values))
+    return _Solution(q, jacobian, stiffness, settled)
+
+
+def _size(states: States) -> Tensor:
+    """What counts as one of (l, φ): the reference length and 1 rad, (N, 2)."""
+    return torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+
+
+def _identity(size: Tensor) -> Tensor:
+    return torch.eye(2, dtype=size.dtype, device=size.device)
+
+
 def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Loads, iterations: int) -> _Solution:
     """At most so many iterations of Newton's method from q (N, 2)."""
-    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    size = _size(states)
     largest = size * torch.tensor(LARGEST, dtype=size.dtype, device=size.device)
-    identity = torch.eye(2, dtype=size.dtype, device=size.device)
+    identity = _identity(size)
     for _ in range(iterations):
         carried, stiffness = rows_jacobian(
             lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1]), values).loads, q

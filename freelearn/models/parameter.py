@@ -3,10 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
+
+# How many deviations from the middle a parameter is still plausible: 99 % of a normal distribution, and 99.9 % of what
+# is known of an effect's size, which says less of actuators that nobody has measured yet.
+PLAUSIBLE, PLAUSIBLE_EFFECT = 2.576, 3.29
+# Of what is declared without a prior: decades for a logarithm, and noticeable effects for another number.
+DECADES, EFFECTS = 1.0, 3.0
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of a parameter before its table is looked at: a normal distribution.
+
+    middle: SI. deviation: SI, or, of a parameter whose logarithm a fit moves, of its natural logarithm. of: the reading
+    (force, moment) whose largest value both count in, where sensors and mounts differ in proportion to it. common:
+    share of the variance that samples, or members, of one table have in common: tubes are cut from one stock.
+    """
+
+    middle: float
+    deviation: float
+    source: str = ""
+    of: str = ""
+    common: float = 0.8
 
 
 @dataclass(frozen=True)
@@ -18,6 +41,7 @@ class Parameter:
     and its scale does not matter. source: where the standard form comes from. per_sample: a fit of several samples
     has one value for each. per_member: each of several actuators on one end block has one. scale: size of a noticeable
     effect (of a plausible one, for a parameter that has no value without effect); every parameter of an effect has it.
+    prior: what is known of it beforehand; None for a wide one about no effect, or about the start.
     """
 
     name: str
@@ -32,6 +56,39 @@ class Parameter:
     per_sample: bool = False
     scale: float | None = None
     per_member: bool = False
+    prior: Prior | None = None
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it may have one value alone: no fit moves it, and nothing is its derivative."""
+        return self.lower == self.upper
+
+    @property
+    def known(self) -> Prior:
+        """The prior that was declared, or a wide one."""
+        if self.prior is not None:
+            return self.prior
+        if self.log:
+            return Prior(self.start, DECADES * math.log(10.0))
+        middle = self.start if self.none is None else self.none
+        return Prior(middle, EFFECTS * self.scale if self.scale else math.inf)
+
+    @property
+    def far(self) -> float:
+        """Deviations from the middle of its prior up to which it is plausible."""
+        return PLAUSIBLE if self.none is None or self.log else PLAUSIBLE_EFFECT
+
+    def plausible(self, spans: Mapping[str, float]) -> tuple[float, float]:
+        """Lowest and highest value in SI that its prior and its bounds allow. spans: see `models.priors`."""
+        if self.fixed:
+            return self.lower, self.upper
+        prior = self.known
+        size = spans.get(prior.of, 1.0)
+        if self.log:
+            ends = [prior.middle * size * math.exp(sign * self.far * prior.deviation) for sign in (-1, 1)]
+        else:
+            ends = [size * (prior.middle + sign * self.far * prior.deviation) for sign in (-1, 1)]
+        return max(ends[0], self.lower), min(ends[1], self.upper)
 
     def to_raw(self, value: float) -> Tensor:
         """The raw number, (), of a value in SI: its logarithm where the fit moves that."""
@@ -39,7 +96,9 @@ class Parameter:
         return torch.tensor(raw, dtype=torch.float64)
 
     def to_physical(self, raw: Tensor) -> Tensor:
-        """The value in SI of a raw number, differentiable."""
+        """The value in SI of a raw number, differentiable; a constant where it is fixed."""
+        if self.fixed:
+            return torch.full_like(raw, self.lower)
         return raw.exp() if self.log else raw
 
     def allows(self, value: float) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, get_args, get_origin
 from torch import Tensor
 from typing_extensions import TypeVar
 
-from freelearn.models.parameter import Parameter
+from freelearn.models.parameter import Parameter, Prior
 
 if sys.version_info >= (3, 11):
     from typing import dataclass_transform
@@ -31,12 +31,13 @@ def parameter(
     scale: float | None = None,
     source: str = "",
     per_member: bool = False,
+    prior: Prior | None = None,
 ) -> Any:
     """Declares one physical parameter inside a class of `Parameters`; the attribute's name is the parameter's.
 
     The arguments are those of `freelearn.models.parameter.Parameter`, in SI.
     """
-    return Parameter("", symbol, unit, start, lower, upper, none, log, source, per_sample, scale, per_member)
+    return Parameter("", symbol, unit, start, lower, upper, none, log, source, per_sample, scale, per_member, prior)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter,))

@@ -21,7 +21,7 @@ from freelearn.mechanics.tube import Tube
 from freelearn.models.base import Model, Values
 from freelearn.models.continuum import Continuum
 from freelearn.models.effect import Effect
-from freelearn.models.material import Material
+from freelearn.models.material import RUBBER, Material
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import columns
 from freelearn.models.prediction import Prediction, Status
@@ -47,7 +47,7 @@ class ContinuumThinWall(Continuum):
 class Wall(Parameters):
     """C1: shear modulus of the wall [Pa]."""
 
-    C1: Tensor = parameter("C₁", "Pa", start=1e5, lower=0.0, log=True)
+    C1: Tensor = parameter("C₁", "Pa", start=1e5, lower=0.0, log=True, prior=RUBBER)
 
 
 class ContinuumInextensible(Model[Wall]):

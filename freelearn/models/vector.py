@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
 
 from freelearn.errors import UserError, unknown
+from freelearn.models.known import Known
 from freelearn.models.parameter import Parameter
 
 # Weights and physical parameters (SI) by name.
@@ -25,6 +27,8 @@ class RawVector(nn.Module):
     """
 
     name: str
+    # Declared parameters that are not each one's own raw number (the entries of a matrix by its factors).
+    unnatural: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, declared: Mapping[str, Parameter], weights: Mapping[str, tuple[int, ...]] | None = None) -> None:
         """declared: physical parameters by name. weights: shapes of parameters without physical meaning."""
@@ -32,6 +36,39 @@ class RawVector(nn.Module):
         self.weights = dict(weights or {})
         self.declared = dict(declared)
         self.raw = nn.ParameterDict()
+        self.known = Known()
+
+    def learn(self, known: Known) -> None:
+        """Takes over what a user knows of the parameters beforehand. Raises UserError."""
+        if known.nothing:
+            return
+        values = self.scalars()
+        for label, p in self.declared.items():
+            self._check(label, known)
+            self.declared[label], values[label] = known.told(label, p, values[label])
+        # What builds the model again needs the values that hold.
+        held = {label: values[label] for label, p in self.declared.items() if p.fixed}
+        self.known = replace(known, starts={**known.starts, **held})
+        self.set_values(values)
+
+    def beforehand(self) -> dict[str, str]:
+        """What was known of parameters before a fit, in words, by label."""
+        told = {label: self.known.words(label, p) for label, p in self.declared.items()}
+        return {label: words for label, words in told.items() if words}
+
+    def _check(self, label: str, known: Known) -> None:
+        """Whether what is known of a parameter can be. Raises UserError."""
+        if label in self.unnatural and (known.holds(label) or known.bounded(label) or known.prior(label)):
+            raise UserError(
+                f"{label} of model {self.name} cannot be fixed, bounded or known alone: a fit moves the factors of the "
+                "whole matrix."
+            )
+
+    @property
+    def free(self) -> Tensor:
+        """Which entries of the raw vector a fit moves, (p,) bool."""
+        moved = [True] * (len(self.vector()) - len(self.declared)) + [not p.fixed for p in self.declared.values()]
+        return torch.tensor(moved, dtype=torch.bool)
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Sets physical parameters by name, in SI; those not named keep their value. Raises UserError."""

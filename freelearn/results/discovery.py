@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -14,9 +15,10 @@ import torch
 
 from freelearn.answer.bands import Bands
 from freelearn.inference.candidate import Candidate
+from freelearn.inference.checks.check import TableCheck
 from freelearn.inference.covariance import parameter_covariance
-from freelearn.inference.crossval import HELDOUT_IS
 from freelearn.inference.failures import Failure
+from freelearn.inference.left_out import HELDOUT_IS
 from freelearn.inference.next_experiment import NextState
 from freelearn.inference.order import DRIFT, unknown
 from freelearn.inference.remainder import Remainder
@@ -33,9 +35,10 @@ from freelearn.results.estimate import Estimate, searched_estimates
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
 from freelearn.results.proposal_curve import ProposalCurve
-from freelearn.results.proposals import file_of, proposal_entry
+from freelearn.results.proposals import proposal_entry
 from freelearn.results.states import pick_states
 from freelearn.results.suspects import SuspectedReading, flagged
+from freelearn.results.verdict_words import verdict_in_words
 
 
 @dataclass
@@ -111,8 +114,8 @@ def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFram
 def final_estimates(findings: Findings) -> list[Estimate]:
     """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
     model = findings.final.fit.model
-    freedom = max(len(np.unique(findings.rows.state)) - len(model.vector()), 1)
-    return searched_estimates(findings.final.fit.values(), stderr(findings.final), model.declared, freedom)
+    freedom = max(len(np.unique(findings.rows.state)) - int(model.free.sum()), 1)
+    return searched_estimates(findings.final.fit.values(), stderr(findings.final), model, freedom)
 
 
 def document(
@@ -125,17 +128,22 @@ def document(
     notes: list[str],
     untestable: list[Candidate],
     about: dict[str, Any],
+    stopping: Sequence[TableCheck] = (),
 ) -> dict[str, Any]:
-    """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null."""
+    """Everything in discovery.json, with the contract's fields first. Numbers that do not exist are null. stopping:
+    checks of the table that failed and stop every claim."""
     first, last = findings.steps[0], findings.final
     pairs = zip([None, *findings.steps], findings.steps, strict=False)
     entries = [proposal_entry(p, findings.noise_floor) for p in findings.proposals]
     written, hinted = (entries, []) if findings.verdict == "proposed" else ([], entries)
     content = {
         "verdict": findings.verdict,
-        "says": verdict_in_words(findings),
+        "says": verdict_in_words(findings, classes_of(findings), stopping),
         "effects": findings.effects,
         "classes": classes_of(findings),
+        "models": [vars(model) for model in findings.models],
+        "shares": findings.answer.shares if findings.answer else {},
+        "referee": [check.plain() for check in findings.referee.checks] if findings.referee else [],
         "alternatives": [{name: _rebuilt(step) for name, step in members.items()} for members in findings.classes],
         "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},
@@ -225,26 +233,3 @@ def stderr(step: Step) -> dict[str, float]:
     depends = step.fit.jacobian.flatten(0, 1).abs().amax(0)
     moved = depends[len(depends) - len(errors) :] > 0
     return dict(zip(step.fit.model.declared, torch.where(moved, errors, torch.nan).tolist(), strict=True))
-
-
-def verdict_in_words(findings: Findings) -> str:
-    """One sentence for the researcher."""
-    names = ", ".join(findings.effects)
-    if findings.verdict == "adequate":
-        return "Adequate: at this accuracy nothing systematic is missing."
-    if findings.verdict == "named":
-        was, them = ("was", "it") if len(findings.effects) == 1 else ("were", "them")
-        return f"Named: {names} {was} missing; with {them} nothing systematic is left."
-    if findings.verdict == "class":
-        groups = "; ".join(" or ".join(c) for c in classes_of(findings))
-        return f"Class: what was missing is {groups}. The data cannot tell the alternatives apart."
-    if findings.verdict == "proposed":
-        new = [p for p in findings.proposals if p.written.name in findings.effects]
-        wrote = "; ".join(f"{p.written.formula} ({p.written.place.changes}, file {file_of(p)})" for p in new)
-        beside = ", ".join(e for e in findings.effects if e not in [p.written.name for p in new])
-        library = f"{beside} and something that is in no library were missing" if beside else (
-            "what was missing is in no library"
-        )  # fmt: skip
-        return f"Proposed: {library}; the search wrote {wrote}, and with it nothing systematic is left."
-    helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it." if names else ""
-    return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"

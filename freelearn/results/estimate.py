@@ -9,6 +9,8 @@ from typing import Any
 
 from freelearn.fit.options import NORMAL, PROFILE
 from freelearn.fit.uncertainty import Uncertainty, interval
+from freelearn.models.base import Model
+from freelearn.models.known import FIXED
 from freelearn.models.parameter import Parameter
 from freelearn.results.formats import finite, number, percent
 from freelearn.results.tables import DisplayTable
@@ -24,6 +26,7 @@ class Estimate:
 
     low, high: infinite where a profile has no end. independent: the standard error under independent residuals, NaN
     where none was computed. kind: of the interval, normal or profile, "" without one; note: what to know of it.
+    beforehand: what its user said of it before the fit, "" for nothing.
     """
 
     name: str
@@ -35,13 +38,14 @@ class Estimate:
     independent: float = math.nan
     kind: str = ""
     note: str = ""
+    beforehand: str = ""
 
     @classmethod
     def from_plain(cls, name: str, entry: Mapping[str, Any]) -> Estimate:
         """The estimate whose entry `plain` wrote."""
         keys = {
             "stderr": "stderr", "low": "low", "high": "high", "independent": "stderr_independent",
-            "kind": "interval", "note": "interval_note",
+            "kind": "interval", "note": "interval_note", "beforehand": "beforehand",
         }  # fmt: skip
         known = {field: entry[key] for field, key in keys.items() if entry.get(key) is not None}
         return cls(name, entry["value"], entry["unit"], **known)
@@ -57,17 +61,19 @@ class Estimate:
             "stderr_independent": finite(self.independent),
             "interval": self.kind or None,
             "interval_note": self.note or None,
+            **({"beforehand": self.beforehand} if self.beforehand else {}),
         }
 
 
-def fitted_estimates(uncertainty: Uncertainty, declared: Mapping[str, Parameter]) -> list[Estimate]:
+def fitted_estimates(uncertainty: Uncertainty, model: Model[Any]) -> list[Estimate]:
     """An estimate for each entry of a fitted raw vector, weights included; these have no unit."""
+    declared, beforehand = model.declared, model.beforehand()
     u = uncertainty
     columns = (u.values, u.stderr, u.low, u.high, u.stderr_independent)
     units = [declared[name].unit if name in declared else "" for name in uncertainty.names]
     numbers = (map(float, entry) for entry in zip(*columns, strict=True))
     return [
-        Estimate(name, value, unit, stderr, low, high, independent, kind, words)
+        Estimate(name, value, unit, stderr, low, high, independent, kind, words, beforehand.get(name, ""))
         for name, unit, (value, stderr, low, high, independent), kind, words in zip(
             u.names, units, numbers, u.kinds, u.words, strict=True
         )
@@ -80,26 +86,33 @@ def plain_estimates(values: Mapping[str, float], declared: Mapping[str, Paramete
 
 
 def searched_estimates(
-    values: Mapping[str, float], stderr: Mapping[str, float], declared: Mapping[str, Parameter], freedom: int
+    values: Mapping[str, float], stderr: Mapping[str, float], model: Model[Any], freedom: int
 ) -> list[Estimate]:
     """Estimates from values and standard errors (SI), with 95 % intervals of `freedom`; see fit.uncertainty.interval.
 
-    A parameter without a standard error has no interval."""
-    entries = []
+    A parameter without a standard error has no interval, and one that was held has no error."""
+    entries, beforehand = [], model.beforehand()
     for name, value in values.items():
-        error = stderr.get(name, math.nan)
-        low, high = interval([value], [error], [declared[name].log], freedom)
-        entries.append(Estimate(name, value, declared[name].unit, error, float(low[0]), float(high[0]), kind=NORMAL))
+        p = model.declared[name]
+        error = 0.0 if p.fixed else stderr.get(name, math.nan)
+        low, high = interval([value], [error], [p.log], freedom)
+        ends, said = (float(low[0]), float(high[0])), beforehand.get(name, "")
+        entries.append(Estimate(name, value, p.unit, error, *ends, kind=NORMAL, beforehand=said))
     return entries
 
 
 def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTable:
     """Parameters with 95 % intervals."""
-    rows = []
+    rows, last = [], _last(estimates)
     for e in estimates:
         cells = [number(_shown(e.value)), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
-        rows.append([e.name, *cells, e.unit])
-    return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last=["unit"])
+        rows.append([e.name, *cells, e.unit, e.beforehand][: 5 + len(last)])
+    return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last)
+
+
+def _last(estimates: Sequence[Estimate]) -> list[str]:
+    """Headings of the last columns: what was known beforehand, where there is any."""
+    return ["unit", "beforehand"] if any(e.beforehand for e in estimates) else ["unit"]
 
 
 def _shown(value: float) -> float:
@@ -113,7 +126,7 @@ def _shown(value: float) -> float:
 
 def intervals_caption(estimates: Sequence[Estimate]) -> str:
     """Which kind of intervals these are, where some are not the usual, normal ones; else nothing."""
-    normal = [e.name for e in estimates if e.kind == NORMAL]
+    normal = [e.name for e in estimates if e.kind == NORMAL and e.beforehand != FIXED]
     if not any(e.kind == PROFILE for e in estimates):
         return ""
     rest = f"; of {', '.join(normal)}: normal" if normal else ""
@@ -122,11 +135,11 @@ def intervals_caption(estimates: Sequence[Estimate]) -> str:
 
 def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
     """Parameters as in a fit report: more digits, the relative standard error, and the textbook one."""
-    rows = []
+    rows, last = [], _last(estimates)
     for e in estimates:
         relative = f"({percent(e.stderr / abs(e.value))}%)" if e.value and math.isfinite(e.stderr) else ""
         # An unknown standard error leaves its cells blank; the report names the parameter under its warnings.
         known = [number(e.stderr, 4), relative, number(e.low, 6), number(e.high, 6), number(e.independent, 4)]
-        rows.append([e.name, number(_shown(e.value), 8), *known, e.unit])
+        rows.append([e.name, number(_shown(e.value), 8), *known, e.unit, e.beforehand][: 7 + len(last)])
     numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
-    return DisplayTable.of(["name"], numbers, rows, last=["unit"])
+    return DisplayTable.of(["name"], numbers, rows, last=last)

@@ -50,7 +50,7 @@ def _statistics(
     model: Model[Any], uncertainty: Uncertainty, method: str, message: str, epochs: int, counts: dict[str, int],
     measured: Sequence[Quantity],
 ) -> str:  # fmt: skip
-    n, p, chi2 = uncertainty.residuals, len(uncertainty.values), uncertainty.chi_square
+    n, p, chi2 = uncertainty.residuals, int(model.free.sum()), uncertainty.chi_square
     per_residual = n * math.log(chi2 / n) if chi2 > 0 else -math.inf
     rows = [
         ("fitting method", method),
@@ -77,7 +77,7 @@ def _statistics(
 
 
 def _variables(model: Model[Any], uncertainty: Uncertainty) -> str:
-    estimates = fitted_estimates(uncertainty, model.declared)
+    estimates = fitted_estimates(uncertainty, model)
     table = long_parameter_table(estimates)
     freedom = f"Student's t with {uncertainty.freedom} degrees of freedom, kinematic states less parameters"
     explained = [

@@ -26,10 +26,12 @@ def notes(model: Model[Any], start: Tensor) -> list[str]:
     lower, upper = model.raw_bounds()
     offset = len(vector) - len(model.declared)
     for i, name in enumerate(model.declared, offset):
+        if model.declared[name].fixed:
+            continue
         value = vector[i]
         reach = 1e-9 * max(1.0, float(value.abs()))
         if value - lower[i] <= reach or upper[i] - value <= reach:
-            said.append(f"{name} is at its bound ({float(value):.6g} {model.declared[name].unit}).")
+            said.append(f"{name} is at its bound ({physical[name]:.6g} {model.declared[name].unit}).")
         elif model.declared[name].log and physical[name] < VANISHED * abs(model.declared[name].start):
             said.append(f"{name} has gone to zero: the rows ask for none of it.")
         elif torch.isclose(value, start[i], rtol=1e-7, atol=1e-12):

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.inference.thresholds import ALPHA
+from freelearn.inference.thresholds import CLEAR
 from freelearn.results.formats import fixed, number, percent
 from freelearn.results.tables import DisplayTable
 
 # What p tells of an effect, however large: how much the rest of the misfit would give to any by chance.
-STANDS_OUT, NO_MORE = f"stands out, p ≤ {ALPHA:g}", "may be the rest of the misfit"
+STANDS_OUT, NO_MORE = f"stands out, p ≤ {CLEAR:g}", "may be the rest of the misfit"
 
 # Of a candidate in discovery.json.
 COLUMNS = ["effect", "p_value", "E_heldout", "E_new_sample", "score", "step", "status", "reason"]

@@ -79,7 +79,7 @@ class Run:
         """The physical parameters; of a network its weights and biases, as far as they were fitted."""
         if self.uncertainty is None:
             return plain_estimates(self.model.scalars(), self.model.declared)
-        return fitted_estimates(self.uncertainty, self.model.declared)
+        return fitted_estimates(self.uncertainty, self.model)
 
     def counts(self) -> dict[str, int]:
         """Rows of the table: all, used by the fit, buckled, left out by the user, and of the others those without a

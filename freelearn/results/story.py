@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from freelearn.results.claim_tables import checks_table, models_table, shares_table
 from freelearn.results.discovery import Discovery, trail_numbers
 from freelearn.results.discovery_tables import failure_lines, final_parameters, note_lines
 from freelearn.results.lab_note import discovery_note, run_note
@@ -31,11 +32,15 @@ def run_story(run: Run, origin: Origin) -> str:
 
 
 def discovery_story(discovery: Discovery) -> str:
-    """A search: in one paragraph, its steps, the last model's parameters, where the first one failed, what to know."""
+    """A search: in one paragraph, its steps, whether its claim stands and what else would fit as well, the last model's
+    parameters, where the first one failed, what to know."""
+    content = discovery.content
+    claim = [checks_table(content["referee"]), models_table(content["models"]), shares_table(content["shares"])]
     return _parts(
         [
             plain(discovery_note(discovery)),
-            markdown(staircase_table(trail_numbers(discovery.content))),
+            markdown(staircase_table(trail_numbers(content))),
+            *(markdown(table) for table in claim if table),
             markdown(final_parameters(discovery)),
             listed(failure_lines(discovery, MOST_FAILURES)),
             listed(note_lines(discovery)),

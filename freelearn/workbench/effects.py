@@ -19,6 +19,7 @@ from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
 MOST_STATES = 3
+NOWHERE = "No region stands out."
 # What is missing has more to say.
 COLUMNS = "minmax(0, 2fr) minmax(0, 3fr)"
 # Reasons are long: they go on below.
@@ -63,8 +64,8 @@ class Effects(Part):
         """Shows the session as it is."""
         runs, search = self.session.comparable(), self.session.discovery()
         lines = self.session.about(runs[-1])["failures"] if runs else []
-        left = search and runs and self.session.adopted(runs[-1]) and search["verdict"] != "unexplained"
-        none = "Nothing systematic is left." if left else "No region stands out." if runs else "Nothing fitted yet."
+        own = search if runs and self.session.adopted(runs[-1]) else None
+        none = _nowhere(own) if runs else "Nothing fitted yet."
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._rankings(search)
         options = self._labels(search)
@@ -110,6 +111,14 @@ class Effects(Part):
         added = self.session.added.items()
         own = {f"{name}: written by a search, {about['formula']}": name for name, about in added}
         return {label: name for label, name in own.items() if name not in known.values()} | known
+
+
+def _nowhere(search: dict[str, Any] | None) -> str:
+    """What it means that the model of a search fails nowhere."""
+    verdict = search["verdict"] if search else "unexplained"
+    return {"unexplained": NOWHERE, "undecided": "Whether anything is left these rows cannot tell."}.get(
+        verdict, "Nothing systematic is left."
+    )
 
 
 def _told(bed: str) -> list[str]:

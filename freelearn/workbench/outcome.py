@@ -18,6 +18,7 @@ from freelearn.workbench.words import say, table, words
 # Beside the staircase where there is room, else above it.
 COLUMNS = "repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
 
+FOUND, LIKELIEST = "Add what was found", "Add what it is most probably"
 OF_THE_SEARCH = "Fits of the search: they weigh each reading by its noise and are tested on every state in turn."
 
 
@@ -27,7 +28,7 @@ class Outcome:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.verdict, self.title, self.parameters = words(), words(), words()
-        self.use = pn.widgets.Button(name="Add what was found", button_type="success", visible=False, width=260)
+        self.use = pn.widgets.Button(name=FOUND, button_type="success", visible=False, width=260)
         self.use.on_click(lambda _: session.adopt())
         self.answer = Answer(session)
         self.staircase = StaircaseChart(width=360, height=290, what="error where it was not fitted")
@@ -44,6 +45,8 @@ class Outcome:
         say(self.verdict, [search["says"]] if search else [], "verdict")
         found = self.session.found()
         self.use.visible = bool(found) and set(found) != set(self.session.question.effects)
+        # Of an undecided table nothing was found: it may be this.
+        self.use.name = LIKELIEST if search and search["verdict"] == "undecided" else FOUND
         self.use.disabled = self.session.busy
         self.answer.refresh()
         if not drawn:

@@ -1,9 +1,11 @@
 """`python discover.py` from a table to a verdict, on data of the benchmark's bed: other code, other quadrature."""
 
 import json
+import math
 import subprocess
 import sys
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pandas as pd
@@ -17,14 +19,18 @@ from freelearn.commands.configuration import settings
 from freelearn.commands.discover import discover
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
-from freelearn.inference import white_fit
+from freelearn.inference.journal import Journal
 from freelearn.inference.search import search
 from freelearn.inference.suspects import Suspect
 from freelearn.models.build import load_model
+from freelearn.results.formats import true_minus
 from freelearn.testing.reference.truths import outside
 
 FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}
-CONTRACT = {"verdict", "effects", "classes", "error", "trail", "candidates", "failures", "next_experiment"}
+CONTRACT = {
+    *("verdict", "effects", "classes", "error", "trail", "candidates", "failures", "proposals", "next_experiment"),
+    *("models", "shares", "referee"),
+}
 
 
 def run(table, folder, *overrides, watch=None):
@@ -49,6 +55,12 @@ def test_a_hidden_effect_is_named_and_the_error_falls_to_the_noise_floor(frictio
     assert found["verdict"] == "named"
     assert found["effects"] == ["friction_hysteresis"]
     assert found["classes"] == [["friction_hysteresis"]]
+    # At 90 σ nothing else comes near.
+    assert [model["effects"] for model in found["models"]] == [["friction_hysteresis"]]
+    (model,) = found["models"]
+    assert set(model) == {"effects", "E_heldout", "evidence", "parameters", "probability"}
+    assert model["E_heldout"] == found["error"]["after"]
+    assert min(model["probability"], found["shares"]["friction_hysteresis"]) > 0.99
     error = found["error"]
     assert error["before"] > 2 * error["after"]
     assert 0.8 * error["noise_floor"] < error["after"] < 1.1 * error["noise_floor"]
@@ -98,6 +110,23 @@ def test_terminal_and_files_say_the_same(friction):
         # Fitted on all rows, so a little below the error on held-out states.
         assert np.sqrt((scaled[0] ** 2 + scaled[1] ** 2).mean()) == pytest.approx(size, rel=0.05)
     assert found["says"] in (folder / "report.html").read_text()
+
+
+def test_the_referees_checks_stand_in_a_file_and_in_every_form(friction):
+    folder, found = friction
+    referee = json.loads((folder / "referee.json").read_text())
+    assert (referee["claimed"], referee["verdict"], referee["checks"]) == ("named", "named", found["referee"])
+    assert {check["result"] for check in referee["checks"]} <= {"pass", "fail", "cannot_tell"}
+    assert not [c for c in referee["checks"] if c["decides"] and c["result"] != "pass"]
+    text, page = (folder / "terminal.txt").read_text(), unescape((folder / "report.html").read_text())
+    for check in referee["checks"]:
+        assert set(check) >= {"name", "result", "figure", "threshold", "says"}
+        assert check["name"] in text
+        assert check["name"] in page
+        assert true_minus(check["says"]) in page
+    for heading in ("Does the claim stand", "Sets of effects that fit as well as the best", "How probable each effect"):
+        assert heading in text
+        assert heading in page
 
 
 def test_nothing_is_named_where_nothing_is_missing(tmp_path):
@@ -154,20 +183,26 @@ def test_what_the_library_does_not_hold_is_written(tmp_path):
 
 
 def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit(tmp_path, monkeypatch):
-    def stop(step, text):
-        if len(step.effects) > 1:
-            raise KeyboardInterrupt
+    add, made, most = Journal.add, [], [math.inf]
 
-    sought, made = white_fit._sought, []
-    monkeypatch.setattr(white_fit, "_sought", lambda *asked: made.append(1) or sought(*asked))
+    def counted(journal, asked, ending):
+        if len(made) == most[0]:
+            raise KeyboardInterrupt
+        made.append(asked)
+        add(journal, asked, ending)
+
+    monkeypatch.setattr(Journal, "add", counted)
     two = FRICTION | {"force_offset": {"force": 1.0}}
     whole = run(table(two), tmp_path / "whole")
     fits = len(made)
+    made.clear()
+    most[0] = fits // 2
     with pytest.raises(KeyboardInterrupt):
-        run(table(two), tmp_path / "stopped", watch=stop)
+        run(table(two), tmp_path / "stopped")
     assert not (tmp_path / "stopped" / "discovery.json").exists()
     kept = len(json.loads((tmp_path / "stopped" / "progress.json").read_text())["fits"])
-    assert 3 < kept < fits
+    assert 3 < kept <= fits // 2
+    most[0] = math.inf
     made.clear()
     found = run(table(two), tmp_path / "stopped")
     assert len(made) == fits - kept
@@ -276,7 +311,6 @@ def test_held_out_errors_say_what_they_are(friction):
         (lambda t: t, ["data.accuracy.force_n=0"], "force_n"),
         (lambda t: t, ["data.accuracy=guess"], "estimate"),
         (lambda t: t.assign(buckled=1), [], "marked as buckled"),
-        (lambda t: t[:3], [], "too few"),
         (lambda t: t.drop(columns=["force_n", "moment_nmm"]), [], "force_n"),
     ],
 )
@@ -284,6 +318,28 @@ def test_bad_input_is_one_clear_error(change, overrides, message, tmp_path):
     with pytest.raises(UserError, match=message):
         run(change(table({}, share=0.1)), tmp_path, *overrides)
     assert not (tmp_path / "discovery.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("few", "says"),
+    [
+        (lambda t: t[:1], "1 row with 2 readings: too few"),
+        (lambda t: t[:2], "2 rows with 4 readings: too few"),
+        (lambda t: t[:8], "8 rows of a single kinematic state"),
+        (
+            lambda t: t.iloc[[0] * 5].assign(step=range(5), force_n=[1.0, 1.1, 0.9, 1.05, 1.0]),
+            "Nothing that the bed imposes varies",
+        ),
+    ],
+    ids=["a row", "two rows", "a state", "nothing varies"],
+)
+def test_a_table_that_can_tell_nothing_is_undecided_and_says_why(few, says, tmp_path):
+    found = run(few(table({}, share=0.1)), tmp_path, "checks=off")
+    assert (found["verdict"], found["effects"]) == ("undecided", [])
+    assert says.lower() in found["says"].lower()
+    (check,) = found["referee"]
+    assert (check["name"], check["result"]) == ("enough rows", "cannot_tell")
+    assert (tmp_path / "report.html").exists()
 
 
 @pytest.mark.slow

@@ -18,6 +18,8 @@ from freelearn.commands.settings import DiscoverSettings
 
 CLAMPS, FRICTION = {"end_clamps": {"clamp_length": 6e-3}}, {"friction_hysteresis": {"force": 0.8}}
 HIDDEN = {"isometric": FRICTION, "dead_load": CLAMPS, "inflation": FRICTION, "block": CLAMPS}
+# Under four moments any one that is left out lies far from the others: what they say of it decides no claim.
+ENOUGH = {"dead_load": {"levels": 7}}
 # What each bed measures: words of its failures, columns of its predictions, and panels of its curves.
 WORDS = {
     "isometric": ("Force", ["force"], ["force_pred_n"], ["F–P"]),
@@ -46,7 +48,7 @@ def read(path):
 def found(request, tmp_path_factory):
     """A search on each bed: its name, folder and discovery.json."""
     folder = tmp_path_factory.mktemp(request.param)
-    overrides = beds.write(request.param, HIDDEN[request.param], folder)
+    overrides = beds.write(request.param, HIDDEN[request.param], folder, **ENOUGH.get(request.param, {}))
     with open(folder / "terminal.txt", "w") as file:
         asked = settings(DiscoverSettings, [*overrides, "train=all"])
         discover(asked, folder, Console(file=file, width=100))
@@ -146,3 +148,14 @@ def test_figures_of_a_run(fitted, tmp_path):
     pictures = {path.stem for path in tmp_path.glob("*.png")}
     # Of no bed here both loads of a single actuator are measured.
     assert pictures == {"admissible", "curves"}
+
+
+def test_few_moments_name_nothing_else(tmp_path):
+    overrides = beds.write("dead_load", HIDDEN["dead_load"], tmp_path)
+    with open(tmp_path / "terminal.txt", "w") as file:
+        discover(settings(DiscoverSettings, [*overrides, "train=all", "figures=false"]), tmp_path, Console(file=file))
+    content = read(tmp_path / "discovery.json")
+    assert content["verdict"] in ("named", "undecided")
+    assert content["effects"] == list(HIDDEN["dead_load"])
+    if content["verdict"] == "undecided":
+        assert any(c["decides"] and c["result"] == "cannot_tell" for c in content["referee"])

@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, LinearBed, bench, measured, normal, student
 from scipy import stats
 
 from freelearn.inference.accuracy import estimate, repeat_scale, repeats
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.prepare import prepare
 from freelearn.inference.white_fit import evaluated
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.testing.reference.slips import KINDS
@@ -125,7 +125,7 @@ def test_without_repeats_the_scatter_about_what_is_smooth_tells(freedom, share, 
 
 def test_the_scale_between_repeats_leaves_slips_out():
     made, _ = twice(5, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 1.8e-3)).slipped(0.03, ("sign", "decimal"), 5)
-    prepared, step = prepare(made.question())
+    prepared, step = first_step(made.question())
     rows = prepared.rows
     scale = repeat_scale(step.fit.raw_residual, rows, step.whiten)
     # 3 times the sensors' noise, in units of all noise, the pressure's 15 mN and the place's 60 mN with it.

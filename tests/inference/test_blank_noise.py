@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, LinearBed, bench, jacobian, predicted, sensitivity
 from scipy import stats
 
 from freelearn.inference.noise import Whitener, noise_floor, whitened_basis
-from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.inference.scatter import huber, scatter
 from freelearn.inference.shapes import bases, dense
@@ -170,7 +170,7 @@ def question(made, present) -> Question:
 def test_the_fit_that_a_search_stands_on_finds_the_true_numbers():
     """Generalized least squares of a linear model: within four of its standard errors, from whitened slopes."""
     made = bench(14, **SHORT)
-    _, step = prepare(question(made, present_in(9, len(made.loads))))
+    _, step = first_step(question(made, present_in(9, len(made.loads))))
     slopes = step.fit.jacobian.flatten(0, 1).numpy()
     error = np.sqrt(np.linalg.inv(slopes.T @ slopes).diagonal())
     found = np.array(list(step.fit.values().values()))
@@ -186,7 +186,7 @@ def test_a_slipped_reading_is_suspected_among_blanks(load):
     row = int(large.argmax())
     present[row, 1 - load] = False
     made = made.showing({(row, load): -made.loads[row, load]})
-    prepared, step = prepare(question(made, present))
+    prepared, step = first_step(question(made, present))
     (found,) = suspects(step, prepared.rows, prepared.kept)
     assert (found.row, found.load) == (row, ("force", "moment")[load])
     assert found.slip == "sign turned"
@@ -239,7 +239,7 @@ def test_levels_hold_with_four_in_ten_blank():
     p_values = []
     for seed in range(16):
         made = bench(seed, **SHORT)
-        p_values.append(prepare(question(made, present_in(seed, len(made.loads))))[1].left.p_value)
+        p_values.append(first_step(question(made, present_in(seed, len(made.loads))))[1].left.p_value)
     assert stats.kstest(p_values, "uniform", alternative="greater").pvalue > 1e-3
     assert min(p_values) > LEFT
 
@@ -249,4 +249,4 @@ def test_levels_hold_with_four_in_ten_blank():
 
     for seed in range(3):
         made = bench(seed, **SHORT, extra=bend)
-        assert prepare(question(made, present_in(seed, len(made.loads))))[1].left.p_value < LEFT
+        assert first_step(question(made, present_in(seed, len(made.loads))))[1].left.p_value < LEFT

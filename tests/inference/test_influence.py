@@ -1,15 +1,17 @@
 """No reading decides a fit, and where there is nothing to resist that costs next to nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, student
 
 from freelearn.inference.covariance import parameter_covariance
-from freelearn.inference.crossval import HeldOut, paired
+from freelearn.inference.left_out import HeldOut, paired
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.prepare import prepare
-from freelearn.inference.score import score_effects
+from freelearn.inference.ranking import Ranking
 from freelearn.inference.white_fit import white_fit
 
 
@@ -25,7 +27,7 @@ def both(seeds, **how):
     robust, plain, told = [], [], []
     for seed in seeds:
         made = bench(seed, **SHORT, **how)
-        prepared, step = prepare(made.question())
+        prepared, step = first_step(made.question())
         other = believing(prepared, step)
         robust.append(list(step.fit.values().values()))
         plain.append(list(other.values().values()))
@@ -72,7 +74,7 @@ def slipped():
     """Row 17's force is off by 40 standard deviations."""
     made = bench(2, **SHORT)
     asked = made.showing({(17, 0): made.loads[17, 0] + 40 * NOISE[0]}).question()
-    prepared, step = prepare(asked)
+    prepared, step = first_step(asked)
     return made, prepared, step
 
 
@@ -96,7 +98,7 @@ def test_a_slipped_reading_may_be_anything(slipped):
 def test_from_the_start_it_may_be_anything_too(slipped, sigmas):
     """All rounds anew: a fit is pursued to a thousandth of a standard error (SETTLED), and so are both of these."""
     made, _, step = slipped
-    _, other = prepare(made.showing({(17, 0): made.loads[17, 0] + sigmas * NOISE[0]}).question())
+    _, other = first_step(made.showing({(17, 0): made.loads[17, 0] + sigmas * NOISE[0]}).question())
     assert float(((step.fit.vector - other.fit.vector) / errors(step)).abs().max()) < 4e-3
     assert torch.nonzero(other.whiten.scatter.slipped).tolist() == [[17, 0]]
     # It is neither in the error that is shown nor in the size of the loads which that is a share of.
@@ -112,26 +114,28 @@ def test_the_other_load_of_its_row_still_counts(slipped):
     assert float(reading[17, 1]) == pytest.approx(1, abs=0.25)
 
 
-def test_no_score_follows_a_slipped_reading(slipped):
-    """The bootstrap's p-values too: its draws flip the signs of states in which nothing stands out."""
+def test_no_promise_follows_a_slipped_reading(slipped):
     made, prepared, step = slipped
-    names = ["force_offset", "friction_hysteresis", "sensor_drift"]
+    names, asked = ["force_offset", "friction_hysteresis", "sensor_drift"], prepared.question
 
-    def scores(rows, whole):
-        fit = white_fit(whole.question.build([]), rows, step.whiten, step.fit.vector)
-        return score_effects(fit, rows, step.whiten, names, whole.question.build, 1.0, 0)
+    def promises(rows):
+        model = asked.build([])
+        fit = white_fit(model, rows, step.whiten, step.fit.vector, asked.prior(model, prepared.spans))
+        ranking = Ranking(fit, rows, step.whiten, names, asked.build, prepared.spans, {}, {})
+        return {promise.effect: promise for promise in ranking.promises()}
 
-    far = made.showing({(17, 0): made.loads[17, 0] + 4e3 * NOISE[0]}).rows
-    for one, other in zip(scores(prepared.rows, prepared), scores(far, prepared), strict=True):
-        assert one.gain == pytest.approx(other.gain, rel=1e-6)
-        assert one.p_value == other.p_value
+    far = promises(made.showing({(17, 0): made.loads[17, 0] + 4e3 * NOISE[0]}).rows)
+    for name, one in promises(prepared.rows).items():
+        assert one.status == "tested"
+        assert one.chi2 == pytest.approx(far[name].chi2, rel=1e-6)
+        assert one.evidence == pytest.approx(far[name].evidence, abs=1e-6)
 
 
 def test_no_held_out_loss_follows_it(slipped):
     made, prepared, step = slipped
     rows = made.showing({(17, 0): made.loads[17, 0] + 4e3 * NOISE[0]}).rows
     fit = white_fit(prepared.question.build([]), rows, step.whiten, step.fit.vector)
-    other = prepared.step([], fit, step.whiten).heldout
+    other = replace(prepared, rows=rows).step(fit, step.whiten).heldout
     np.testing.assert_allclose(other.loss, step.heldout.loss, atol=1e-3)
 
 

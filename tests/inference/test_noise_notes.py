@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from first_step import first_step
 from linear_bed import bench, student
 
-from freelearn.inference.prepare import prepare
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.results.noise_notes import noise_notes
 
 
 def said(made):
-    return noise_notes(prepare(made.question())[1])
+    return noise_notes(first_step(made.question())[1])
 
 
 def test_noise_as_stated_is_not_worth_a_word():

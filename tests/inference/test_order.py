@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, bench, measured
 
 from freelearn.inference import order as order_module
 from freelearn.inference.derivatives import none_vector
 from freelearn.inference.order import DRIFT, confounded, hinges, inputs, sortedness, telling_repeat, unknown
-from freelearn.inference.prepare import prepare
 from freelearn.inference.search import search
 from freelearn.inference.white_fit import white_fit
 from freelearn.results.discovery import classes_of, verdict_in_words
@@ -35,7 +35,7 @@ def test_in_order_of_elongation_a_drift_may_be_something_else(seed):
     assert findings.sorted_by == ["elongation"]
     assert findings.verdict == "class"
     assert classes_of(findings) == [[DRIFT, unknown("elongation")]]
-    assert f"{DRIFT} or unknown function of elongation" in verdict_in_words(findings)
+    assert f"{DRIFT} or unknown function of elongation" in verdict_in_words(findings, classes_of(findings))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -90,10 +90,10 @@ def test_what_a_repeat_shows_settles_it(monkeypatch):
 @pytest.mark.parametrize(("order", "expected"), [("sorted", ["elongation"]), ("random", [])])
 def test_a_function_that_explains_more_by_chance_alone_is_no_rival_in_random_order(order, expected):
     """Without any drift its two rates take 2 of χ², and six hinges of two loads and two samples 20 and more."""
-    prepared, first = prepare(bench(3, **SHORT, order=order).question([DRIFT]))
+    prepared, first = first_step(bench(3, **SHORT, order=order).question([DRIFT]))
     model = prepared.question.build([DRIFT])
     fit = white_fit(model, prepared.rows, first.whiten, none_vector(model, first.fit))
-    assert confounded(prepared, prepared.step([DRIFT], fit, first.whiten)) == expected
+    assert confounded(prepared, prepared.step(fit, first.whiten)) == expected
     assert confounded(prepared, first) == []
 
 

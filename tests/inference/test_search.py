@@ -1,24 +1,19 @@
 """The search: what is given, what may be exchanged, and when a fit counts."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from hidden_tables import table
 
 from freelearn.fit.solver import Termination
-from freelearn.inference import classify as classify_module
-from freelearn.inference.classify import classify
-from freelearn.inference.crossval import HeldOut
-from freelearn.inference.prepare import prepare
+from freelearn.inference import white_fit as white_fit_module
+from freelearn.inference.derivatives import none_vector
 from freelearn.inference.question import Question
-from freelearn.inference.rank import rank
-from freelearn.inference.refit import refit
 from freelearn.inference.search import search
-from freelearn.inference.thresholds import EXCHANGES
-from freelearn.inference.white_fit import GIVEN_UP, WhiteProblem, _ended, promise, white_fit
+from freelearn.inference.white_fit import WhiteProblem, _ended, promise, white_fit
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
 from freelearn.models.build import build_model
@@ -59,38 +54,9 @@ def test_the_given_effects_are_no_rivals_of_what_is_added():
     assert all(not set(members) & set(asked.given) for members in found.classes)
 
 
-def test_the_classes_belong_to_the_last_model_when_the_exchanges_run_out(monkeypatch):
-    """Each effect has a better one behind it, one more than may be exchanged."""
-    names = "abcdefgh"[: EXCHANGES + 2]
-
-    def step(name):
-        loss = np.full(10, 100.0 - 10 * names.index(name))
-        return SimpleNamespace(
-            effects=[name],
-            heldout=HeldOut(None, None, loss),
-            candidates=(),
-            tried=lambda c: step(name),
-            worse=lambda other: False,
-        )
-
-    def stand_ins(prepared, final, effect):
-        better = names[min(names.index(effect) + 1, len(names) - 1)]
-        return {effect: final, better: step(better)}
-
-    monkeypatch.setattr(classify_module, "stand_ins", stand_ins)
-    monkeypatch.setattr(classify_module, "rewhitened", lambda prepared, model: model)
-    prepared = SimpleNamespace(question=SimpleNamespace(added=list))
-    told = []
-    final, classes = classify(prepared, step("a"), lambda model, text: told.append(text))
-    assert len(told) == EXCHANGES
-    assert final.effects == [names[EXCHANGES]]
-    assert [next(iter(members)) for members in classes] == final.effects
-
-
-def test_steps_and_scores_cannot_be_changed():
-    prepared, base = prepare(question(FRICTION))
-    (score,) = rank(prepared, base, ["friction_hysteresis"], 1.0)
-    for frozen, name in ((base, "E_heldout"), (score, "status"), (prepared.question, "seed")):
+def test_what_was_found_cannot_be_changed():
+    prepared, base = first_step(question(FRICTION))
+    for frozen, name in ((base, "E_heldout"), (prepared, "fold"), (prepared.question, "seed")):
         with pytest.raises(dataclasses.FrozenInstanceError):
             setattr(frozen, name, None)
     left = base.left
@@ -100,23 +66,24 @@ def test_steps_and_scores_cannot_be_changed():
 @pytest.fixture(scope="module")
 def optimum():
     asked = question(FRICTION, share=0.1)
-    prepared, base = prepare(asked)
+    prepared, base = first_step(asked)
     return asked, prepared, base
 
 
-def test_a_fit_cut_short_is_not_at_a_minimum(optimum):
+def test_a_fit_cut_short_is_not_at_a_minimum(optimum, monkeypatch):
     asked, prepared, base = optimum
     start = base.fit.vector + torch.tensor([1.0, -1.0], dtype=torch.float64)
-    assert not white_fit(asked.build([]), prepared.rows, base.whiten, start, most=1).converged
     assert white_fit(asked.build([]), prepared.rows, base.whiten, start).converged
+    monkeypatch.setattr(white_fit_module, "MAX_ITERATIONS", 1)
+    assert not white_fit(asked.build([]), prepared.rows, base.whiten, start).converged
     # At the minimum no step is needed.
-    assert white_fit(asked.build([]), prepared.rows, base.whiten, base.fit.vector, most=1).converged
+    assert white_fit(asked.build([]), prepared.rows, base.whiten, base.fit.vector).converged
 
 
 @pytest.mark.parametrize("status", [Termination.NO_PROGRESS, Termination.MAX_ITERATIONS])
 def test_without_progress_only_a_minimum_counts(optimum, status):
     asked, prepared, base = optimum
-    problem = WhiteProblem(asked.build([]), prepared.rows, base.whiten)
+    problem = WhiteProblem(asked.build([]), prepared.rows, base.whiten, base.fit.prior)
     assert _ended(problem, base.fit.vector, status, "stopped").converged
     assert not _ended(problem, base.fit.vector + 0.1, status, "stopped").converged
 
@@ -135,17 +102,15 @@ def test_the_promise_of_a_linear_problem_is_what_solving_it_gains():
     assert promise(residual, jacobian, zero, low, high) == 0.0
 
 
-def test_a_candidate_that_cannot_win_is_given_up_and_has_not_failed(optimum):
-    _, prepared, base = optimum
-    scores = rank(prepared, base, LIBRARY, base.left.scale)
-    fitted, noted = refit(prepared, base, scores)
-    assert "friction_hysteresis" in fitted
-    given_up = {s.effect for s in noted if s.status == "tested"} - set(fitted)
-    assert given_up
-    start = next(s.start for s in scores if s.effect in given_up)
-    (name,) = {s.effect for s in scores if s.start is start}
-    best = fitted["friction_hysteresis"].fit.chi2
-    fit = white_fit(prepared.question.build([name]), prepared.rows, base.whiten, start, rival=best)
-    assert fit.message == GIVEN_UP
-    # Fitted all the same, it stays far behind.
-    assert white_fit(prepared.question.build([name]), prepared.rows, base.whiten, start).chi2 > 2 * best
+def test_a_fit_that_cannot_come_near_a_rival_ends_early_and_is_far_behind(optimum):
+    asked, prepared, base = optimum
+    start = base.fit.vector + torch.tensor([3.0, -3.0], dtype=torch.float64)
+    friction = white_fit(
+        asked.build(["friction_hysteresis"]), prepared.rows, base.whiten,
+        none_vector(asked.build(["friction_hysteresis"]), base.fit),
+    )  # fmt: skip
+    assert friction.chi2 < 0.5 * base.fit.chi2
+    ended_early = white_fit(asked.build([]), prepared.rows, base.whiten, start, rival=friction.chi2)
+    assert ended_early.message.startswith("Ended: another model fits far better")
+    whole = white_fit(asked.build([]), prepared.rows, base.whiten, start)
+    assert friction.chi2 < whole.chi2 <= ended_early.chi2

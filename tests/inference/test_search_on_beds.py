@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from hidden_beds import ALONE, BLOCK, MATERIAL, TUBES, blanked, model_of, question, rows_of, table_of
 from scipy import stats
 
 from freelearn.inference.accuracy import estimate
 from freelearn.inference.next_experiment import next_states
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.prepare import prepare
 from freelearn.inference.search import search
 from freelearn.inference.structure import structure
 from freelearn.inference.suspects import suspects
@@ -196,7 +196,7 @@ def test_a_slipped_reading_is_suspected_on_its_bed(bed, column, load):
     table = blanked(table_of(bed, seed=22), [column], 0.4, 22)
     row = int(table[column].abs().idxmax())
     table.loc[row, column] *= 0.1
-    prepared, step = prepare(question(table))
+    prepared, step = first_step(question(table))
     (found,) = suspects(step, prepared.rows, prepared.kept)
     assert (found.row, found.load) == (row, load)
     assert "decimal shift" in found.slip
@@ -206,11 +206,11 @@ def test_a_slipped_reading_is_suspected_on_its_bed(bed, column, load):
 def test_the_next_state_is_one_that_the_bed_can_impose(bed):
     """Two models that differ in a modulus: the state proposed lies within what the bed went to."""
     table = table_of(bed, {}, 23, coarse(bed))
-    prepared, step = prepare(question(table))
+    prepared, step = first_step(question(table))
     other = prepared.question.build([])
     other.set_values({name: 1.1 * value for name, value in step.fit.values().items()})
     fit = evaluated(other, prepared.rows, other.vector().detach())
-    (proposed,) = next_states({"one": step, "other": prepared.step([], fit, step.whiten)}, table, PAPER)
+    (proposed,) = next_states({"one": step, "other": prepared.step(fit, step.whiten)}, table, PAPER)
     columns = {q.column for q in bed_of(table).state}
     for name in ("elongation_mm", "twist_deg", "force_n", "moment_nmm"):
         value = getattr(proposed, name)

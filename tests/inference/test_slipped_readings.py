@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import NOISE, SHORT, bench, student
 
-from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.inference.suspects import UNITS, suspects
 from freelearn.measurements.accuracy import PAPER
@@ -22,7 +22,7 @@ LOADS = ("force", "moment")
 
 
 def suspected(made):
-    prepared, step = prepare(made.question())
+    prepared, step = first_step(made.question())
     return suspects(step, prepared.rows, prepared.kept)
 
 
@@ -123,7 +123,7 @@ def test_places_are_those_of_the_rows_that_were_asked_about():
     """A model without an answer in the first state's rows: its suspects are still counted from the table's first."""
     row = ROWS[1]
     made = MADE.showing({(row, 0): -MADE.loads[row, 0]})
-    prepared, step = prepare(made.question())
+    prepared, step = first_step(made.question())
     kept = np.r_[np.zeros(10, dtype=bool), prepared.kept]
     (found,) = suspects(step, prepared.rows, kept)
     assert (found.row, found.rows) == (row + 10, (row + 10,))
@@ -143,7 +143,7 @@ def test_of_real_mechanics_too_the_slips_are_found_and_traced():
     asked = Question(
         lambda names: build_model("continuum", {}, names, [3, 6]), [], rows[torch.as_tensor(place)], PAPER, 0
     )
-    prepared, step = prepare(asked)
+    prepared, step = first_step(asked)
     found = {(int(place[s.row]), s.load): s for s in suspects(step, prepared.rows, prepared.kept)}
     columns = {"force_n": "force", "moment_nmm": "moment"}
     large = measured.slips[measured.slips["all_sigmas"] > 8]

@@ -1,23 +1,26 @@
 """The discovery's statistics against dense linear algebra, refits and planted answers."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
+from first_step import first_step
 from hidden_tables import table
+from linear_bed import NOISE, SHORT, bench, jacobian
 
-from freelearn.inference.crossval import cross_validate, folds_of, paired
 from freelearn.inference.failures import failures, inputs_of, split_errors
 from freelearn.inference.hysteresis import rising_falling
+from freelearn.inference.left_out import HeldOut, folds_of, held_out, left_out, paired
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.inference.reciprocity import reciprocity
 from freelearn.inference.remainder import remainder
 from freelearn.inference.structure import structure
-from freelearn.inference.white_fit import WhiteFit
+from freelearn.inference.white_fit import white_fit
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.models.build import build_model
@@ -35,40 +38,63 @@ def test_sensitivities_are_finite_differences(name, random_states):
         torch.testing.assert_close(found[:, :, k], expected, rtol=1e-4, atol=1e-6 * float(expected.abs().max()))
 
 
-def linear_fit(design: np.ndarray, target: np.ndarray) -> WhiteFit:
-    """An ordinary linear fit dressed as a WhiteFit; design (N, 2, p), target (N, 2)."""
-    flat = design.reshape(-1, design.shape[-1])
-    best = np.linalg.lstsq(flat, target.reshape(-1), rcond=None)[0]
-    residual = torch.as_tensor((flat @ best).reshape(target.shape) - target)
-    jacobian = torch.as_tensor(design)
-    return WhiteFit(None, torch.as_tensor(best), residual, jacobian, 3 * residual, 3 * jacobian, residual, True, "")  # type: ignore[arg-type]
+def question_of(effects, extra=None) -> Question:
+    data = table(effects, extra=extra)
+    rows = Rows.from_table(data)
+    rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
+    return Question(lambda names: build_model("continuum", {}, names, [3, 6]), [], rows, PAPER, 0)
 
 
 def test_held_out_residuals_are_those_of_refits_without_the_fold():
-    generator = np.random.default_rng(0)
-    design, target = generator.normal(size=(40, 2, 3)), generator.normal(size=(40, 2))
-    group = np.repeat(np.arange(10), 4)
-    fold = folds_of(group, seed=3)
-    assert all(len(np.unique(fold[group == g])) == 1 for g in range(10))
-    found = cross_validate(linear_fit(design, target), fold, group)
+    """A model that is linear in its numbers, by NumPy's least squares."""
+    made = bench(3, **SHORT)
+    prepared, step = first_step(made.question())
+    rows, whiten = prepared.rows, step.whiten
+    fold = folds_of(rows.state, seed=3)
+    assert all(len(np.unique(fold[rows.state == g])) == 1 for g in np.unique(rows.state))
+    fit = replace(step.fit, prior=None)
+    found = held_out(fit, rows, whiten, fold, rows.state)
+    slopes = jacobian(rows.states)
+    design, target = whiten(slopes), whiten(rows.loads)
+    size = design.flatten(0, 1).norm(dim=0)
     for f in np.unique(fold):
-        out = fold == f
-        kept = np.linalg.lstsq(design[~out].reshape(-1, 3), target[~out].reshape(-1), rcond=None)[0]
-        np.testing.assert_allclose(found.white[torch.as_tensor(out)], design[out] @ kept - target[out], atol=1e-10)
-        np.testing.assert_allclose(found.raw[torch.as_tensor(out)], 3 * (design[out] @ kept - target[out]), atol=1e-10)
-    np.testing.assert_allclose(found.loss.sum(), float(found.white.square().sum()))
+        out = torch.as_tensor(fold == f)
+        white = (design[~out] / size).flatten(0, 1), target[~out].reshape(-1)
+        best = np.linalg.lstsq(white[0].numpy(), white[1].numpy(), rcond=None)[0] / size.numpy()
+        left = (slopes[out] @ torch.as_tensor(best) - rows.loads[out]).numpy()
+        np.testing.assert_allclose(found.raw[out], left, atol=1e-4 * NOISE.min())
+    np.testing.assert_allclose(found.loss.sum(), float(whiten(found.raw).square().sum()))
+    assert len(found.loss) == len(np.unique(rows.state))
+
+
+def test_every_part_left_out_is_a_fit_of_its_own():
+    """Of the continuum, whose loads bend with its parameters, beside a fit to the rows that stay."""
+    prepared, fit, noise = prepare(question_of({}))
+    rows, whiten = prepared.rows, noise.whitener()
+    parts = [rows.state % 4 == number for number in range(4)]
+    for part, vector in zip(parts, left_out(fit, rows, whiten, parts), strict=True):
+        stays = torch.as_tensor(np.flatnonzero(~part))
+        alone = white_fit(fit.model, rows[stays], noise.whitener(None, stays), fit.vector, fit.prior)
+        error = torch.linalg.inv(alone.jacobian.flatten(0, 1).T @ alone.jacobian.flatten(0, 1)).diagonal().sqrt()
+        assert float(((vector - alone.vector) / error).abs().max()) < 0.1
+
+
+def test_few_states_are_each_left_out_alone_and_one_is_cut_into_runs():
+    assert folds_of(np.repeat([4, 2, 9], 5), 0).tolist().count(0) == 5
+    assert len(np.unique(folds_of(np.repeat(np.arange(12), 3), 1))) == 12
+    assert len(np.unique(folds_of(np.repeat(np.arange(13), 3), 1))) == 5
+    runs = folds_of(np.zeros(12, dtype=int), 0)
+    assert len(np.unique(runs)) == 5
+    assert (np.diff(runs) >= 0).all()
 
 
 def test_paired_difference_by_hand():
     generator = np.random.default_rng(1)
-    design, target = generator.normal(size=(40, 2, 3)), generator.normal(size=(40, 2))
-    group = np.repeat(np.arange(10), 4)
-    one = cross_validate(linear_fit(design, target), folds_of(group, 0), group)
-    other = cross_validate(linear_fit(design[:, :, :1], target), folds_of(group, 0), group)
+    losses = generator.chisquare(8, size=(2, 10))
+    one, other = (HeldOut(None, None, loss) for loss in losses)
     mean, error = paired(one, other)
-    difference = other.loss - one.loss
-    assert mean == pytest.approx(difference.mean())
-    assert error == pytest.approx(np.std(difference, ddof=1) / np.sqrt(10))
+    assert mean == pytest.approx((losses[1] - losses[0]).mean())
+    assert error == pytest.approx(np.std(losses[1] - losses[0], ddof=1) / np.sqrt(10))
 
 
 @pytest.fixture
@@ -189,12 +215,10 @@ def test_reciprocity_is_broken_by_what_has_no_potential(bed):
 @pytest.mark.parametrize("size", [1.0, 3.0, 10.0])
 def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
     # A motor's cogging: its potential is the integral of the moment over the twist. Polynomials cannot follow it.
-    data = table({}, extra=lambda s, loads: loads + size * 2e-3 * np.stack([0 * s["twist"], np.sin(8 * s["twist"])], 1))
-    rows = Rows.from_table(data)
-    rows = rows[torch.as_tensor(np.flatnonzero(data["buckled"] == 0))]
-    samples = [3, 6]
-    question = Question(lambda names: build_model("continuum", {}, names, samples), [], rows, PAPER, 0)
-    prepared, base = prepare(question)
+    asked = question_of(
+        {}, lambda s, loads: loads + size * 2e-3 * np.stack([0 * s["twist"], np.sin(8 * s["twist"])], 1)
+    )
+    prepared, base = first_step(asked)
     screen = reciprocity(base.fit.residual, base.fit.jacobian, prepared.rows.states, base.whiten)
     assert "break" not in screen.says
 

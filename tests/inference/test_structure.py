@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, bench, sensitivity, student
 from scipy import stats
 
 from freelearn.inference.noise import Whitener, whitened_basis
-from freelearn.inference.prepare import prepare
 from freelearn.inference.shapes import bases, dense
 from freelearn.inference.structure import LOOKED_AT, f_test, structure
 from freelearn.inference.thresholds import LEFT
@@ -15,7 +15,7 @@ from freelearn.inference.thresholds import LEFT
 
 def left(made):
     """What is left of a bed's first fit."""
-    return prepare(made.question())[1].left
+    return first_step(made.question())[1].left
 
 
 def most(chance, of):
@@ -74,7 +74,7 @@ def test_one_odd_state_is_no_structure():
 @pytest.fixture
 def plain():
     """A prepared question whose residuals are about to be replaced by what a test makes up."""
-    return prepare(bench(1, **SHORT).question())
+    return first_step(bench(1, **SHORT).question())
 
 
 def believed(step):

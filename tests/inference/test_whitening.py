@@ -114,3 +114,26 @@ def test_the_noise_floor_is_the_stated_one(sensitivity, found):
     assert (told.efficiency, known.efficiency) == (1.0, 1.0)
     heavy = Whitener(sensitivity, state, ACCURACY, replace(found, tails=Tails(4.0)))
     assert heavy.efficiency == pytest.approx(5 / 7)
+
+
+@pytest.mark.parametrize("known", [False, True], ids=["stated", "precisions"])
+def test_noise_that_is_drawn_has_the_dense_covariance(sensitivity, found, known):
+    """Of 4,000 draws every entry within five standard errors: √(C_aa C_bb + C_ab²) / √draws."""
+    scatter = found if known else None
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, scatter)
+    generator = torch.Generator().manual_seed(2)
+    draws = torch.stack([whiten.drawn(generator).reshape(-1) for _ in range(4000)]).numpy()
+    expected = dense_covariance(sensitivity, scatter)
+    size = np.sqrt((np.outer(expected.diagonal(), expected.diagonal()) + expected**2) / len(draws))
+    np.testing.assert_array_less(np.abs(draws.T @ draws / len(draws) - expected), 5 * size)
+    again = torch.Generator().manual_seed(2)
+    np.testing.assert_array_equal(whiten.drawn(again).reshape(-1).numpy(), draws[0])
+
+
+@pytest.mark.parametrize("known", [False, True], ids=["stated", "precisions"])
+def test_what_places_do_and_what_rows_have_of_their_own_add_up_to_the_dense_variance(sensitivity, found, known):
+    scatter = found if known else None
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, scatter)
+    variance = whiten.own.square() + whiten.places.square().sum(-1)
+    expected = dense_covariance(sensitivity, scatter).diagonal().reshape(ROWS, 2)
+    np.testing.assert_allclose(variance.numpy(), expected, rtol=1e-9)

@@ -53,23 +53,35 @@ def test_a_step_on_finds_what_a_fresh_search_finds(name, monkeypatch):
     assert warmed < len(calls) - warmed
 
 
-def test_only_points_with_derivatives_are_remembered():
+def test_only_what_is_found_while_it_keeps_is_remembered():
     near = Near()
     place, settled = torch.ones(3, 2, dtype=torch.float64), torch.tensor([True, False, True])
     other = torch.zeros(3, 2, dtype=torch.float64)
-    with torch.no_grad():
-        near.keep(place, settled)
-    assert torch.equal(near.start(other), other)
-    near.keep(place, settled)
-    assert near.start(other)[:, 0].tolist() == [1, 0, 1]
+    near.keep("place", place, settled)
+    assert torch.equal(near.start("place", other), other)
+    assert not near.moved
+    with near.keeping():
+        near.keep("place", place, settled)
+    assert near.start("place", other)[:, 0].tolist() == [1, 0, 1]
+    assert torch.equal(near.start("another", other), other)
     # Other rows than those remembered begin afresh.
-    assert torch.equal(near.start(other[:2]), other[:2])
+    assert torch.equal(near.start("place", other[:2]), other[:2])
+
+
+def test_what_depends_on_no_parameter_is_made_once():
+    near, calls = Near(), []
+    fixed, moving = torch.zeros(3), torch.zeros(3)
+    near.fix([fixed])
+    for _ in range(2):
+        near.once("of the rows", [fixed, None], lambda: calls.append("fixed"))
+        near.once("of a parameter", [fixed, moving], lambda: calls.append("moving"))
+    assert calls == ["fixed", "moving", "moving"]
 
 
 def test_nothing_of_a_batch_is_remembered():
     model, states = hanging()
     states = replace(states, near=Near())
     vectors = torch.stack([model.vector().detach(), model.vector().detach() + 0.01])
-    torch.func.vmap(lambda vector: model(states, model.physical(vector)).loads)(vectors)
-    start = torch.zeros(COUNT, 2, dtype=torch.float64)
-    assert torch.equal(states.near.start(start), start)
+    with states.near.keeping():
+        torch.func.vmap(lambda vector: model(states, model.physical(vector)).loads)(vectors)
+    assert not states.near.moved

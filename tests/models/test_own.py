@@ -146,6 +146,12 @@ def test_a_gear_of_the_users_own_turns_the_actuator_less_and_the_block_less_hard
         (EFFECT.replace("scale=0.1", "scale=float('nan')"), "'share' must be finite"),
         (EFFECT.replace("start=0.0", "start=2.0"), "'share' must lie within its bounds"),
         (
+            EFFECT.replace("scale=0.1", "scale=0.1, prior=Prior(0.0, 0.0)").replace(
+                "from torch", "from freelearn.models.parameter import Prior\nfrom torch"
+            ),
+            "the prior of its parameter 'share' needs a finite middle",
+        ),
+        (
             EFFECT.replace("parameter_class", "parameters"),
             r"derives from BoundaryEffect\[Loss\]: write parameter_class = Loss",
         ),

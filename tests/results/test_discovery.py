@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import torch
+from first_step import first_step
 
 from freelearn.bed.virtual import simulate
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import TrainSettings
-from freelearn.inference.prepare import prepare
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows
@@ -25,7 +25,7 @@ def rows():
 
 
 def step_of(name: str, rows: Rows):
-    return prepare(Question(lambda names: build_model(name, {}, names, [3]), [], rows, PAPER, 0))[1]
+    return first_step(Question(lambda names: build_model(name, {}, names, [3]), [], rows, PAPER, 0))[1]
 
 
 def test_a_model_without_physical_parameters_has_no_standard_errors(rows):

@@ -5,15 +5,18 @@ import re
 
 import numpy as np
 import pytest
+import torch
+from first_step import first_step
 from outside_tables import asked, measured
 from written_samples import PLACE
 
-from freelearn.inference.prepare import prepare
 from freelearn.inference.proposals.guess import Guess
 from freelearn.inference.proposals.proposal import Proposal, Twin
-from freelearn.inference.proposals.trial import price, tried
-from freelearn.models.effects.registry import EFFECTS
+from freelearn.inference.proposals.scan import price
+from freelearn.inference.white_fit import white_fit
+from freelearn.models.effects.registry import EFFECTS, lent
 from freelearn.models.written.forms import ONE
+from freelearn.models.written.source import effect_class
 from freelearn.models.written.written import Written
 from freelearn.results.proposal_words import constants_told, proposal_lines, units_told
 from freelearn.results.proposals import file_of, proposal_entry, proposal_source, write_proposals
@@ -33,16 +36,25 @@ def cable(s, loads):
 @pytest.fixture(scope="module")
 def proposal():
     before = dict(EFFECTS)
-    prepared, first = prepare(asked(measured(cable, samples=(3,), states=30, seed=8).table))
+    prepared, first = first_step(asked(measured(cable, samples=(3,), states=30, seed=8).table))
     place = PLACE["parallel axial"]
     (elongation,) = [i for i in place.inputs if i.name == "elongation"]
     hinge = next(form for form in ONE if form.word == "hinge")
     written = Written(place, (elongation,), (SCALE,), hinge, {"amount": 1.0, "knee": 5e-4})
-    trial = tried(prepared, first, written)
-    assert trial is not None
+    kind = effect_class(written)
+    with lent([kind]):
+        model = prepared.question.build([kind.name])
+        known = dict(zip(first.fit.model.labels(), first.fit.vector, strict=True))
+        own = zip(model.labels(), model.vector().detach(), strict=True)
+        start = torch.stack([known.get(label, value) for label, value in own])
+        fit = white_fit(model, prepared.rows, first.whiten, start)
+        step = prepared.step(fit, first.whiten)
+    assert step.fit.proper
     assert before == EFFECTS
+    values = step.fit.values()
+    written = written.started({c.name: values[f"{kind.name}.{c.name}"] for c in written.constants()})
     guess = Guess(place, (elongation,), hinge, 400.0, 380.0, (SCALE,), (1.0,), {"knee": 0.1}, 0.005)
-    return Proposal(trial.fitted(), first, trial.step, [SAME, TWIN], [guess], ("wall_stiffening", 0.42))
+    return Proposal(written, first, step, [SAME, TWIN], [guess], ("wall_stiffening", 0.42))
 
 
 def test_what_was_hidden_is_fitted_and_its_errors_hold_it(proposal):

@@ -46,9 +46,9 @@ def isometric(effects: Effects, seed: int = 0) -> pd.DataFrame:
     return table.assign(force_n=table["force_n"].where(~loose, 0.0), slack=loose.astype(int)).drop(columns=BED)
 
 
-def dead_load(effects: Effects, seed: int = 0) -> pd.DataFrame:
-    """Two actuators under hung moments; nobody measured the second one's length."""
-    hung = [(0.0, -90.0), (-1.0, -30.0), (0.0, 30.0), (-1.0, 90.0)]
+def dead_load(effects: Effects, seed: int = 0, levels: int = 4) -> pd.DataFrame:
+    """Two actuators under so many hung moments; nobody measured the second one's length."""
+    hung = [((0.0, -1.0)[number % 2], float(moment)) for number, moment in enumerate(np.linspace(-90, 90, levels))]
     loads = [(sample, *load) for sample in (1, 2) for load in hung]
     table = _visits(DEAD_LOAD, loads, np.array(PRESSURES) / 2)
     angle = np.where(table["sample"] == 1, 40.0, 62.0)
@@ -80,10 +80,10 @@ def block(effects: Effects, seed: int = 0) -> pd.DataFrame:
 TABLES = {"isometric": isometric, "dead_load": dead_load, "inflation": inflation, "block": block}
 
 
-def write(name: str, effects: Effects, folder: Path, seed: int = 0) -> list[str]:
-    """Writes one of TABLES into the folder; the overrides that read it."""
+def write(name: str, effects: Effects, folder: Path, seed: int = 0, **more: int) -> list[str]:
+    """Writes one of TABLES into the folder; the overrides that read it. more: of that table's own function."""
     path = folder / f"{name}.csv"
-    TABLES[name](effects, seed).to_csv(path, index=False)
+    TABLES[name](effects, seed, **more).to_csv(path, index=False)
     overrides = ["data=csv", f"data.path={path}"]
     if name != "block":
         return [*overrides, f"data.bed={name}"]

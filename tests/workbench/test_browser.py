@@ -240,7 +240,7 @@ def test_the_sealed_answer_opens_after_the_search(tab):
     tab.get_by_label("data", exact=True).select_option(label="simulated, an effect hidden")
     tab.get_by_label("which hidden effect (a seed)").wait_for()
     button(tab, "Find what is missing").click()
-    tab.get_by_text(re.compile(r"^Searching: .*(ranking|trying) ")).wait_for()
+    tab.get_by_text(re.compile(r"^Searching: .*(comparing sets|best so far)")).wait_for()
     tab.get_by_text(re.compile("^Named: ")).wait_for()
     assert not tab.get_by_text(re.compile("^Hidden was")).count()
     button(tab, "Open the sealed answer").click()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -9,17 +10,17 @@ from itertools import combinations
 
 import numpy as np
 import torch
+from scipy.special import chdtrc
 from torch import Tensor
 
 from freelearn.fit.problem import Problem
 from freelearn.inference.derivatives import Build, none_vector
-from freelearn.inference.linear_algebra import orthonormal, summed_products
+from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener
 from freelearn.inference.proposals.guess import Guess
 from freelearn.inference.proposals.pushes import Pushes, places_of
 from freelearn.inference.proposals.terms import Gram, Terms
-from freelearn.inference.proposals.trial import price
-from freelearn.inference.units import units
+from freelearn.inference.thresholds import SECOND_INPUT
 from freelearn.inference.white_fit import ONE as UNIT
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.rows import Rows
@@ -32,33 +33,24 @@ from freelearn.models.written.written import Written
 
 # Below this share of its length a column is what the fit absorbs.
 ABSORBED = 1e-4
-# Sign patterns of the wild bootstrap.
-DRAWS = 199
 
 Inputs = tuple[Input, ...]
 
 
 class Scan:
-    """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise.
-    seed: of the wild bootstrap."""
+    """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise."""
 
-    def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build, seed: int) -> None:
+    def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build) -> None:
         self.fit, self.rows, self.whiten, self.variance, self.build = fit, rows, whiten, variance, build
         self.span = orthonormal(fit.jacobian.flatten(0, 1))
-        self.unit, self.units = units(whiten.state, whiten.states)
-        generator = np.random.default_rng([seed, 16])
-        signs = torch.as_tensor(generator.choice([-1.0, 1.0], size=(DRAWS, self.units)))
-        # The residual itself comes first.
-        self.signs = torch.cat([torch.ones(1, self.units, dtype=torch.float64), signs])
-        self.largest = np.full(DRAWS, -np.inf)
+        self.tried = 0
 
     def guesses(self, pushes: Pushes, pairs: bool = True) -> list[Guess]:
         """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too.
 
-        The chance of each is that of the most promising of all in residuals with nothing to find: a wild bootstrap that
-        flips the signs of whole kinematic states (Cameron, Gelbach & Miller 2008) goes through the whole scan."""
+        The chance of each is that of noise, times the forms that were tried with all their shapes (Bonferroni)."""
         found = sorted(self._every(pushes, pairs), key=lambda g: -g.worth)
-        return [replace(g, p_value=float((1 + (self.largest >= g.worth).sum()) / (DRAWS + 1))) for g in found]
+        return [replace(g, p_value=min(1.0, self.tried * float(chdtrc(g.form.count, g.gain)))) for g in found]
 
     def _every(self, pushes: Pushes, pairs: bool) -> list[Guess]:
         places = places_of(self.fit.model)
@@ -123,11 +115,11 @@ class Scan:
         gains = gains / self.variance
         constants = np.array([form.count for form in terms.forms])[terms.of]
         worth = gains - np.array([price(int(count), len(inputs), self.whiten.count) for count in constants])
-        self.largest = np.maximum(self.largest, worth[1:].max(1))
+        self.tried += len(constants)
         scales = tuple(pushes.scales[i.name] for i in inputs)
-        for form, one in terms.best(worth[0]):
+        for form, one in terms.best(worth):
             own = tuple(amounts[one][: len(form.terms)].tolist())
-            gain, promised = float(gains[0, one]), float(worth[0, one])
+            gain, promised = float(gains[one]), float(worth[one])
             yield Guess(place, inputs, form, gain, promised, scales, own, terms.shapes[one])
 
     def _gram(self, columns: Tensor) -> Gram:
@@ -136,8 +128,14 @@ class Scan:
         white = white.addmm_(self.span, self.span.T @ white, alpha=-1)
         after = white.square().sum(0)
         seen = (after > ABSORBED**2 * before) & (before > 0)
-        each = summed_products(white, self.fit.residual.reshape(-1), self.unit, self.units)
-        return Gram(white, after.numpy(), (self.signs @ each).numpy(), seen.numpy())
+        return Gram(white, after.numpy(), (white.T @ self.fit.residual.reshape(-1)).numpy(), seen.numpy())
+
+
+def price(constants: int, inputs: int, readings: int) -> float:
+    """What a form has to explain of χ², in units of the noise's, to be worth its constants (Schwarz 1978), and a second
+    input: there are several times as many pairs."""
+    each = math.log(max(readings, 2))
+    return each * constants + (SECOND_INPUT + each) * (inputs - 1)
 
 
 def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:

@@ -43,20 +43,20 @@ class Terms:
         return cls(usable, np.array(of), shapes, np.array(first), np.array(second), torch.stack(columns, dim=-1))
 
     def gains(self, gram: Gram) -> tuple[np.ndarray, np.ndarray]:
-        """Reduction of the sum of squares by each trial, of every residual, (d, t), and its amounts with the first of
-        them, (t, 2), the second zero where there is none. A trial that can hardly be seen, or whose terms are one,
+        """Reduction of the sum of squares by each trial, (t,), and its amounts, (t, 2), the second zero where there is
+        none. A trial that can hardly be seen, or whose terms are one,
         promises nothing."""
         a, b = gram.square[self.first], gram.square[self.second]
         two = self.first != self.second
         c = np.where(two, gram.product(self.first, self.second), 0.0)
-        u, v = gram.slopes[:, self.first], np.where(two, gram.slopes[:, self.second], 0.0)
+        u, v = gram.slopes[self.first], np.where(two, gram.slopes[self.second], 0.0)
         det = a * b - c**2
         seen = gram.seen[self.first] & gram.seen[self.second] & (~two | (det > 1e-9 * a * b))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             x = np.where(two, (b * u - c * v) / det, u / a)
             y = np.where(two, (a * v - c * u) / det, 0.0)
             gain = np.where(seen, x * u + y * v, -np.inf)
-        return gain, -np.stack([x[0], y[0]], axis=1)
+        return gain, -np.stack([x, y], axis=1)
 
     def best(self, worth: np.ndarray) -> Iterator[tuple[Form, int]]:
         """Of each form its most worthy trial. worth: (t,)."""
@@ -69,8 +69,8 @@ class Terms:
 
 @dataclass(frozen=True)
 class Gram:
-    """What least squares need of whitened columns (2N, k), cleared of what the fit absorbs: their squared lengths (k,)
-    and their products with each of some residuals, (d, k); whether enough of each is left, (k,) bool."""
+    """What least squares need of whitened columns (2N, k), cleared of what the fit absorbs: their squared lengths and
+    their products with the residuals, (k,) each; whether enough of each is left, (k,) bool."""
 
     columns: Tensor
     square: np.ndarray

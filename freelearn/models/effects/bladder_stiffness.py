@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -11,7 +12,16 @@ from freelearn.models.ports import EnergyEffect
 class Bladder(Parameters):
     """stiffness: shear modulus times thickness."""
 
-    stiffness: Tensor = parameter("h", "N/m", start=100.0, lower=0.0, upper=1e6, none=0.0, scale=500.0)
+    stiffness: Tensor = parameter(
+        "h",
+        "N/m",
+        start=100.0,
+        lower=0.0,
+        upper=1e6,
+        none=0.0,
+        scale=500.0,
+        prior=Prior(0.0, 1e3, "latex bladders: 1 MPa at up to 1 mm"),
+    )
 
 
 class BladderStiffness(EnergyEffect[Bladder]):

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.mechanics.inextensible import helix
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import DissipationEffect, columns
 
@@ -17,8 +18,24 @@ THINNEST = 0.1
 class Contact(Parameters):
     """force, moment: friction over what the pressure presses on the tube's surface, and that times its radius."""
 
-    force: Tensor = parameter("f", "1", start=0.0, none=0.0, scale=2e-3, per_sample=True)
-    moment: Tensor = parameter("g", "1", start=0.0, none=0.0, scale=2e-3, per_sample=True)
+    force: Tensor = parameter(
+        "f",
+        "1",
+        start=0.0,
+        none=0.0,
+        scale=2e-3,
+        per_sample=True,
+        prior=Prior(0.0, 0.01, "Tondu & Lopez (2000); Davis & Caldwell (2006)"),
+    )
+    moment: Tensor = parameter(
+        "g",
+        "1",
+        start=0.0,
+        none=0.0,
+        scale=2e-3,
+        per_sample=True,
+        prior=Prior(0.0, 0.01, "as its force: Tondu & Lopez (2000)"),
+    )
 
 
 class ContactFriction(DissipationEffect[Contact]):
@@ -34,6 +51,7 @@ class ContactFriction(DissipationEffect[Contact]):
     suspect = "Loads differ between inflating and deflating, and the more the higher the pressure."
     source = "Tondu & Lopez (2000), F = f S P; Chou & Hannaford (1996); Davis & Caldwell (2006)"
     parameter_class = Contact
+    loose = 0.01
 
     def dissipate(self, loads: Tensor, states: States, p: Contact) -> Tensor:
         """As DissipationEffect.dissipate."""

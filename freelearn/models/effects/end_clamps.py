@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import GeometryEffect
 
@@ -10,7 +11,16 @@ from freelearn.models.ports import GeometryEffect
 class Clamps(Parameters):
     """clamp_length: at each end."""
 
-    clamp_length: Tensor = parameter("c", "m", start=2e-3, lower=0.0, upper=2e-2, none=0.0, scale=2e-3)
+    clamp_length: Tensor = parameter(
+        "c",
+        "m",
+        start=2e-3,
+        lower=0.0,
+        upper=2e-2,
+        none=0.0,
+        scale=2e-3,
+        prior=Prior(0.0, 6e-3, "hose clamps and plugs: 5 to 15 mm each"),
+    )
 
 
 class EndClamps(GeometryEffect[Clamps]):

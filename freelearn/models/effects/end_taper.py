@@ -7,6 +7,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.mechanics.inextensible import helix
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EndEffect, columns
 
@@ -19,7 +20,16 @@ THINNEST = 0.1
 class Taper(Parameters):
     """ratio: length of the cone at each end over the swelling r − R_o, the cotangent of its slope."""
 
-    ratio: Tensor = parameter("t", "1", start=1.0, lower=0.0, upper=20.0, none=0.0, scale=3.0)
+    ratio: Tensor = parameter(
+        "t",
+        "1",
+        start=1.0,
+        lower=0.0,
+        upper=20.0,
+        none=0.0,
+        scale=3.0,
+        prior=Prior(0.0, 2.0, "cones of 27° and steeper: Tondu (2012)"),
+    )
 
 
 class EndTaper(EndEffect[Taper]):

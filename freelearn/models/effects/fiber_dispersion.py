@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -10,7 +11,16 @@ from freelearn.models.ports import EnergyEffect
 class Dispersion(Parameters):
     """kappa: 0 aligned, 1/3 isotropic."""
 
-    kappa: Tensor = parameter("κ", "1", start=0.02, lower=0.0, upper=1 / 3, none=0.0, scale=0.02)
+    kappa: Tensor = parameter(
+        "κ",
+        "1",
+        start=0.02,
+        lower=0.0,
+        upper=1 / 3,
+        none=0.0,
+        scale=0.02,
+        prior=Prior(0.0, 0.05, "wound threads are nearly aligned: Gasser et al. (2006)"),
+    )
 
 
 class FiberDispersion(EnergyEffect[Dispersion]):

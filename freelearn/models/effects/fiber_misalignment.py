@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import GeometryEffect
 
@@ -11,7 +12,17 @@ from freelearn.models.ports import GeometryEffect
 class Misalignment(Parameters):
     """angle: built minus drawn."""
 
-    angle: Tensor = parameter("ΔΓ", "rad", start=0.0, lower=-0.2, upper=0.2, none=0.0, per_sample=True, scale=0.02)
+    angle: Tensor = parameter(
+        "ΔΓ",
+        "rad",
+        start=0.0,
+        lower=-0.2,
+        upper=0.2,
+        none=0.0,
+        per_sample=True,
+        scale=0.02,
+        prior=Prior(0.0, 0.05, "winding by hand, 3°: Bruder et al. (2018)"),
+    )
 
 
 class FiberMisalignment(GeometryEffect[Misalignment]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -16,7 +17,16 @@ SMALL = 1e-3
 class Holzapfel(Parameters):
     """k2: exponent's factor of (I₄ − 1)²."""
 
-    k2: Tensor = parameter("k₂", "1", start=1.0, lower=0.0, upper=1e5, none=0.0, scale=100.0)
+    k2: Tensor = parameter(
+        "k₂",
+        "1",
+        start=1.0,
+        lower=0.0,
+        upper=1e5,
+        none=0.0,
+        scale=100.0,
+        prior=Prior(0.0, 100.0, "crimped fibers: Holzapfel et al. (2000)"),
+    )
 
 
 class FiberStiffening(EnergyEffect[Holzapfel]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -11,7 +12,16 @@ from freelearn.models.ports import EnergyEffect
 class Slack(Parameters):
     """share: of the compressive stress that is lost."""
 
-    share: Tensor = parameter("s", "1", start=0.5, lower=0.0, upper=1.0, none=0.0, scale=0.5)
+    share: Tensor = parameter(
+        "s",
+        "1",
+        start=0.5,
+        lower=0.0,
+        upper=1.0,
+        none=0.0,
+        scale=0.5,
+        prior=Prior(0.0, 1.0, "threads buckle wholly, cast-in fibers not at all"),
+    )
 
 
 class FiberTensionOnly(EnergyEffect[Slack]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -11,7 +12,16 @@ from freelearn.models.ports import MeasurementEffect, columns
 class Offset(Parameters):
     """force: shown minus real."""
 
-    force: Tensor = parameter("F₀", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=0.5)
+    force: Tensor = parameter(
+        "F₀",
+        "N",
+        start=0.0,
+        lower=-1e3,
+        upper=1e3,
+        none=0.0,
+        scale=0.5,
+        prior=Prior(0.0, 0.05, "load cells' data sheets: zero balance", of="force"),
+    )
 
 
 class ForceOffset(MeasurementEffect[Offset]):

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import DissipationEffect, columns
 
@@ -10,8 +11,24 @@ from freelearn.models.ports import DissipationEffect, columns
 class Friction(Parameters):
     """force, moment: against the direction of the pressure."""
 
-    force: Tensor = parameter("F_f", "N", start=0.0, none=0.0, scale=0.5, per_sample=True)
-    moment: Tensor = parameter("M_f", "N·m", start=0.0, none=0.0, scale=5e-3, per_sample=True)
+    force: Tensor = parameter(
+        "F_f",
+        "N",
+        start=0.0,
+        none=0.0,
+        scale=0.5,
+        per_sample=True,
+        prior=Prior(0.0, 0.05, "Tondu & Lopez (2000): 5 % of the largest force", of="force"),
+    )
+    moment: Tensor = parameter(
+        "M_f",
+        "N·m",
+        start=0.0,
+        none=0.0,
+        scale=5e-3,
+        per_sample=True,
+        prior=Prior(0.0, 0.05, "as its force: Tondu & Lopez (2000)", of="moment"),
+    )
 
 
 class FrictionHysteresis(DissipationEffect[Friction]):
@@ -26,6 +43,7 @@ class FrictionHysteresis(DissipationEffect[Friction]):
     suspect = "Loads at one pressure differ between inflating and deflating."
     source = "Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles"
     parameter_class = Friction
+    loose = 0.01
 
     def dissipate(self, loads: Tensor, states: States, p: Friction) -> Tensor:
         """As DissipationEffect.dissipate."""

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MountEffect
 
@@ -10,7 +11,16 @@ from freelearn.models.ports import MountEffect
 class Spring(Parameters):
     """compliance: elongation for each newton."""
 
-    compliance: Tensor = parameter("c_l", "m/N", start=1e-6, lower=0.0, upper=1e-2, none=0.0, scale=2e-5)
+    compliance: Tensor = parameter(
+        "c_l",
+        "m/N",
+        start=1e-6,
+        lower=0.0,
+        upper=1e-2,
+        none=0.0,
+        scale=2e-5,
+        prior=Prior(0.0, 3e-5, "load cells and frames: some 30 N/mm and stiffer"),
+    )
 
 
 class LengthCompliance(MountEffect[Spring]):

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -10,7 +11,17 @@ from freelearn.models.ports import BoundaryEffect
 class Offset(Parameters):
     """length: imposed minus read."""
 
-    length: Tensor = parameter("l₀", "m", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, per_sample=True, scale=1e-3)
+    length: Tensor = parameter(
+        "l₀",
+        "m",
+        start=0.0,
+        lower=-1e-2,
+        upper=1e-2,
+        none=0.0,
+        per_sample=True,
+        scale=1e-3,
+        prior=Prior(0.0, 1.5e-3, "lengths set by hand; linear tolerances: ISO 2768-c"),
+    )
 
 
 class LengthOffset(BoundaryEffect[Offset]):

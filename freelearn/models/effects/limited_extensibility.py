@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -16,7 +17,16 @@ SMALL = 1e-3
 class Gent(Parameters):
     """beta: 1/J_m, the inverse of the largest I₁ − 3."""
 
-    beta: Tensor = parameter("1/J_m", "1", start=0.01, lower=0.0, upper=100.0, none=0.0, scale=1.0)
+    beta: Tensor = parameter(
+        "1/J_m",
+        "1",
+        start=0.01,
+        lower=0.0,
+        upper=100.0,
+        none=0.0,
+        scale=1.0,
+        prior=Prior(0.0, 1.0, "rubbers: J_m from 1 up, Gent (1996)"),
+    )
 
 
 class LimitedExtensibility(EnergyEffect[Gent]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -11,7 +12,16 @@ from freelearn.models.ports import MeasurementEffect, columns
 class Gain(Parameters):
     """gain: relative error of the cell."""
 
-    gain: Tensor = parameter("g_M", "1", start=0.0, lower=-0.95, upper=5.0, none=0.0, scale=0.05)
+    gain: Tensor = parameter(
+        "g_M",
+        "1",
+        start=0.0,
+        lower=-0.95,
+        upper=5.0,
+        none=0.0,
+        scale=0.05,
+        prior=Prior(0.0, 0.05, "torque cells' data sheets: span, and cells mounted askew"),
+    )
 
 
 class MomentGain(MeasurementEffect[Gain]):

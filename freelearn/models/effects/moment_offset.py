@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -11,7 +12,16 @@ from freelearn.models.ports import MeasurementEffect, columns
 class Offset(Parameters):
     """moment: shown minus real."""
 
-    moment: Tensor = parameter("M₀", "N·m", start=0.0, lower=-10.0, upper=10.0, none=0.0, scale=5e-3)
+    moment: Tensor = parameter(
+        "M₀",
+        "N·m",
+        start=0.0,
+        lower=-10.0,
+        upper=10.0,
+        none=0.0,
+        scale=5e-3,
+        prior=Prior(0.0, 0.05, "torque cells' data sheets: zero balance", of="moment"),
+    )
 
 
 class MomentOffset(MeasurementEffect[Offset]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -13,7 +14,15 @@ class Place(Parameters):
     is what the loads follow from nothing on."""
 
     squared_distance: Tensor = parameter(
-        "d²", "m²", start=0.0, lower=0.0, upper=1e-2, none=0.0, scale=1e-4, per_member=True
+        "d²",
+        "m²",
+        start=0.0,
+        lower=0.0,
+        upper=1e-2,
+        none=0.0,
+        scale=1e-4,
+        per_member=True,
+        prior=Prior(0.0, 5e-4, "end blocks of some 20 mm radius"),
     )
 
 

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -10,7 +11,17 @@ from freelearn.models.ports import BoundaryEffect
 class Gain(Parameters):
     """gain: relative error of the gauge."""
 
-    gain: Tensor = parameter("g", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.05, per_member=True)
+    gain: Tensor = parameter(
+        "g",
+        "1",
+        start=0.0,
+        lower=-0.5,
+        upper=0.5,
+        none=0.0,
+        scale=0.05,
+        per_member=True,
+        prior=Prior(0.0, 0.05, "pressure gauges' data sheets: span"),
+    )
 
 
 class PressureGain(BoundaryEffect[Gain]):

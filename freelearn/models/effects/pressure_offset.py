@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -10,7 +11,17 @@ from freelearn.models.ports import BoundaryEffect
 class Offset(Parameters):
     """pressure: acting minus read."""
 
-    pressure: Tensor = parameter("P₀", "Pa", start=0.0, lower=-5e4, upper=5e4, none=0.0, scale=5e3, per_member=True)
+    pressure: Tensor = parameter(
+        "P₀",
+        "Pa",
+        start=0.0,
+        lower=-5e4,
+        upper=5e4,
+        none=0.0,
+        scale=5e3,
+        per_member=True,
+        prior=Prior(0.0, 5e3, "pressure gauges' data sheets: 1 % of 500 kPa"),
+    )
 
 
 class PressureOffset(BoundaryEffect[Offset]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import WallEffect
 
@@ -11,8 +12,26 @@ from freelearn.models.ports import WallEffect
 class Prony(Parameters):
     """share: of the stresses that is lost in the end; time: in which all but 1/e of that is lost."""
 
-    share: Tensor = parameter("g", "1", start=0.05, lower=0.0, upper=0.95, none=0.0, scale=0.1)
-    time: Tensor = parameter("τ", "s", start=60.0, lower=1.0, upper=1e5, log=True, scale=60.0)
+    share: Tensor = parameter(
+        "g",
+        "1",
+        start=0.05,
+        lower=0.0,
+        upper=0.95,
+        none=0.0,
+        scale=0.1,
+        prior=Prior(0.0, 0.2, "rubbers lose a tenth to a fifth in minutes: Ferry (1980)"),
+    )
+    time: Tensor = parameter(
+        "τ",
+        "s",
+        start=60.0,
+        lower=1.0,
+        upper=1e5,
+        log=True,
+        scale=60.0,
+        prior=Prior(60.0, 2.0, "seconds to hours: Ferry (1980)"),
+    )
 
 
 class Relaxation(WallEffect[Prony]):
@@ -27,6 +46,7 @@ class Relaxation(WallEffect[Prony]):
     source = "one term of a Prony series: Christensen (1982)"
     needs = ("time_s",)
     parameter_class = Prony
+    loose = 0.02
 
     def soften(self, states: States, p: Prony) -> Tensor:
         """As WallEffect.soften."""

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -11,7 +12,15 @@ from freelearn.models.ports import EnergyEffect
 class Mooney(Parameters):
     """C01: part of the shear modulus that goes with I₂."""
 
-    C01: Tensor = parameter("C₀₁", "Pa", start=2e4, lower=0.0, none=0.0, scale=1e5)
+    C01: Tensor = parameter(
+        "C₀₁",
+        "Pa",
+        start=2e4,
+        lower=0.0,
+        none=0.0,
+        scale=1e5,
+        prior=Prior(0.0, 1e6, "Mooney-Rivlin fits of rubbers: Treloar (1975)"),
+    )
 
 
 class SecondInvariant(EnergyEffect[Mooney]):

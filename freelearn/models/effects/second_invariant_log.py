@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -10,7 +11,15 @@ from freelearn.models.ports import EnergyEffect
 class GentThomas(Parameters):
     """modulus: part of the shear modulus at rest that goes with ln I₂."""
 
-    modulus: Tensor = parameter("C_ln", "Pa", start=2e4, lower=0.0, none=0.0, scale=1e5)
+    modulus: Tensor = parameter(
+        "C_ln",
+        "Pa",
+        start=2e4,
+        lower=0.0,
+        none=0.0,
+        scale=1e5,
+        prior=Prior(0.0, 1e6, "as Mooney's C01: Gent & Thomas (1958)"),
+    )
 
 
 class SecondInvariantLog(EnergyEffect[GentThomas]):

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -10,8 +11,26 @@ from freelearn.models.ports import MeasurementEffect, columns
 class Crosstalk(Parameters):
     """What of each load shows in the other."""
 
-    moment_into_force: Tensor = parameter("a", "N/(N·m)", start=0.0, lower=-100.0, upper=100.0, none=0.0, scale=3.43)
-    force_into_moment: Tensor = parameter("b", "N·m/N", start=0.0, lower=-0.1, upper=0.1, none=0.0, scale=6e-4)
+    moment_into_force: Tensor = parameter(
+        "a",
+        "N/(N·m)",
+        start=0.0,
+        lower=-100.0,
+        upper=100.0,
+        none=0.0,
+        scale=3.43,
+        prior=Prior(0.0, 4.0, "the paper's cells: 3.43 N/(N·m)"),
+    )
+    force_into_moment: Tensor = parameter(
+        "b",
+        "N·m/N",
+        start=0.0,
+        lower=-0.1,
+        upper=0.1,
+        none=0.0,
+        scale=6e-4,
+        prior=Prior(0.0, 1e-3, "the paper's cells: 6e-4 N·m/N"),
+    )
 
 
 class SensorCrosstalk(MeasurementEffect[Crosstalk]):

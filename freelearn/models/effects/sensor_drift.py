@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from torch import Tensor
 
 from freelearn.measurements.states import SECONDS_PER_ROW, States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MeasurementEffect, columns
 
@@ -12,8 +13,26 @@ from freelearn.models.ports import MeasurementEffect, columns
 class Drift(Parameters):
     """force_rate, moment_rate: of the cells' zeros."""
 
-    force_rate: Tensor = parameter("a", "N/s", start=0.0, lower=-1.0, upper=1.0, none=0.0, scale=2e-5)
-    moment_rate: Tensor = parameter("b", "N·m/s", start=0.0, lower=-1e-2, upper=1e-2, none=0.0, scale=2e-7)
+    force_rate: Tensor = parameter(
+        "a",
+        "N/s",
+        start=0.0,
+        lower=-1.0,
+        upper=1.0,
+        none=0.0,
+        scale=2e-5,
+        prior=Prior(0.0, 5e-6, "load cells' data sheets: 5 % of the load in three hours", of="force"),
+    )
+    moment_rate: Tensor = parameter(
+        "b",
+        "N·m/s",
+        start=0.0,
+        lower=-1e-2,
+        upper=1e-2,
+        none=0.0,
+        scale=2e-7,
+        prior=Prior(0.0, 5e-6, "torque cells' data sheets: 5 % of the load in three hours", of="moment"),
+    )
 
 
 class SensorDrift(MeasurementEffect[Drift]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -11,8 +12,26 @@ from freelearn.models.ports import EnergyEffect
 class Softening(Parameters):
     """modulus: that is lost with strain; decay: how soon, by I₁ − 3."""
 
-    modulus: Tensor = parameter("α", "Pa", start=1e5, lower=0.0, upper=1e9, none=0.0, scale=3e5)
-    decay: Tensor = parameter("β", "1", start=5.0, lower=0.3, upper=300.0, log=True, scale=5.0)
+    modulus: Tensor = parameter(
+        "α",
+        "Pa",
+        start=1e5,
+        lower=0.0,
+        upper=1e9,
+        none=0.0,
+        scale=3e5,
+        prior=Prior(0.0, 3e6, "rubber filled with carbon black: Payne (1962)"),
+    )
+    decay: Tensor = parameter(
+        "β",
+        "1",
+        start=5.0,
+        lower=0.3,
+        upper=300.0,
+        log=True,
+        scale=5.0,
+        prior=Prior(5.0, 1.2, "gone at strains of 10 to 100 %: Yeoh (1993)"),
+    )
 
 
 class SmallStrainStiffness(EnergyEffect[Softening]):

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import WallEffect
 
@@ -11,8 +12,26 @@ from freelearn.models.ports import WallEffect
 class Softening(Parameters):
     """depth: the largest share of the stresses that is lost; severity: the step below the worst at which much is."""
 
-    depth: Tensor = parameter("d", "1", start=0.05, lower=0.0, upper=0.95, none=0.0, scale=0.1)
-    severity: Tensor = parameter("m", "1", start=1e-2, lower=1e-5, upper=10.0, log=True, scale=1e-2)
+    depth: Tensor = parameter(
+        "d",
+        "1",
+        start=0.05,
+        lower=0.0,
+        upper=0.95,
+        none=0.0,
+        scale=0.1,
+        prior=Prior(0.0, 0.3, "Ogden & Roxburgh (1999); silicones less: Machado et al. (2010)"),
+    )
+    severity: Tensor = parameter(
+        "m",
+        "1",
+        start=1e-2,
+        lower=1e-5,
+        upper=10.0,
+        log=True,
+        scale=1e-2,
+        prior=Prior(0.02, 2.0, "steps of 0.03 to 100 %: Ogden & Roxburgh (1999)"),
+    )
 
 
 class StressSoftening(WallEffect[Softening]):
@@ -28,6 +47,7 @@ class StressSoftening(WallEffect[Softening]):
     suspect = "A repeated state shows lower loads once the actuator has been to a harsher one."
     source = "after Ogden & Roxburgh (1999)"
     parameter_class = Softening
+    loose = 0.05
 
     def soften(self, states: States, p: Softening) -> Tensor:
         """As WallEffect.soften."""

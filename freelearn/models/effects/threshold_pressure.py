@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -16,7 +17,17 @@ ONSET = 1e3
 class Threshold(Parameters):
     """pressure: that it takes to press the bladder on the braid."""
 
-    pressure: Tensor = parameter("P_t", "Pa", start=1e3, lower=0.0, upper=5e5, none=0.0, scale=5e3, per_member=True)
+    pressure: Tensor = parameter(
+        "P_t",
+        "Pa",
+        start=1e3,
+        lower=0.0,
+        upper=5e5,
+        none=0.0,
+        scale=5e3,
+        per_member=True,
+        prior=Prior(0.0, 2e4, "bladders of muscles: Chou & Hannaford (1996)"),
+    )
 
 
 class ThresholdPressure(BoundaryEffect[Threshold]):

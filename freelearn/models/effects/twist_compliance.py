@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import MountEffect
 
@@ -10,7 +11,16 @@ from freelearn.models.ports import MountEffect
 class Spring(Parameters):
     """compliance: twist for each newton meter."""
 
-    compliance: Tensor = parameter("c_φ", "rad/(N·m)", start=1e-2, lower=0.0, upper=20.0, none=0.0, scale=0.3)
+    compliance: Tensor = parameter(
+        "c_φ",
+        "rad/(N·m)",
+        start=1e-2,
+        lower=0.0,
+        upper=20.0,
+        none=0.0,
+        scale=0.3,
+        prior=Prior(0.0, 0.3, "couplings and torque cells: some 3 N·m/rad and stiffer"),
+    )
 
 
 class TwistCompliance(MountEffect[Spring]):

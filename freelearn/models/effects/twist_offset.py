@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -10,7 +11,17 @@ from freelearn.models.ports import BoundaryEffect
 class Offset(Parameters):
     """angle: imposed minus read."""
 
-    angle: Tensor = parameter("φ₀", "rad", start=0.0, lower=-1.0, upper=1.0, none=0.0, per_sample=True, scale=0.1)
+    angle: Tensor = parameter(
+        "φ₀",
+        "rad",
+        start=0.0,
+        lower=-1.0,
+        upper=1.0,
+        none=0.0,
+        per_sample=True,
+        scale=0.1,
+        prior=Prior(0.0, 0.09, "mounted by eye: 5°"),
+    )
 
 
 class TwistOffset(BoundaryEffect[Offset]):

@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import PlayEffect
 
@@ -10,7 +11,17 @@ from freelearn.models.ports import PlayEffect
 class Play(Parameters):
     """angle: half the width of the band."""
 
-    angle: Tensor = parameter("w", "rad", start=0.02, lower=0.0, upper=1.0, none=0.0, per_sample=True, scale=0.1)
+    angle: Tensor = parameter(
+        "w",
+        "rad",
+        start=0.02,
+        lower=0.0,
+        upper=1.0,
+        none=0.0,
+        per_sample=True,
+        scale=0.1,
+        prior=Prior(0.0, 0.09, "couplings and keys have play of up to 5°: Nordin & Gutman (2002)"),
+    )
 
 
 class TwistSlack(PlayEffect[Play]):
@@ -24,6 +35,7 @@ class TwistSlack(PlayEffect[Play]):
     suspect = "The moment hardly changes around zero twist: a coupling or a key has play."
     source = "backlash as a dead zone: Nordin & Gutman (2002)"
     parameter_class = Play
+    loose = 0.03
     # Within the band no moment holds the twist: under a dead load it could be any.
     beds = ("kinematic", "isometric", "inflation")
 

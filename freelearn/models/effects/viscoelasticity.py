@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import BoundaryEffect
 
@@ -11,8 +12,26 @@ from freelearn.models.ports import BoundaryEffect
 class Branch(Parameters):
     """share: of the wall's stiffness that relaxes; time: in which all but 1/e of an overstress is gone."""
 
-    share: Tensor = parameter("g", "1", start=0.1, lower=0.0, upper=2.0, none=0.0, scale=0.1)
-    time: Tensor = parameter("τ", "s", start=100.0, lower=1.0, upper=1e5, log=True, scale=100.0)
+    share: Tensor = parameter(
+        "g",
+        "1",
+        start=0.1,
+        lower=0.0,
+        upper=2.0,
+        none=0.0,
+        scale=0.1,
+        prior=Prior(0.0, 0.2, "rubbers lose a tenth to a fifth in minutes: Ferry (1980)"),
+    )
+    time: Tensor = parameter(
+        "τ",
+        "s",
+        start=100.0,
+        lower=1.0,
+        upper=1e5,
+        log=True,
+        scale=100.0,
+        prior=Prior(100.0, 2.0, "seconds to hours: Ferry (1980)"),
+    )
 
 
 class Viscoelasticity(BoundaryEffect[Branch]):
@@ -34,6 +53,7 @@ class Viscoelasticity(BoundaryEffect[Branch]):
     # Where the state is imposed: under a dead load it moves all the time.
     beds = ("kinematic", "isometric", "inflation")
     parameter_class = Branch
+    loose = 0.15
 
     def impose(self, states: States, p: Branch) -> States:
         """As BoundaryEffect.impose."""

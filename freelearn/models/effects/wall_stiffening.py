@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.models.material import Material
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import EnergyEffect
 
@@ -10,7 +11,15 @@ from freelearn.models.ports import EnergyEffect
 class Yeoh(Parameters):
     """C20: coefficient of (I₁ − 3)²."""
 
-    C20: Tensor = parameter("C₂₀", "Pa", start=1e4, lower=0.0, none=0.0, scale=3e5)
+    C20: Tensor = parameter(
+        "C₂₀",
+        "Pa",
+        start=1e4,
+        lower=0.0,
+        none=0.0,
+        scale=3e5,
+        prior=Prior(0.0, 1e6, "Yeoh fits of rubbers: Yeoh (1993)"),
+    )
 
 
 class WallStiffening(EnergyEffect[Yeoh]):

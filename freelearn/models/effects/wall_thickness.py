@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from freelearn.measurements.states import States
+from freelearn.models.parameter import Prior
 from freelearn.models.parameters import Parameters, parameter
 from freelearn.models.ports import GeometryEffect
 
@@ -11,7 +12,15 @@ class Thickness(Parameters):
     """outer_radius: built minus drawn."""
 
     outer_radius: Tensor = parameter(
-        "ΔR_o", "m", start=0.0, lower=-1e-3, upper=3e-3, none=0.0, per_sample=True, scale=1e-4
+        "ΔR_o",
+        "m",
+        start=0.0,
+        lower=-1e-3,
+        upper=3e-3,
+        none=0.0,
+        per_sample=True,
+        scale=1e-4,
+        prior=Prior(0.0, 3e-4, "extruded and dipped tubes; linear tolerances: ISO 2768"),
     )
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+from freelearn.inference.checks.check import FAIL
 from freelearn.measurements.beds import bed_of
 from freelearn.render.html.page import FOR_THE_LAB_BOOK, Section, write_page
 from freelearn.render.html.provenance import provenance_section
+from freelearn.results.check_tables import check_table
+from freelearn.results.claim_tables import checks_table, models_table, shares_table
 from freelearn.results.discovery import Discovery, trail_numbers
 from freelearn.results.discovery_tables import (
     class_lines,
@@ -38,8 +42,10 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     content = discovery.content
     sections = [
         Section("Verdict", [content["says"]], kind="verdict"),
+        *_checks(content),
         _staircase(discovery, figures),
         Section(FOR_THE_LAB_BOOK, [discovery_note(discovery)], kind="note"),
+        *_claim(discovery),
         *_written(discovery, figures),
         *_suspects(discovery),
         *_failures(discovery),
@@ -63,6 +69,16 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
     write_page(folder / "report.html", title, provenance.simulated, sections)
 
 
+def _checks(content: dict[str, Any]) -> list[Section]:
+    """The look at the table before the search; folded away where nothing failed."""
+    checks = content["checks"]
+    if not checks:
+        return []
+    failed = any(check["status"] == FAIL for check in checks)
+    table = check_table(checks)
+    return [Section(table.title, [], [table], folded="" if failed else "nothing failed")]
+
+
 def _accuracy(discovery: Discovery) -> str:
     """Of what the bed imposes and measures, in the table's units."""
     bed, known = bed_of(discovery.table), discovery.content["accuracy"]
@@ -80,6 +96,13 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
     chart = StaircaseChart()
     chart.show(trail)
     return Section(table.title, lines, [table], [chart.panel], {"staircase.csv": trail})
+
+
+def _claim(discovery: Discovery) -> list[Section]:
+    """Whether it stands, what else would fit as well, and how probable each effect is."""
+    content = discovery.content
+    tables = [checks_table(content["referee"]), models_table(content["models"]), shares_table(content["shares"])]
+    return [Section.of_table(table) for table in tables if table]
 
 
 def _written(discovery: Discovery, figures: bool) -> list[Section]:

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from freelearn.inference.thresholds import ALPHA
+from freelearn.inference.thresholds import CLEAR
 from freelearn.render.events import event_file
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure, save
@@ -46,10 +46,13 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         for when, step in (("before", 0), ("after", last))
         if when == "before" or last
     }
+    if not len(ranked.get("after", ())):
+        # A search over sets asks what each effect promises on the first model alone.
+        ranked.pop("after", None)
     if len(ranked["before"]):
         numbers = pd.concat([part.assign(when=when) for when, part in ranked.items()], ignore_index=True)
         figures["ranking"] = ranking(ranked["before"], ranked.get("after"), simulated), numbers
-    alike = likeness_table(findings.steps[0].scores)
+    alike = likeness_table(*findings.cosines)
     if len(alike) > 1:
         figures["likeness"] = likeness(alike, simulated), alike
     both = list(discovery.trusted.values())
@@ -126,7 +129,7 @@ def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -
     figure.suptitle(heading("What each effect would explain", simulated), fontsize=11)
     axes = figure.add_axes((0.25, 1.05 / height, 0.7, 1 - 1.5 / height))
     place = np.arange(len(names))
-    certain = (before["p_value"] <= ALPHA).to_numpy()
+    certain = (before["p_value"] <= CLEAR).to_numpy()
     # Points and not bars: on a logarithmic axis the length of a bar is as long as where the axis begins.
     size = before["size"].clip(lower=SMALLEST).to_numpy()
     for chosen, inside, label in ((certain, COLORS[0], STANDS_OUT), (~certain, "white", NO_MORE)):

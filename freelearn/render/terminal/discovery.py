@@ -13,6 +13,7 @@ from rich.text import Text
 from freelearn.inference.step import Step
 from freelearn.measurements.plausibility import units_apart
 from freelearn.render.terminal.table import add_row, empty_table, rich_table
+from freelearn.results.claim_tables import check_lines, checks_table, models_table, shares_table
 from freelearn.results.discovery import Discovery
 from freelearn.results.discovery_tables import (
     error_line,
@@ -85,6 +86,7 @@ class DiscoveryView:
         if discovery.findings.final.effects:
             self.console.print(rich_table(final_parameters(discovery)))
         self._say([discovery.content["says"], error_line(discovery)])
+        self._claim(discovery)
         self._say(written_lines(discovery), before="  ")
         self._say(next_state_lines(discovery.proposed, SHOWN), before="  → ")
         self._say(remainder_lines(discovery), before="  ")
@@ -94,6 +96,16 @@ class DiscoveryView:
         said = [sentence(unit) for unit in units]
         self._say([line for line in note_lines(discovery) if line not in said], before="! ")
         self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
+
+    def _claim(self, discovery: Discovery) -> None:
+        """Whether it stands, what else would fit as well, and how probable each effect is."""
+        content = discovery.content
+        # The sentences of all checks are long: here only those that did not pass.
+        tables = checks_table(content["referee"], says=False), models_table(content["models"])
+        for table in (*tables, shares_table(content["shares"])):
+            if table:
+                self.console.print(rich_table(table))
+        self._say(check_lines(content["referee"]), before="  ✗ ")
 
     def _say(self, lines: list[str], before: str = "") -> None:
         for line in lines:

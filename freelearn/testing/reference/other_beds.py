@@ -73,12 +73,12 @@ def measure(
     rig: Rig = on_the_rig,
 ) -> pd.DataFrame:
     """A table of one actuator (see `nominal`) with what its bed shows, noise included. Rows without a stable
-    equilibrium are marked as buckled. rig: as in bed.bed_loads, on the beds that impose length and twist."""
+    equilibrium are marked as buckled. rig: as in bed.bed_loads."""
     generator = np.random.default_rng([seed, 11])
     s, actual = _imposed(bed, table, accuracy, generator)
     if bed == "dead_load":
         hung = np.stack([actual["force_n"], actual["moment_nmm"] * MM], axis=1)
-        place, right = at_rest(s, hung, c1, c2, fx)
+        place, right = at_rest(s, hung, c1, c2, fx, rig)
         shown = {"elongation_mm": (place[:, 0] - s["reference"]) / MM, "twist_deg": np.rad2deg(place[:, 1])}
     else:
         loads, right = bed_loads(s, c1, c2, fx, rig=rig)
@@ -146,13 +146,15 @@ def really(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
     return beyond_threshold(moved_on(leaned(imposed, fx), fx), fx)
 
 
-def at_rest(s: dict[str, Array], hung: Array, c1: float, c2: float, fx: Effects) -> tuple[Array, Array]:
+def at_rest(
+    s: dict[str, Array], hung: Array, c1: float, c2: float, fx: Effects, rig: Rig = on_the_rig
+) -> tuple[Array, Array]:
     """Length and twist (N, 2) m, rad at which the loads are those hung (N, 2), and whether that is stable, (N,)."""
     size = np.stack([s["reference"], np.ones(len(hung))], axis=1)
     q = np.stack([s["reference"], np.zeros(len(hung))], axis=1)
 
     def loads(at: Array) -> Array:
-        return bed_loads(s | {"length": at[:, 0], "twist": at[:, 1]}, c1, c2, fx)[0]
+        return bed_loads(s | {"length": at[:, 0], "twist": at[:, 1]}, c1, c2, fx, rig=rig)[0]
 
     for _ in range(ITERATIONS):
         excess = loads(q) - hung
@@ -163,7 +165,7 @@ def at_rest(s: dict[str, Array], hung: Array, c1: float, c2: float, fx: Effects)
             break
         q = q + size * np.clip(step, -LARGEST, LARGEST)
     stable = (np.linalg.det(stiffness) > 0) & (np.trace(stiffness, axis1=1, axis2=2) > 0)
-    _, balanced = bed_loads(s | {"length": q[:, 0], "twist": q[:, 1]}, c1, c2, fx)
+    _, balanced = bed_loads(s | {"length": q[:, 0], "twist": q[:, 1]}, c1, c2, fx, rig=rig)
     return q, (np.abs(step) < SETTLED).all(1) & stable & balanced
 
 

@@ -6,7 +6,7 @@ import pandas as pd
 from bokeh.models import BasicTickFormatter
 from bokeh.plotting import figure
 
-from freelearn.inference.thresholds import ALPHA
+from freelearn.inference.thresholds import CLEAR
 from freelearn.render.html.charts.canvas import chart, hover, legend_below, source
 from freelearn.render.palette import COLORS
 from freelearn.results.ranking import NO_MORE, STANDS_OUT
@@ -29,7 +29,7 @@ def ranking_chart(table: pd.DataFrame) -> figure:
     )
     # Points and not bars: on a logarithmic axis the length of a bar is as long as where the axis begins.
     shown = table.assign(shown=table["size"].clip(lower=SMALLEST), percent=100 * table["E_heldout"])
-    certain = table["p_value"] <= ALPHA
+    certain = table["p_value"] <= CLEAR
     marks = ((certain, COLORS[0], STANDS_OUT), (~certain, "white", NO_MORE))
     for part, fill, label in marks:
         if part.any():

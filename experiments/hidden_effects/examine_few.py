@@ -1,0 +1,154 @@
+"""One table of few states: searched as discover.py does, and the answer judged by the states between those measured."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import torch
+from hidden_effects import few
+
+from freelearn.csv_text import csv_text
+from freelearn.fit.problem import Problem
+from freelearn.inference.checks.look import failed, looked_over
+from freelearn.inference.linear_algebra import orthonormal
+from freelearn.inference.noise import Whitener, sensitivities
+from freelearn.inference.question import Question
+from freelearn.inference.search import Findings, search
+from freelearn.inference.testable import candidates
+from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.beds import BED, BEDS
+from freelearn.measurements.error import set_error
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.table import read_table
+from freelearn.measurements.usable import usable_rows
+from freelearn.models.base import Model
+from freelearn.models.build import build_model
+from freelearn.models.prediction import Status
+from freelearn.testing.reference import other_beds
+
+# A search that takes longer [s] has no answer.
+LIMIT = 600
+
+
+def examine_few(job: dict[str, Any]) -> dict[str, Any]:
+    """Makes a table, searches it, and says what came out; all JSON."""
+    torch.set_num_threads(1)
+    made = few.make(job)
+    table = as_read(made.table, made.bed)
+    seen = table[usable_rows(table)].reset_index(drop=True)
+    accuracy = told(made.told)
+    rows = Rows.from_table(seen)
+    library, _ = candidates(build([]), [], seen.columns, rows)
+    result = job | {"rows": len(rows), "values": made.hidden, "sizes": sizes(made), "floor": made.floor}
+    began = time.perf_counter()
+    try:
+        with within(LIMIT):
+            stopped = [check.name for check in failed(looked_over(seen, build, [], accuracy))]
+            found = search(Question(build, library, rows, accuracy, job["seed"] % 1000))
+    except Exception as problem:  # a failure is a result too
+        reason = f"{type(problem).__name__}: {problem}"
+        return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
+            "fresh": None, "fresh_before": None, "seconds": time.perf_counter() - began, "claimed": ""
+        }  # fmt: skip
+    return result | said(found, stopped) | {
+        "fresh": fresh(found.final.fit.model, made), "fresh_before": fresh(found.steps[0].fit.model, made),
+        "seconds": time.perf_counter() - began,
+    }  # fmt: skip
+
+
+@contextmanager
+def within(seconds: int) -> Iterator[None]:
+    """Raises TimeoutError where what is inside takes longer."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError(f"no answer in {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def said(found: Findings, stopped: Sequence[str]) -> dict[str, Any]:
+    """The answer, as discover.py tells it. stopped: checks of the table that let nothing be claimed."""
+    if stopped:
+        found = replace(found, verdict="undecided")
+    return {
+        "verdict": found.verdict,
+        "claimed": found.claimed,
+        "effects": found.effects,
+        "classes": [list(members) for members in found.classes],
+        "formulas": [p.written.name for p in found.proposals],
+        "stopped": list(stopped),
+        "E": found.final.E_heldout,
+        "told_floor": found.final.floor,
+    }
+
+
+def build(names: Sequence[str]) -> Model:
+    """The model that is asked about; few states are those of one tube."""
+    return build_model("continuum", {}, names, [1])
+
+
+def told(accuracy: Mapping[str, float]) -> Accuracy:
+    """As the search takes it: of what a bed neither imposes nor measures, what is usual, since nothing is exact."""
+    return Accuracy.engineering(**{name: value or other_beds.ACCURACY[name] for name, value in accuracy.items()})
+
+
+def as_read(table: pd.DataFrame, bed: str) -> pd.DataFrame:
+    """The table as a user's file of it is read."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "few.csv"
+        path.write_text(csv_text(table.drop(columns=BED, errors="ignore")))
+        return read_table(path, BEDS[bed]).table
+
+
+def fresh(model: Model, made: few.Few) -> float:
+    """Error of a new measurement between the states, over what its noise alone makes: 1 of a perfect model.
+
+    A row without an answer counts as an answer of zero, which is what a model without one commands."""
+    table = as_read(made.between, made.bed)
+    table = table[usable_rows(table)].reset_index(drop=True)
+    rows = Rows.from_table(table)
+    with torch.no_grad():
+        answer = model(rows.states)
+    there = (answer.status == Status.OK)[:, None] & answer.loads.isfinite()
+    missed = set_error(rows, torch.where(there, answer.loads, 0.0), torch.ones(len(rows), dtype=torch.bool)).E
+    return float(np.hypot(missed, made.floor) / made.floor)
+
+
+def sizes(made: few.Few) -> dict[str, float]:
+    """σ of each hidden effect on the table after refitting C1 and C2, by the true accuracy."""
+    tables = {name: as_read(table, made.bed) for name, table in made.without.items()}
+    if not tables:
+        return {}
+    exact = as_read(made.exact, made.bed)
+    good = np.all([usable_rows(table) for table in (exact, *tables.values())], axis=0)
+    rows = Rows.from_table(exact[good].reset_index(drop=True))
+    others = {name: Rows.from_table(table[good].reset_index(drop=True)) for name, table in tables.items()}
+    model = build_model("continuum", dict(zip(("C1", "C2"), made.material, strict=True)), [])
+    state, readings = torch.as_tensor(rows.state), rows.readings
+    felt = readings.present & ~readings.slack[:, None]
+    sensitivity = torch.nan_to_num(sensitivities(model, rows.states))
+    whiten = Whitener(sensitivity, state, told(made.true), None, rows.states.bed, readings.present)
+    jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
+    seen = torch.where(felt[:, :, None], jacobian.reshape(len(rows), 2, -1).nan_to_num(), 0.0)
+    span = orthonormal(whiten(seen).flatten(0, 1))
+    found = {}
+    for name, other in others.items():
+        change = torch.where(felt & ~other.readings.slack[:, None], other.readings.value - readings.value, 0.0)
+        white = whiten(change).reshape(-1)
+        found[name] = float((white - span @ (span.T @ white)).norm())
+    return found

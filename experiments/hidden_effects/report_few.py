@@ -1,0 +1,125 @@
+"""What the plan `few` adds up to: rates, and every table with its answer, printed and as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from hidden_effects.rates import Row, rate
+from rich.console import Console
+from rich.table import Table
+
+from freelearn.csv_text import csv_text
+from freelearn.files import write_text
+
+# What is claimed of a table; of any other the effects that are listed are none.
+CLAIMS = ("adequate", "named", "class", "proposed")
+# σ and states from which on an effect has to be found; floors between the states at which an answer is right, or wrong.
+LARGE, STATES = 15.0, 5
+RIGHT, REFUTED = 1.3, 2.0
+
+
+def report_few(results: list[dict[str, Any]], out: Path) -> None:
+    """Prints the rates and what every answer was, and writes both: rates.md, tables.csv."""
+    console, frame = Console(width=120), told(results)
+    rows = rates(frame)
+    title = f"{len(results)} tables, plan few"
+    shown = Table(title=title, title_justify="left")
+    for heading in ("what", "of", "rate %", "target"):
+        shown.add_column(heading, justify="left" if heading == "what" else "right")
+    for what, count, value, target in rows:
+        shown.add_row(what, str(count), value, target)
+    console.print(shown)
+    for line in lines(frame):
+        console.print(f"  {line}", markup=False, soft_wrap=True)
+    write_text(out / "rates.md", markdown(title, rows))
+    cells = frame.assign(classes=frame["classes"].map(lambda groups: ["/".join(group) for group in groups]))
+    cells = cells.drop(columns=["sizes", "values", "formulas"]).map(
+        lambda c: "; ".join(c) if isinstance(c, list) else c
+    )
+    write_text(out / "tables.csv", csv_text(cells))
+    console.print(f"files: {out}", soft_wrap=True)
+
+
+def told(results: list[dict[str, Any]]) -> pd.DataFrame:
+    """The results, with what follows of each: what is claimed and listed, found, wrong, and refuted."""
+    each = []
+    for r in results:
+        hidden, groups = set(r["hidden"]), [set(group) for group in r["classes"]]
+        claims = r["verdict"] in CLAIMS
+        listed = hidden & set().union(*groups)
+        each.append(r | {
+            "reason": r.get("reason", ""), "claims": claims,
+            "listed": len(listed), "found": len(listed) if claims else 0,
+            "names": claims and bool(groups), "wrong": claims and any(not group & hidden for group in groups),
+            "fresh": float("nan") if r["fresh"] is None else r["fresh"],
+            "size": min(r["sizes"].values(), default=0.0),
+        })  # fmt: skip
+    return pd.DataFrame(each)
+
+
+def rates(frame: pd.DataFrame) -> list[Row]:
+    """Rows of the report."""
+    none, one, unknown, several = (frame[frame["kind"] == k] for k in ("none", "one", "unknown", "several"))
+    large = one[(one["size"] >= LARGE) & (one["states"] >= STATES)]
+    claims = frame[frame["claims"]]
+    rows = rate("nothing hidden: nothing named", none, ~none["names"].astype(bool), "≥ 97")
+    rows += rate("nothing hidden: called adequate", none, none["verdict"] == "adequate", "")
+    what = f"one effect, ≥ {LARGE:g} σ, ≥ {STATES} states: in the answer"
+    rows += rate(what, large, large["found"] == 1, "≥ 80") or [(what, 0, "–", "≥ 80")]
+    enough = one[one["size"] >= LARGE]
+    rows += rate(f"one effect, ≥ {LARGE:g} σ: in the answer", enough, enough["found"] == 1, "")
+    rows += rate("one effect, of any size, in any table: in the answer", one, one["found"] == 1, "")
+    rows += rate("one effect: listed, claimed or not", one, one["listed"] == 1, "")
+    rows += rate("unknown: an effect of the library named", unknown, unknown["names"] & ~_written(unknown), "")
+    if len(several):
+        hidden = int(several["hidden"].map(len).sum())
+        rows.append(("three or four: effects in the answer", hidden, _share(several["found"].sum(), hidden), "≥ 70"))
+        rows.append(
+            ("three or four: effects listed, claimed or not", hidden, _share(several["listed"].sum(), hidden), "")
+        )
+    rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
+    rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
+    rows += rate(f"all: between the states ≤ {RIGHT:g} floors", frame, frame["fresh"] <= RIGHT, "")
+    what = f"claims that states in between refute (> {REFUTED:g} floors)"
+    rows += rate(what, claims, ~(claims["fresh"] <= REFUTED), "≤ 2")
+    for verdict in ("unexplained", "undecided", "failed"):
+        rows += rate(verdict, frame, frame["verdict"] == verdict, "0" if verdict == "failed" else "")
+    kept = frame.loc[frame["verdict"] == "unexplained", "effects"].map(len)
+    if len(kept):
+        told = f"{kept.median():g}, {kept.max():g}"
+        rows.append(("effects kept where unexplained: median, most (not %)", len(kept), told, "0, ≤ 2"))
+    seconds = frame["seconds"]
+    told = f"{seconds.median():.0f}, {seconds.max():.0f}"
+    return [*rows, ("seconds a table: median, most (not %)", len(frame), told, "")]
+
+
+def lines(frame: pd.DataFrame) -> list[str]:
+    """Every table in words: what is hidden, what is said, and the error between the states in floors."""
+    found = []
+    for r in frame.to_dict("records"):
+        sizes = [f"{name} {size:.0f} σ" for name, size in r["sizes"].items()]
+        hidden = ", ".join(sizes) or r["unknown"] or "nothing"
+        answer = "; ".join("/".join(group) for group in r["classes"]) or r["reason"] or "nothing"
+        stopped = f" (stopped by {', '.join(r['stopped'])})" if r["stopped"] else ""
+        found.append(
+            f"{r['number']} {r['tubes']}, {r['states']} states, stated × {r['misstated']:.2g}: {hidden} → "
+            f"{r['verdict']}: {answer}{stopped}; {r['fresh']:.2f} floors, {r['seconds']:.0f} s"
+        )
+    return found
+
+
+def markdown(title: str, rows: list[Row]) -> str:
+    """The rates as a table of Markdown."""
+    cells = [f"| {what} | {count} | {value} | {target} |" for what, count, value, target in rows]
+    return "\n".join([f"| {title} | of | rate % | target |", "|---|---|---|---|", *cells, ""])
+
+
+def _written(frame: pd.DataFrame) -> pd.Series:
+    """Whether the answer has a form that the search wrote itself."""
+    return frame["verdict"] == "proposed"
+
+
+def _share(part: int, whole: int) -> str:
+    return f"{100 * part / max(whole, 1):.1f}"

@@ -1,0 +1,206 @@
+"""Sets of effects, looked at best first: adding, taking out and exchanging, and pairs where single effects do not help.
+
+What can be claimed is what all sets that fit share; so every set that is looked at is kept, with its fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from freelearn.inference.derivatives import none_vector
+from freelearn.inference.evidence import log_evidence, log_odds
+from freelearn.inference.hypothesis import Effects, Hypothesis
+from freelearn.inference.noise import Whitener
+from freelearn.inference.question import Question
+from freelearn.inference.ranking import Promise, Ranking
+from freelearn.inference.thresholds import (
+    BEAM,
+    CHILDREN,
+    COMPARABLE,
+    HOPEFUL,
+    HOPELESS,
+    MOST_EFFECTS,
+    MOST_EXPANDED,
+    PAIRS,
+)
+from freelearn.inference.white_fit import WhiteFit, WhiteProblem, white_fit
+from freelearn.measurements.rows import Rows
+from freelearn.models.base import Model
+
+# Times that the way to a start is halved.
+HALVINGS = 12
+
+
+@dataclass
+class Hypotheses:
+    """All sets that were looked at on some rows under one noise.
+
+    odds: of effects that are in no library. expanded, exchanged: the sets whose neighbors were looked at, and what
+    could stand in for their effects; ranked: what was promised on top of them."""
+
+    question: Question
+    rows: Rows
+    whiten: Whitener
+    spans: Mapping[str, float]
+    odds: dict[str, float] = field(default_factory=dict)
+    found: dict[Effects, Hypothesis] = field(default_factory=dict)
+    expanded: set[Effects] = field(default_factory=set)
+    exchanged: set[Effects] = field(default_factory=set)
+    ranked: dict[Effects, list[Promise]] = field(default_factory=dict)
+
+    @property
+    def library(self) -> list[str]:
+        """The effects to try, those that were written last."""
+        return [*self.question.candidates, *self.odds]
+
+    @property
+    def best(self) -> Hypothesis:
+        """The most probable one."""
+        return max(self.found.values(), key=lambda h: h.evidence)
+
+    def ordered(self) -> list[Hypothesis]:
+        """All, the most probable first."""
+        return sorted(self.found.values(), key=lambda h: -h.evidence)
+
+    def build(self, effects: Sequence[str]) -> Model:
+        """A fresh model with the question's own effects and these."""
+        return self.question.build([*self.question.given, *effects])
+
+    def under(self, whiten: Whitener, rows: Rows, kept: Sequence[Hypothesis]) -> Hypotheses:
+        """The same question under another noise, or on other rows, with some of the sets fitted anew."""
+        other = Hypotheses(self.question, rows, whiten, self.spans, self.odds)
+        nothing = self.found[frozenset()]
+        for hypothesis in [nothing, *(h for h in kept if h is not nothing)]:
+            other.fit(hypothesis.effects, hypothesis.fit.vector, hypothesis.fit)
+        return other
+
+    def worth_keeping(self, most: int) -> list[Hypothesis]:
+        """The most probable sets that are not hopelessly behind the best."""
+        return [h for h in self.ordered()[:most] if h.evidence > self.best.evidence - HOPELESS]
+
+    def fit(
+        self, effects: Sequence[str], start: Tensor, like: WhiteFit | None = None, rival: float | None = None
+    ) -> Hypothesis:
+        """The set with its most probable parameters, from a raw start (p,); known already where it was looked at.
+
+        like: a fit whose equilibria lie near. rival: χ² that it has to come near to be of any interest."""
+        names = tuple(name for name in self.library if name in effects)
+        key = frozenset(names)
+        if key not in self.found:
+            model = self.build(names)
+            prior = self.question.prior(model, self.spans)
+            near = like.near if like else None
+            fit = white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=rival, near=near)
+            # A fit that ended at a kink says no more than that it is at least so good.
+            known = bool(fit.residual.isfinite().all()) and bool(fit.jacobian.isfinite().all())
+            evidence = log_evidence(fit, names) + log_odds(names, self.odds) if known else -torch.inf
+            self.found[key] = Hypothesis(names, fit, evidence)
+        return self.found[key]
+
+    def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None) -> Hypothesis:
+        """Looks at the neighbors of the most probable sets until none of these is new; the best one."""
+        for _ in range(MOST_EXPANDED):
+            front = [h for h in self.ordered()[:BEAM] if h.key not in self.expanded]
+            if not front:
+                if not self._exchanged():
+                    break
+                continue
+            before = self.best
+            self.expand(front[0])
+            if self.best is not before:
+                watch(self.best)
+        return self.best
+
+    def expand(self, hypothesis: Hypothesis) -> None:
+        """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
+        self.expanded.add(hypothesis.key)
+        for name in hypothesis.effects:
+            self.without(hypothesis, name)
+        if len(hypothesis.effects) >= MOST_EFFECTS:
+            return
+        ranking = self.rank(hypothesis)
+        promised = self.ranked[hypothesis.key]
+        hopeful = self._hopeful(promised)
+        for promise in hopeful:
+            self.add(hypothesis, promise)
+        single = max((p.evidence for p in hopeful), default=0.0)
+        for names, evidence in ranking.pairs(PAIRS) if hypothesis is self.best else []:
+            if evidence > max(single, 0.0) + 1.0 and len(hypothesis.effects) + 2 <= MOST_EFFECTS:
+                self._pair(hypothesis, names, {p.effect: p for p in promised})
+
+    @staticmethod
+    def _hopeful(promised: Sequence[Promise]) -> list[Promise]:
+        """The promises that are worth a fit, the best first: not those far behind the best."""
+        tested = [p for p in promised if p.status == "tested" and p.evidence > HOPEFUL]
+        return [p for p in tested if p.evidence > tested[0].evidence - HOPELESS][:CHILDREN]
+
+    def rank(self, hypothesis: Hypothesis) -> Ranking:
+        """What the effects that the set lacks promise on top of it."""
+        others = [name for name in self.library if name not in hypothesis.effects]
+        given = self.question.given
+        ranking = Ranking(
+            hypothesis.fit, self.rows, self.whiten, others, self.question.on([*given, *hypothesis.effects]),
+            self.spans, self.question.priors, self.odds,
+        )  # fmt: skip
+        self.ranked[hypothesis.key] = ranking.promises()
+        return ranking
+
+    def add(self, hypothesis: Hypothesis, promise: Promise) -> Hypothesis:
+        """The set with one effect more."""
+        names = (*hypothesis.effects, promise.effect)
+        if frozenset(names) in self.found:
+            return self.found[frozenset(names)]
+        assert promise.start is not None
+        assert promise.still is not None
+        start = self._sound(names, promise.still, promise.start, hypothesis)
+        return self.fit(names, start, hypothesis.fit, min(h.fit.chi2 for h in (hypothesis, self.best)))
+
+    def without(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
+        """The set with one effect less."""
+        names = [n for n in hypothesis.effects if n != name]
+        known = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector, strict=True))
+        labels = self.build(names).labels()
+        return self.fit(names, torch.stack([known[label] for label in labels]), hypothesis.fit)
+
+    def joined(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
+        """The set with one effect more, from where that does nothing."""
+        names = (*hypothesis.effects, name)
+        known = self.found.get(frozenset(names))
+        return known or self.fit(names, none_vector(self.build(names), hypothesis.fit), hypothesis.fit)
+
+    def _pair(self, hypothesis: Hypothesis, names: Sequence[str], promised: Mapping[str, Promise]) -> None:
+        """The set with two effects more, from where the first of them alone leads."""
+        self.joined(self.add(hypothesis, promised[names[0]]), names[1])
+
+    def _exchanged(self) -> bool:
+        """Whether what could stand in for an effect of the best set has not been looked at, and has been now."""
+        best = self.best
+        if best.key in self.exchanged:
+            return False
+        self.exchanged.add(best.key)
+        for name in best.effects:
+            reduced = self.without(best, name)
+            self.rank(reduced)
+            promised = [p for p in self.ranked[reduced.key] if p.status == "tested"]
+            own = next((p.evidence for p in promised if p.effect == name), 0.0)
+            rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
+            for promise in rivals[:CHILDREN]:
+                self.add(reduced, promise)
+        return True
+
+    def _sound(self, names: Sequence[str], still: Tensor, start: Tensor, base: Hypothesis) -> Tensor:
+        """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².
+
+        What a linear effect promises may lie far beyond where it is linear: where no row has an equilibrium, perhaps.
+        """
+        problem = WhiteProblem(self.build(names), self.rows, self.whiten, near=base.fit.near)
+        with torch.no_grad():
+            for halvings in range(HALVINGS):
+                nearer = still + 0.5**halvings * (start - still)
+                if float(problem.residuals(nearer[None]).square().sum()) <= base.fit.chi2 * (1 + 1e-9):
+                    return nearer
+        return still

@@ -1,0 +1,118 @@
+"""Tables of few states, and the forward selection that the search is put beside: experiments/ that others rely on."""
+
+import importlib
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
+
+
+@pytest.fixture
+def module(monkeypatch):
+    monkeypatch.syspath_prepend(str(EXPERIMENTS))
+    return importlib.import_module
+
+
+@pytest.fixture
+def muscle(module):
+    """A muscle with one large effect, and its truth."""
+    few = module("hidden_effects.few")
+    job = {"tubes": "muscle", "kind": "one", "hidden": ["fiber_misalignment"], "unknown": "", "states": 5, "seed": 7}
+    return few.make(job | {"misstated": 1.0})
+
+
+def result(**said):
+    plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
+    return plain | {
+        "values": {}, "sizes": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [], "stopped": [],
+        "fresh": 1.0, "seconds": 1.0,
+    } | said  # fmt: skip
+
+
+def test_each_quarter_hides_what_its_kind_says(module):
+    jobs = module("hidden_effects.few").few(1)
+    kinds = [job["kind"] for job in jobs]
+    assert all(kinds.count(kind) == 6 for kind in ("none", "one", "unknown", "several"))
+    counts = {"none": {0}, "one": {1}, "unknown": {0}, "several": {3, 4}}
+    assert all(len(job["hidden"]) in counts[job["kind"]] for job in jobs)
+    assert all(bool(job["unknown"]) == (job["kind"] == "unknown") for job in jobs)
+
+
+def test_the_true_model_is_at_the_floor_between_the_states_and_one_without_the_effect_is_not(module, muscle):
+    examined = module("hidden_effects.examine_few")
+    plain, whole = examined.build([]), examined.build(["fiber_misalignment"])
+    values = dict(zip(("C1", "C2"), muscle.material, strict=True))
+    plain.set_values(values)
+    whole.set_values(values | {f"fiber_misalignment.{n}": v for n, v in muscle.hidden["fiber_misalignment"].items()})
+    assert examined.fresh(whole, muscle) < 1.1
+    assert examined.fresh(plain, muscle) > 2
+    assert examined.sizes(muscle)["fiber_misalignment"] > 15
+
+
+def test_a_search_that_takes_too_long_is_a_result_too(module, monkeypatch):
+    examined, few = module("hidden_effects.examine_few"), module("hidden_effects.few")
+    monkeypatch.setattr(examined, "LIMIT", 1)
+    monkeypatch.setattr(examined, "search", lambda question: time.sleep(30))
+    told = examined.examine_few(few.few(1)[1])
+    assert told["verdict"] == "failed"
+    assert told["reason"] == "TimeoutError: no answer in 1 s"
+
+
+def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
+    report = module("hidden_effects.report_few")
+    several = {"kind": "several", "hidden": ["end_clamps", "force_gain", "wall_thickness"]}
+    rows = {
+        what: (count, value)
+        for what, count, value, _ in report.rates(
+            report.told([
+                result(),
+                result(verdict="named", effects=["end_taper"], classes=[["end_taper"]], fresh=2.5),
+                result(kind="one", hidden=["end_clamps"], sizes={"end_clamps": 40.0}, verdict="class",
+                       effects=["end_taper"], classes=[["end_taper", "end_clamps"]]),
+                result(**several, verdict="named", effects=["end_clamps"], classes=[["end_clamps"], ["end_taper"]]),
+                result(**several, verdict="unexplained", effects=["force_gain"], classes=[["force_gain"]], fresh=9.0),
+                result(kind="unknown", unknown="cell_bends", verdict="failed", fresh=None),
+            ])
+        )
+    }  # fmt: skip
+    assert rows["nothing hidden: nothing named"] == (2, "50.0")
+    assert rows["one effect, ≥ 15 σ, ≥ 5 states: in the answer"] == (1, "100.0")
+    assert rows["three or four: effects in the answer"] == (6, "16.7")
+    assert rows["three or four: effects listed, claimed or not"] == (6, "33.3")
+    assert rows["three or four: tables with nothing wrong named"] == (2, "50.0")
+    assert rows["claims that states in between refute (> 2 floors)"] == (4, "25.0")
+    assert rows["effects kept where unexplained: median, most (not %)"] == (1, "1, 1")
+
+
+def test_the_report_is_printed_and_written(module, tmp_path, capsys):
+    hidden = {"hidden": ["end_clamps"], "sizes": {"end_clamps": 40.0}, "verdict": "class", "effects": ["end_taper"]}
+    results = [result(), result(kind="one", **hidden, classes=[["end_taper", "end_clamps"]])]
+    module("hidden_effects.report_few").report_few(results, tmp_path)
+    assert "end_clamps 40 σ → class: end_taper/end_clamps" in capsys.readouterr().out
+    assert "| one effect, ≥ 15 σ, ≥ 5 states: in the answer | 1 | 100.0 | ≥ 80 |" in (tmp_path / "rates.md").read_text()
+    assert "end_taper/end_clamps" in (tmp_path / "tables.csv").read_text()
+
+
+def test_the_forward_selection_finds_the_one_effect_and_fits_it(module, muscle):
+    peer, examined = module("benchmark.peer"), module("hidden_effects.examine_few")
+    rows = examined.Rows.from_table(examined.as_read(muscle.table, muscle.bed))
+    found = peer.selected(examined.build, rows, ["force_offset", "fiber_misalignment"])
+    assert found.effects[0] == "fiber_misalignment"
+    plain = peer.refitted(peer.fitted(examined.build, rows, []), rows)
+    assert found.left_out < 0.5 * plain.left_out
+    assert torch.allclose(found.model.vector().detach(), torch.as_tensor(found.x))
+
+
+def test_one_state_is_left_out_in_six_parts(module):
+    peer = module("benchmark.peer")
+
+    one, many = (SimpleNamespace(state=state) for state in (np.zeros(20), np.repeat(np.arange(30), 2)))
+    assert len(np.unique(peer.parts_of(one))) == 6
+    part = peer.parts_of(many)
+    assert len(np.unique(part)) == 6
+    assert (part[::2] == part[1::2]).all()
