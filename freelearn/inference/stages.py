@@ -70,6 +70,8 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
             view._whitener(before.share), view.rows, before.hypotheses.worth_keeping(REFITTED)
         )
         now.odds |= odds
+    # The library's answer may have taken the place of what was written on top of the first model.
+    now.expand(now.found[frozenset()])
     now.explore(view.told)
     return view.lowered(now, before.share)
 
