@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="where tables and reports go; a temporary folder by default")
     parser.add_argument("--no-search", action="store_true", help="only intake and the tables of errors")
     parser.add_argument("--only-search", action="store_true", help="no tables of errors")
-    asked = parser.parse_args()
+    asked = parser.parse_intermixed_args()
     out = (asked.out or Path(tempfile.mkdtemp())).resolve()
     console = Console(width=200)
     chosen = [each for each in SETS if not asked.names or each.recipe in asked.names]

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
-from freelearn.models.row_derivatives import rows_jacobian
+from freelearn.models.row_derivatives import recorded_with_rate, rows_jacobian
 from freelearn.models.row_systems import divide, mended
 from freelearn.vmapped import everyone, marked
 
@@ -19,7 +19,7 @@ MAX_ITERATIONS = 80
 EARLY = 8
 # A last step this small (in reference lengths and rad) leaves an error of about its square, which the differentiable
 # step takes away besides.
-TOLERANCE = 1e-9
+TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 1.0)
 # Least stiffness that is followed, as a share of the largest: where the actuator gives way, it moves with the load.
@@ -48,11 +48,19 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
     exact = torch.is_grad_enabled()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach() if exact else states, fixed, loads, rows_of, exact)
+        at = _solve(states.detach() if exact else states, fixed, loads, rows_of)
+
+    def carried(q: Tensor) -> Prediction:
+        return loads(_moved(states, q), values)
+
+    if exact and at.rough:
+        prediction, rate = recorded_with_rate(carried, at.q)
+        at = _sharpened(at, states, -rate)
+    else:
+        prediction = carried(at.q)
     if states.near:
         states.near.keep(PLACE, at.q, at.settled)
         states.near.keep(STIFFNESS, at.stiffness, at.settled)
-    prediction = loads(_moved(states, at.q), values)
     excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
     # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
     step = torch.where(at.settled[:, None], divide(excess, at.stiffness), 0.0)
@@ -61,23 +69,26 @@ def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Predi
 
 
 class _Rest(NamedTuple):
-    """q (N, 2) m, rad; stiffness −∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative."""
+    """q (N, 2) m, rad; stiffness −∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative.
+
+    rough: whether the stiffness is that of the way there."""
 
     q: Tensor
     stiffness: Tensor
     settled: Tensor
+    rough: bool = False
 
 
-def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf, exact: bool) -> _Rest:
-    """exact: whether the stiffness has to be that at q, or may be that of where the last search ended."""
+def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Rest:
+    """From where the last search ended, if there was one."""
     q, near = torch.stack([states.length, states.twist], dim=-1), states.near
     if near is not None:
         q = near.start(PLACE, q)
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, loads)
-            if not exact and everyone(at.settled):
-                return at
+            if everyone(at.settled):
+                return at._replace(rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, loads, EARLY)
     left = marked(~at.settled)
@@ -85,8 +96,15 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf, exact:
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
     if len(left):
         rest = _newton(states[left], at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
-        at = _Rest(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
+        at = _Rest(*(every.index_copy(0, left, part) for every, part in zip(at[:3], rest[:3], strict=True)))
     return at
+
+
+def _sharpened(at: _Rest, states: States, stiffness: Tensor) -> _Rest:
+    """With the stiffness at q itself."""
+    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    stable = _positive(stiffness * size[:, :, None] * size[:, None, :])[1]
+    return at._replace(stiffness=stiffness, settled=at.settled & stable)
 
 
 def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads: Loads) -> _Rest:

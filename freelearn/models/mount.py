@@ -10,7 +10,7 @@ from torch import Tensor
 
 from freelearn.measurements.states import States
 from freelearn.models.prediction import Prediction, Status
-from freelearn.models.row_derivatives import rows_jacobian
+from freelearn.models.row_derivatives import recorded_with_rate, rows_jacobian
 from freelearn.models.row_systems import determinant, divide, mended
 from freelearn.vmapped import everyone, marked
 
@@ -19,7 +19,7 @@ MAX_ITERATIONS = 15
 EARLY = 5
 # Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
 # differentiable step takes away besides.
-TOLERANCE = 1e-9
+TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 0.3)
 # Steps with the stiffness of a place nearby, before derivatives are taken.
@@ -53,11 +53,19 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     exact = torch.is_grad_enabled()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach() if exact else states, fixed, impose, loads, rows_of, exact)
+        at = _solve(states.detach() if exact else states, fixed, impose, loads, rows_of)
+
+    def carried(q: Tensor) -> Prediction:
+        return loads(states.replace(length=q[:, 0], twist=q[:, 1]), values)
+
+    if exact and at.rough:
+        prediction, stiffness = recorded_with_rate(carried, at.q)
+        at = _sharpened(at, states, prediction.loads, stiffness, fixed, impose)
+    else:
+        prediction = carried(at.q)
     if states.near:
         states.near.keep(PLACE, at.q, at.settled)
         states.near.keep(STIFFNESS, at.stiffness, at.settled)
-    prediction = loads(states.replace(length=at.q[:, 0], twist=at.q[:, 1]), values)
     imposed = _place(impose(states, prediction.loads, values))
     step = torch.where(at.settled[:, None], -divide(at.q - imposed, at.jacobian), 0.0)
     moved = (at.stiffness * step[:, None, :]).sum(-1)
@@ -67,24 +75,27 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
 
 
 class _Solution(NamedTuple):
-    """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative."""
+    """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative.
+
+    rough: whether J and A are those of the way there."""
 
     q: Tensor
     jacobian: Tensor
     stiffness: Tensor
     settled: Tensor
+    rough: bool = False
 
 
-def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf, exact: bool) -> _Solution:
-    """exact: whether the derivatives have to be those at q, or may be those of where the last search ended."""
+def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
+    """From where the last search ended, if there was one."""
     q, near = _place(states), states.near
     if near is not None:
         q = near.start(PLACE, q)
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, impose, loads)
-            if not exact and everyone(at.settled):
-                return at._replace(settled=determinant(at.jacobian) > 0)
+            if everyone(at.settled):
+                return at._replace(settled=determinant(at.jacobian) > 0, rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, impose, loads, EARLY)
     left = marked(~at.settled)
@@ -93,9 +104,18 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     elif len(left):
         # Most rows settle in a few steps; only the others go on.
         rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
-        at = _Solution(*(every.index_copy(0, left, part) for every, part in zip(at, rest, strict=True)))
+        at = _Solution(*(every.index_copy(0, left, part) for every, part in zip(at[:4], rest[:4], strict=True)))
     settled = at.settled & (determinant(at.jacobian) > 0)
     return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
+
+
+def _sharpened(
+    at: _Solution, states: States, carried: Tensor, stiffness: Tensor, values: Values, impose: Impose
+) -> _Solution:
+    """With A and J at q itself, where the actuator carries the loads (N, 2)."""
+    _, yielding = rows_jacobian(lambda given: _place(impose(states.detach(), given, values)), carried.detach())
+    jacobian = torch.eye(2, dtype=at.q.dtype, device=at.q.device) - yielding @ stiffness
+    return at._replace(jacobian=jacobian, stiffness=stiffness, settled=at.settled & (determinant(jacobian) > 0))
 
 
 def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose: Impose, loads: Loads) -> _Solution:

@@ -7,22 +7,47 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
+from freelearn.models.prediction import Prediction
+
 
 def rows_jacobian(f: Callable[[Tensor], Tensor], x: Tensor) -> tuple[Tensor, Tensor]:
     """f(x) and its derivative row by row, cut from every derivative: x (N, k), f (N, 2) → (N, 2), (N, 2, k).
 
     No row depends on another, so two reverse passes give all of it, at a fifth of the time of forward mode.
     """
-    try:
-        inputs = x.detach().requires_grad_()
-    except RuntimeError:  # inside vmap or forward mode, where torch.func must do it
+    inputs = _leaf(x)
+    if inputs is None:  # torch.func must do it
         value, pull = torch.func.vjp(f, x)  # type: ignore[misc]
         unit = torch.eye(2, dtype=x.dtype, device=x.device)
         return value, torch.stack([pull(unit[i].expand_as(value))[0] for i in (0, 1)], dim=-2)
     # torch.func's reverse mode imports torch's compiler when first used, which takes two seconds.
     with torch.enable_grad():
         value = f(inputs)
-        parts = [
-            torch.autograd.grad(value[:, i].sum(), inputs, retain_graph=True, materialize_grads=True) for i in (0, 1)
-        ]
-    return value.detach(), torch.stack([part[0] for part in parts], dim=-2)
+        rate = _rate(value, inputs)
+    return value.detach(), rate
+
+
+def recorded_with_rate(f: Callable[[Tensor], Prediction], x: Tensor) -> tuple[Prediction, Tensor]:
+    """f(x), recorded for derivatives by all else that it depends on, and its loads' derivative by x, cut from every
+    derivative: x (N, k) → (N, 2), (N, 2, k). What is recorded serves both."""
+    inputs = _leaf(x)
+    if inputs is not None:
+        found = f(inputs)
+        # Inside torch.func's reverse mode nothing is recorded by a leaf.
+        if found.loads.requires_grad and found.loads.grad_fn is not None:
+            return found, _rate(found.loads, inputs)
+    return f(x), rows_jacobian(lambda at: f(at).loads, x)[1]
+
+
+def _leaf(x: Tensor) -> Tensor | None:
+    """x (N, k) cut from every derivative, to take derivatives by; None inside vmap or forward mode."""
+    try:
+        return x.detach().requires_grad_()
+    except RuntimeError:
+        return None
+
+
+def _rate(value: Tensor, by: Tensor) -> Tensor:
+    """Derivative (N, 2, k) of a value (N, 2), recorded already, by a leaf (N, k); the record stays."""
+    each = [torch.autograd.grad(value[:, i].sum(), by, retain_graph=True, materialize_grads=True)[0] for i in (0, 1)]
+    return torch.stack(each, dim=-2)
