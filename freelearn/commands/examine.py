@@ -69,7 +69,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     looked_at = task.loaded.table["sample"].isin(samples_of(settings.train, task.loaded.table["sample"].to_numpy()))
     if left_out := int(left_out_rows(task.loaded.table)[looked_at].sum()):
         notes.append(f"rows that are marked to be left out: {left_out}")
-    notes += _closing_notes(last, findings)
+    notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)
     if stopping and not settings.checks:
         notes.append(f"checks=off overrules a look at the table: {' '.join(check.says for check in stopping)}")
@@ -108,11 +108,11 @@ def _unknowns(task: Task, findings: Findings) -> dict[str, ProposalCurve]:
     return found
 
 
-def _closing_notes(last: Step, findings: Findings) -> list[str]:
+def _closing_notes(last: Step, findings: Findings, stated: bool) -> list[str]:
     # No start to compare with: a search begins each fit where the one before it ended.
     start = torch.full_like(last.fit.vector, torch.nan)
     notes = [note.rstrip(".") for note in parameter_notes(last.fit.model, start)]
-    notes += noise_notes(last)
+    notes += noise_notes(last, stated)
     notes += [
         f"the states were measured in the order of {name}: the data cannot tell {DRIFT} from something that depends on "
         f"{name}; measure one of the first states once more at the end"

@@ -15,6 +15,7 @@ from freelearn.commands.settings import DiscoverSettings
 from freelearn.commands.tables import LoadedTable
 from freelearn.inference.candidate import Candidate
 from freelearn.inference.question import Question
+from freelearn.inference.testable import unclocked
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.members import members_in
 from freelearn.measurements.rows import Rows
@@ -68,4 +69,7 @@ class Task:
     def question(self, accuracy: Accuracy) -> Question:
         """What the search is asked."""
         settings = self.settings
-        return Question(self.build, self.library, self.rows, accuracy, settings.seed, settings.effects)
+        return Question(
+            self.build, self.library, self.rows, accuracy, settings.seed, settings.effects,
+            clocked=not unclocked(self.table.columns, self.rows),
+        )  # fmt: skip

@@ -40,22 +40,25 @@ def candidates(
             out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
         elif model.family not in effect.families():
             out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
-        elif reason := effect.untold(rows.states.bed.name) or unseen(name, rows) or unclocked(name, present, rows):
+        elif reason := effect.untold(rows.states.bed.name) or unseen(name, present, rows):
             out.append(not_testable(name, reason))
         else:
             names.append(name)
     return names, out
 
 
-def unseen(name: str, rows: Rows) -> str:
-    """Why these rows cannot show an effect of the history; empty where they can, and for all other effects."""
+def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
+    """Why these rows cannot show an effect of the history, or of the time; empty where they can, and for all other
+    effects."""
+    if name == DRIFT:
+        return unclocked(columns, rows)
     return HISTORY[name](rows) if name in HISTORY else ""
 
 
-def unclocked(name: str, columns: Collection[str], rows: Rows) -> str:
+def unclocked(columns: Collection[str], rows: Rows) -> str:
     """Why rows without a time cannot show what the time would do: their order is that of what was imposed, of which
     anything unknown may be a function."""
-    if name != DRIFT or TIME in columns:
+    if TIME in columns:
         return ""
     order, within = np.arange(len(rows), dtype=float), rows.states.sample.numpy()
     inputs = [x.numpy() for x in imposed(rows.states).values()]

@@ -96,7 +96,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
     if len(left):
         rest = _newton(states[left], at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
-        at = _Rest(*(every.index_copy(0, left, part) for every, part in zip(at[:3], rest[:3], strict=True)))
+        at = _joined(at, rest, left)
     return at
 
 
@@ -105,6 +105,15 @@ def _sharpened(at: _Rest, states: States, stiffness: Tensor) -> _Rest:
     size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
     stable = _positive(stiffness * size[:, :, None] * size[:, None, :])[1]
     return at._replace(stiffness=stiffness, settled=at.settled & stable)
+
+
+def _joined(at: _Rest, rest: _Rest, left: Tensor) -> _Rest:
+    """The one, with the other's rows in the places that are left."""
+    return _Rest(
+        at.q.index_copy(0, left, rest.q),
+        at.stiffness.index_copy(0, left, rest.stiffness),
+        at.settled.index_copy(0, left, rest.settled),
+    )
 
 
 def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads: Loads) -> _Rest:

@@ -104,7 +104,7 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     elif len(left):
         # Most rows settle in a few steps; only the others go on.
         rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
-        at = _Solution(*(every.index_copy(0, left, part) for every, part in zip(at[:4], rest[:4], strict=True)))
+        at = _joined(at, rest, left)
     settled = at.settled & (determinant(at.jacobian) > 0)
     return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
 
@@ -116,6 +116,16 @@ def _sharpened(
     _, yielding = rows_jacobian(lambda given: _place(impose(states.detach(), given, values)), carried.detach())
     jacobian = torch.eye(2, dtype=at.q.dtype, device=at.q.device) - yielding @ stiffness
     return at._replace(jacobian=jacobian, stiffness=stiffness, settled=at.settled & (determinant(jacobian) > 0))
+
+
+def _joined(at: _Solution, rest: _Solution, left: Tensor) -> _Solution:
+    """The one, with the other's rows in the places that are left."""
+    return _Solution(
+        at.q.index_copy(0, left, rest.q),
+        at.jacobian.index_copy(0, left, rest.jacobian),
+        at.stiffness.index_copy(0, left, rest.stiffness),
+        at.settled.index_copy(0, left, rest.settled),
+    )
 
 
 def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose: Impose, loads: Loads) -> _Solution:

@@ -14,18 +14,26 @@ WRONG_NOISE = 1.5
 WRONG_POSITION = 2.0
 
 
-def noise_notes(step: Step) -> list[str]:
-    """Sentences about the scatter of a step's readings, where it is not as stated."""
+# What to do about a stated accuracy that is wrong, and about an estimated one.
+CORRECT = (
+    "than data.accuracy says; the search takes the scatter as it is, the noise floor is the stated one: correct "
+    "data.accuracy, or use data.accuracy=estimate"
+)
+APART = (
+    "than was estimated from the data; the search takes the scatter as it is: state in data.accuracy what the sensors' "
+    "data sheets say"
+)
+
+
+def noise_notes(step: Step, stated: bool = True) -> list[str]:
+    """Sentences about the scatter of a step's readings, where it is not as stated, or as was estimated first."""
     found = step.whiten.scatter
     if found is None:
         return []
     notes = []
     wrong = _wrong(step, found)
     if wrong:
-        notes.append(
-            f"{wrong} than data.accuracy says; the search takes the scatter as it is, the noise floor is the stated "
-            "one: correct data.accuracy, or use data.accuracy=estimate"
-        )
+        notes.append(f"{wrong} {CORRECT if stated else APART}")
     if found.growth.amount:
         notes.append(
             f"the noise grows with the {found.growth.kind}: it is {1 + found.growth.amount:.2g} times as large at the "

@@ -496,7 +496,8 @@ def test_real_measurements_are_not_explained_away(shared_data, tmp_path):
     # Another laboratory's bed: its force follows a fifth of the pressure's thrust, and its own notes say that nobody
     # knows why. An answer that claims to have explained it would be wrong.
     path = shared_data / "free70_single" / "measurements.csv"
-    found = run(pd.read_csv(path), tmp_path)
+    # A look at the table sees that much is odd; the search is not to claim anything without it either.
+    found = run(pd.read_csv(path), tmp_path, "checks=off")
     assert found["verdict"] == "unexplained"
     assert found["error"]["before"] > 1.0
     assert found["error"]["after"] > 3 * found["error"]["noise_floor"]

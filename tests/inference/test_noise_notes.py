@@ -9,8 +9,8 @@ from freelearn.measurements.accuracy import Accuracy
 from freelearn.results.noise_notes import noise_notes
 
 
-def said(made):
-    return noise_notes(first_step(made.question())[1])
+def said(made, **more):
+    return noise_notes(first_step(made.question())[1], **more)
 
 
 def test_noise_as_stated_is_not_worth_a_word():
@@ -46,3 +46,9 @@ def test_heavy_tails_and_growing_noise_are_told():
     grown = made.loads + 3 * share * made.error
     notes = said(made.showing({place: grown[place] for place in np.ndindex(grown.shape)}))
     assert any("grows with the pressure" in note for note in notes)
+
+
+def test_who_had_the_accuracy_estimated_is_not_told_to_estimate_it():
+    note = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)), stated=False)[0]
+    assert "than was estimated from the data" in note
+    assert "data.accuracy=estimate" not in note

@@ -186,3 +186,10 @@ def test_springs_and_a_piston_are_pushed_as_their_numbers_say():
         expected = np.broadcast_to(slope, (len(rows), 2))
         np.testing.assert_allclose(seen.by[place][:, :, 0], expected, rtol=1e-9, atol=1e-15)
     assert "i1" not in seen.inputs
+
+
+def test_rows_without_a_clock_have_no_time_to_depend_on(tube):
+    table, seen, fit = tube
+    question = asked(table)
+    assert "time" in seen.inputs
+    assert set(pushes(fit, question.rows, question.build, clocked=False).inputs) == set(seen.inputs) - {"time"}

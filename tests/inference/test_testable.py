@@ -40,16 +40,16 @@ def test_without_falling_pressure_friction_cannot_be_tested(whole):
 
 
 def test_with_one_reading_a_state_relaxation_cannot_be_tested(whole):
-    assert "read later" in unseen("relaxation", rows_of(whole[whole["step"] == 3]))
-    assert not unseen("relaxation", rows_of(whole[whole["step"] < 2]))
+    assert "read later" in unseen("relaxation", (), rows_of(whole[whole["step"] == 3]))
+    assert not unseen("relaxation", (), rows_of(whole[whole["step"] < 2]))
 
 
 def test_with_ever_harsher_states_softening_cannot_be_tested(whole):
     data = whole[(whole["step"] == 0) & (whole["sample"] == 3)]
     states = States.from_table(data)
     order = np.argsort(states.severity.numpy())
-    assert "milder" in unseen("stress_softening", rows_of(data.iloc[order].reset_index(drop=True)))
-    assert not unseen("stress_softening", rows_of(data.iloc[order[::-1]].reset_index(drop=True)))
+    assert "milder" in unseen("stress_softening", (), rows_of(data.iloc[order].reset_index(drop=True)))
+    assert not unseen("stress_softening", (), rows_of(data.iloc[order[::-1]].reset_index(drop=True)))
 
 
 def test_assumed_seconds_are_told(whole):

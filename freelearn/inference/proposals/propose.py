@@ -20,7 +20,8 @@ def guessed(prepared: Prepared, fit: WhiteFit, whiten: Whitener, pairs: bool = T
     begin("looking where something that is in no list would enter")
     on = prepared.question.on([effect.name for effect in fit.model.effects])
     scale = structure(fit.residual, fit.jacobian, prepared.rows.states, whiten).scale
-    return Scan(fit, prepared.rows, whiten, scale**2, on).guesses(pushes(fit, prepared.rows, on), pairs)
+    seen = pushes(fit, prepared.rows, on, prepared.question.clocked)
+    return Scan(fit, prepared.rows, whiten, scale**2, on).guesses(seen, pairs)
 
 
 def shortlist(guesses: Sequence[Guess], most: int = FITTED) -> list[Guess]:

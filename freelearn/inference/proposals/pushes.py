@@ -20,7 +20,7 @@ from freelearn.models.base import Model
 from freelearn.models.effect import FAMILIES
 from freelearn.models.effects.registry import lent
 from freelearn.models.written.forms import Form
-from freelearn.models.written.inputs import Input, round_scale
+from freelearn.models.written.inputs import TIME, Input, round_scale
 from freelearn.models.written.places import PLACES, Place
 from freelearn.models.written.source import effect_class
 from freelearn.models.written.written import Written
@@ -74,8 +74,8 @@ class Pushes:
         return float(values.max() - values.min()) > 1e-3 * float(values.abs().max())
 
 
-def pushes(fit: WhiteFit, rows: Rows, build: Build) -> Pushes:
-    """At a fit. build: names → the fit's model with these effects more."""
+def pushes(fit: WhiteFit, rows: Rows, build: Build, clocked: bool = True) -> Pushes:
+    """At a fit. build: names → the fit's model with these effects more. clocked: see Question."""
     places = [place for place in places_of(fit.model) if not (place.energy or place.potential)]
     members = len(rows.states.members)
     probes = {
@@ -92,6 +92,8 @@ def pushes(fit: WhiteFit, rows: Rows, build: Build) -> Pushes:
         for name, kind in kinds.items()
     }
     inputs = _inputs(fit, rows) | _strains(fit, rows)
+    if not clocked:
+        inputs.pop(TIME.name, None)
     return Pushes(by, inputs, {name: round_scale(values) for name, values in inputs.items()})
 
 
