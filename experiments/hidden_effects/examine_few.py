@@ -23,7 +23,7 @@ from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.question import Question
 from freelearn.inference.search import Findings, search
-from freelearn.inference.testable import candidates
+from freelearn.inference.testable import candidates, unclocked
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.beds import BED, BEDS
 from freelearn.measurements.error import set_error
@@ -53,7 +53,8 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     try:
         with within(LIMIT):
             stopped = [check.name for check in failed(looked_over(seen, build, [], accuracy))]
-            found = search(Question(build, library, rows, accuracy, job["seed"] % 1000))
+            clocked = not unclocked(seen.columns, rows)
+            found = search(Question(build, library, rows, accuracy, job["seed"] % 1000, clocked=clocked))
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
