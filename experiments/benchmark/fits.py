@@ -9,11 +9,11 @@ import torch
 from benchmark.common import FIELDS, Report, bed, rows_of, table, timed
 from scipy.optimize import least_squares
 
-from freelearn.fit.algorithm import LevenbergMarquardtEpochs
-from freelearn.fit.fit import fit
-from freelearn.fit.options import FitOptions
-from freelearn.fit.problem import Problem
-from freelearn.fit.starts import starts
+from freelearn.fitting.algorithm import LevenbergMarquardtEpochs
+from freelearn.fitting.fit import fit
+from freelearn.fitting.options import FitOptions
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import samples_of, set_names, split_rows
 from freelearn.models.build import build_model

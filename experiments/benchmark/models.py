@@ -8,7 +8,7 @@ import sys
 import torch
 from benchmark.common import FIELDS, Report, timed
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model

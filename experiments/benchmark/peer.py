@@ -14,8 +14,8 @@ import numpy as np
 import torch
 from scipy.optimize import least_squares
 
-from freelearn.fit.problem import Problem
-from freelearn.fit.starts import starts
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.priors import raw_prior, spans

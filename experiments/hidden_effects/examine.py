@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from hidden_effects.make import Made, make
 
-from freelearn.fit.uncertainty import interval
+from freelearn.fitting.uncertainty import interval
 from freelearn.inference.covariance import parameter_covariance
 from freelearn.inference.hysteresis import rising_falling
 from freelearn.inference.question import Question

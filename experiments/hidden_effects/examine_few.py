@@ -17,7 +17,7 @@ import torch
 from hidden_effects import few
 
 from freelearn.csv_text import csv_text
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.checks.look import failed, looked_over
 from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener, sensitivities

@@ -11,7 +11,7 @@ import pandas as pd
 import torch
 from hidden_effects import braids
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.measurements.accuracy import Accuracy

@@ -23,9 +23,9 @@ from freelearn.bed.virtual import simulate
 from freelearn.commands.accuracy import estimated
 from freelearn.commands.configuration import settings
 from freelearn.commands.settings import TrainSettings
-from freelearn.fit.problem import Problem
-from freelearn.fit.starts import starts
-from freelearn.fit.uncertainty import uncertainty
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import starts
+from freelearn.fitting.uncertainty import uncertainty
 from freelearn.inference.white_fit import evaluated
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.beds import BEDS

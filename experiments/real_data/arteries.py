@@ -9,7 +9,7 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.fit.starts import starts
+from freelearn.fitting.starts import starts
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.error import set_error
 from freelearn.measurements.rows import Rows

@@ -11,7 +11,7 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.fit.starts import starts
+from freelearn.fitting.starts import starts
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.table import read_table

@@ -12,9 +12,9 @@ from questions import Question
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.problem import Problem
-from freelearn.fit.starts import starts
+from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import starts
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.rows import Rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from freelearn.fit.options import LEVENBERG_MARQUARDT, FitOptions
+from freelearn.fitting.options import LEVENBERG_MARQUARDT, FitOptions
 from freelearn.measurements.beds import DEAD_LOAD
 from freelearn.measurements.rows import Readings, Rows
 from freelearn.measurements.states import States
@@ -22,7 +22,7 @@ def backwards(rows: Rows, seed: int) -> MLP:
 
     rows: those that the forward network was fitted on."""
     # Lightning takes seconds to import.
-    from freelearn.fit.fit import fit
+    from freelearn.fitting.fit import fit
 
     whole = rows[torch.nonzero(rows.readings.present.all(-1))[:, 0]]
     turned = Rows(under_load(whole.states, whole.loads), Readings.whole(_place(whole.states)), whole.state)

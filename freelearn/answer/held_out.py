@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 
 from freelearn.answer.system import System
-from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.problem import Problem
+from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fitting.problem import Problem
 from freelearn.measurements.beds import DEAD_LOAD, FORCE, MOMENT
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model

@@ -24,7 +24,7 @@ from freelearn.commands.tables import load_table, seal
 from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.options import LEVENBERG_MARQUARDT, NORMAL
+from freelearn.fitting.options import LEVENBERG_MARQUARDT, NORMAL
 from freelearn.inference.candidate import not_testable
 from freelearn.inference.checks.look import failed
 from freelearn.inference.journal import kept_in

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from freelearn.commands.settings import DiscoverSettings, Settings
 from freelearn.errors import UserError, unknown
-from freelearn.fit.options import LEVENBERG_MARQUARDT, NORMAL, PROFILE
+from freelearn.fitting.options import LEVENBERG_MARQUARDT, NORMAL, PROFILE
 from freelearn.models.base import Model
 from freelearn.models.build import MODELS, build_model
 from freelearn.models.known import Known

@@ -14,12 +14,12 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.options import NORMAL, PROFILE, FitOptions
-from freelearn.fit.outcome import FitOutcome
-from freelearn.fit.problem import Problem
-from freelearn.fit.profile import Told, profiled
-from freelearn.fit.store import FitStore, Fitted, fit_key, timed
-from freelearn.fit.uncertainty import Uncertainty, uncertainty
+from freelearn.fitting.options import NORMAL, PROFILE, FitOptions
+from freelearn.fitting.outcome import FitOutcome
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.profile import Told, profiled
+from freelearn.fitting.store import FitStore, Fitted, fit_key, timed
+from freelearn.fitting.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
@@ -132,7 +132,7 @@ def _fitted(
 
     def compute() -> tuple[FitOutcome, Uncertainty]:
         # Lightning takes seconds to import, and a fit that was kept needs none of it.
-        from freelearn.fit.fit import fit
+        from freelearn.fitting.fit import fit
 
         outcome = fit(model, *parts, options, seed, folder, progress() if progress else None, device)
         return outcome, uncertainty(problem(outcome))

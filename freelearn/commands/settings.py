@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
 from freelearn.commands.plus_minus import plus_minus
-from freelearn.fit.options import FitOptions
+from freelearn.fitting.options import FitOptions
 from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
 from freelearn.measurements.beds import BEDS, KINEMATIC
 from freelearn.package import FOLDER
@@ -132,7 +132,11 @@ BedName = Annotated[str, PlainValidator(_bed)]
 def _path(value: Any) -> Any:
     if value in (None, "", "???"):
         raise ValueError("data=csv needs the table's file: add data.path=FILE")
-    text = str(value)
+    return place(str(value))
+
+
+def place(text: str) -> Path:
+    """Where a table lies: at a path, or among the package's examples."""
     return EXAMPLES / text.removeprefix(EXAMPLE) if text.startswith(EXAMPLE) else Path(text)
 
 

@@ -13,7 +13,7 @@ from rich.console import Console
 from freelearn.commands.command_line import program
 from freelearn.commands.ending import one_sentence
 from freelearn.files import write_whole
-from freelearn.fit.rubber import fit_rubber
+from freelearn.fitting.rubber import fit_rubber
 from freelearn.inference.rubber import NEO_HOOKEAN, compare, conclusion
 from freelearn.measurements.specimen_modes import mode_name
 from freelearn.measurements.specimen_table import Specimens, read_specimens

@@ -21,9 +21,9 @@ from freelearn.commands.run import Progress, run
 from freelearn.commands.settings import TrainSettings
 from freelearn.commands.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
-from freelearn.fit.options import NORMAL
-from freelearn.fit.profile import Told
-from freelearn.fit.store import FitStore
+from freelearn.fitting.options import NORMAL
+from freelearn.fitting.profile import Told
+from freelearn.fitting.store import FitStore
 from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
 from freelearn.machine import give_back, made_ready

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.noise import Whitener
 from freelearn.inference.white_fit import ONE, WhiteFit
 from freelearn.measurements.rows import Rows

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.fit.starts import starts
+from freelearn.fitting.starts import starts
 from freelearn.inference.left_out import HeldOut, folds_of, held_out
 from freelearn.inference.noise import Noise, Whitener, sensitivities
 from freelearn.inference.question import Question

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from freelearn.fit.rubber import fit_rubber
+from freelearn.fitting.rubber import fit_rubber
 from freelearn.models.rubber import Rubber, isotropic_effects
 
 NEO_HOOKEAN = "neo-Hookean"

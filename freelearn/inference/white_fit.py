@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.problem import Problem
-from freelearn.fit.solver import State, Termination
+from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.solver import State, Termination
 from freelearn.inference.journal import Ending, ended
 from freelearn.inference.linear_algebra import norms, orthonormal
 from freelearn.inference.noise import Whitener

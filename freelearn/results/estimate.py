@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from freelearn.fit.options import NORMAL, PROFILE
-from freelearn.fit.uncertainty import Uncertainty, interval
+from freelearn.fitting.options import NORMAL, PROFILE
+from freelearn.fitting.uncertainty import Uncertainty, interval
 from freelearn.models.base import Model
 from freelearn.models.known import FIXED
 from freelearn.models.parameter import Parameter

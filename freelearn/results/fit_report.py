@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from torch import Tensor
 
-from freelearn.fit.options import PROFILE
-from freelearn.fit.uncertainty import Uncertainty
+from freelearn.fitting.options import PROFILE
+from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.measurements.beds import FORCE, MOMENT, Quantity
 from freelearn.models.base import Model
 from freelearn.results.estimate import fitted_estimates, intervals_caption, long_parameter_table

@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.fit.options import PROFILE
-from freelearn.fit.uncertainty import Uncertainty, quantile
+from freelearn.fitting.options import PROFILE
+from freelearn.fitting.uncertainty import Uncertainty, quantile
 from freelearn.models.base import Model
 
 # Share of its usual size below which a positive parameter counts as gone.

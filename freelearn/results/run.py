@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from torch import Tensor
 
-from freelearn.fit.uncertainty import Uncertainty
+from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.error import Error
 from freelearn.measurements.sets import TRAIN, VALIDATION

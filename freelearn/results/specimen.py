@@ -11,7 +11,7 @@ from typing import Any
 
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.rubber import RubberFit
+from freelearn.fitting.rubber import RubberFit
 from freelearn.measurements.text_file import read_text
 from freelearn.models.parameter import Parameter
 from freelearn.models.rubber import Rubber

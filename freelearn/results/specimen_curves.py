@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.fit.rubber import RubberFit
+from freelearn.fitting.rubber import RubberFit
 from freelearn.measurements.specimen_modes import MODES
 from freelearn.mechanics.sheet import MPA
 

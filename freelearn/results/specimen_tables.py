@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from freelearn.fit.rubber import RubberFit
+from freelearn.fitting.rubber import RubberFit
 from freelearn.measurements.specimen_modes import MODES
 from freelearn.results.formats import number, percent
 from freelearn.results.tables import DisplayTable

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.noise import sensitivities
 from freelearn.measurements.rows import Readings, Rows
 from freelearn.measurements.states import States

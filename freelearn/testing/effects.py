@@ -19,7 +19,7 @@ from unittest.mock import patch
 import torch
 from torch import Tensor
 
-from freelearn.fit.starts import starts
+from freelearn.fitting.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model

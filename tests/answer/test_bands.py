@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from freelearn.answer.held_out import held_out
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model

@@ -28,7 +28,7 @@ from freelearn.commands.predict_settings import PredictSettings
 from freelearn.commands.settings import IntakeSettings
 from freelearn.errors import UserError
 from freelearn.files import write_text
-from freelearn.fit.store import FitStore
+from freelearn.fitting.store import FitStore
 from freelearn.results.run_files import check_folder
 
 FULL = r"Cannot write to .*: No space left on device"

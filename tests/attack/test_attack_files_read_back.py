@@ -27,10 +27,10 @@ from freelearn.commands.discover import discover
 from freelearn.commands.job import _results
 from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
-from freelearn.fit.outcome import FitOutcome
-from freelearn.fit.rubber import fit_rubber
-from freelearn.fit.store import FitStore, Fitted
-from freelearn.fit.uncertainty import Uncertainty
+from freelearn.fitting.outcome import FitOutcome
+from freelearn.fitting.rubber import fit_rubber
+from freelearn.fitting.store import FitStore, Fitted
+from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.measurements.intake.recipe_file import recipe_of
 from freelearn.models.build import build_model, load_model, save_checkpoint
 from freelearn.models.rubber import Rubber

@@ -23,7 +23,7 @@ from freelearn.commands.configuration import settings
 from freelearn.commands.discover import discover
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.commands.train import train
-from freelearn.fit.stiffness import best_stiffness
+from freelearn.fitting.stiffness import best_stiffness
 
 FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}
 # Commands in one process, one after another, each into a folder of its own.

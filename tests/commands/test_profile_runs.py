@@ -13,7 +13,7 @@ from freelearn.commands.discover import discover
 from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.commands.train import train
 from freelearn.errors import UserError
-from freelearn.fit.uncertainty import Uncertainty
+from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.models.build import build_model
 from freelearn.render.terminal.profile_progress import ProfileProgress
 from freelearn.results.estimate import Estimate, intervals_caption, parameter_table

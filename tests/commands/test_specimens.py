@@ -14,7 +14,7 @@ from rich.console import Console
 
 from freelearn.commands import specimens as command
 from freelearn.errors import UserError
-from freelearn.fit.rubber import fit_rubber
+from freelearn.fitting.rubber import fit_rubber
 from freelearn.inference.rubber import NEO_HOOKEAN, compare
 from freelearn.models.continuum import Continuum
 from freelearn.models.effects.registry import make_effects

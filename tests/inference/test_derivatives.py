@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.derivatives import trials
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.white_fit import ONE, white_fit

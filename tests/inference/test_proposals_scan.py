@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from linear_bed import ACCURACY, LinearBed, bench
 from outside_tables import asked, measured
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.derivatives import none_vector
 from freelearn.inference.proposals.propose import guessed, shortlist
 from freelearn.inference.proposals.pushes import pushes

@@ -8,7 +8,7 @@ import torch
 from first_step import first_step
 from hidden_tables import table
 
-from freelearn.fit.solver import Termination
+from freelearn.fitting.solver import Termination
 from freelearn.inference import white_fit as white_fit_module
 from freelearn.inference.derivatives import none_vector
 from freelearn.inference.question import Question

@@ -9,8 +9,8 @@ import torch
 from small_runs import make_csv, run
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import fit
-from freelearn.fit.options import FitOptions
+from freelearn.fitting.fit import fit
+from freelearn.fitting.options import FitOptions
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.error import set_error
 from freelearn.measurements.rows import Readings, Rows

@@ -2,7 +2,7 @@
 
 import torch
 
-from freelearn.fit.starts import starts
+from freelearn.fitting.starts import starts
 from freelearn.measurements.rows import Rows
 from freelearn.models.mlp import INPUT_NAMES, MLP, inputs
 

@@ -7,7 +7,7 @@ import pytest
 import torch
 from test_hang import hung, made
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Readings, Rows
 from freelearn.measurements.states import States

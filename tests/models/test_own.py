@@ -9,11 +9,11 @@ import torch
 from conftest import ROOT
 
 from freelearn.errors import UserError
-from freelearn.fit.fit import fit
-from freelearn.fit.options import FitOptions
-from freelearn.fit.problem import Problem
-from freelearn.fit.starts import starts
-from freelearn.fit.uncertainty import uncertainty
+from freelearn.fitting.fit import fit
+from freelearn.fitting.options import FitOptions
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import starts
+from freelearn.fitting.uncertainty import uncertainty
 from freelearn.inference.question import Question
 from freelearn.inference.search import search
 from freelearn.measurements.accuracy import Accuracy

@@ -95,7 +95,7 @@ def fit(path: Path) -> dict[str, Any]:
             return {name: plain(each) for name, each in value.items() if name not in TIMES}
         return repr(value)
 
-    from freelearn.fit.store import DIGEST
+    from freelearn.fitting.store import DIGEST
 
     return dict(plain(torch.load(BytesIO(path.read_bytes()[DIGEST:]), weights_only=True)))
 

@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
-from freelearn.fit.profile_line import Squares
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.profile_line import Squares
 from freelearn.measurements.rows import Readings, Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import Model

@@ -12,8 +12,8 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
-from freelearn.fit.levenberg_marquardt import LevenbergMarquardt
-from freelearn.fit.problem import Problem
+from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
+from freelearn.fitting.problem import Problem
 from freelearn.inference.checks.grid import GRID_ROWS, gridded, shares, thinned, usual
 from freelearn.measurements.beds import DEAD_LOAD, bed_of
 from freelearn.measurements.rows import Rows

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.derivatives import Build, none_vector
 from freelearn.inference.white_fit import ONE, WhiteFit
 from freelearn.measurements.beds import DEAD_LOAD

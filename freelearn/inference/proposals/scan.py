@@ -13,7 +13,7 @@ import torch
 from scipy.special import chdtrc
 from torch import Tensor
 
-from freelearn.fit.problem import Problem
+from freelearn.fitting.problem import Problem
 from freelearn.inference.derivatives import Build, none_vector
 from freelearn.inference.linear_algebra import orthonormal
 from freelearn.inference.noise import Whitener

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import version
 
-from freelearn.fit.code_version import code_version
+from freelearn.fitting.code_version import code_version
 from freelearn.package import VERSION
 from freelearn.render.html.page import Section
 from freelearn.results.origin import Provenance

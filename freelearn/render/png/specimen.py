@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from freelearn.fit.rubber import RubberFit
+from freelearn.fitting.rubber import RubberFit
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, new_figure
 from freelearn.results.formats import percent

@@ -6,10 +6,10 @@ import pytest
 import torch
 
 from freelearn.bed.virtual import DESIGNS
-from freelearn.fit.fit import fit
-from freelearn.fit.options import FitOptions
-from freelearn.fit.problem import Problem
-from freelearn.fit.uncertainty import uncertainty
+from freelearn.fitting.fit import fit
+from freelearn.fitting.options import FitOptions
+from freelearn.fitting.problem import Problem
+from freelearn.fitting.uncertainty import uncertainty
 from freelearn.measurements.rows import Rows, loads_of
 from freelearn.measurements.states import States, kinematic_state
 from freelearn.models.build import build_model

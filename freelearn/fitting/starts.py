@@ -1,0 +1,174 @@
+"""Where a fit starts: for each kind of model the raw vectors that are worth starting from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import singledispatch
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from freelearn.fitting.stiffness import best_stiffness
+from freelearn.measurements.error import load_scale, usual_scale
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
+from freelearn.models.base import Model
+from freelearn.models.continuum import Continuum
+from freelearn.models.linear import Linear
+from freelearn.models.mlp import HIDDEN, INPUTS, MLP, OUTPUTS
+from freelearn.models.prediction import Prediction, Status
+from freelearn.models.variants import ContinuumInextensible
+
+# Logarithms of C1 and C2 of the grid [Pa]. Rubbers and threads lie within these decades.
+START_DECADES = torch.linspace(4, 8, 9, dtype=torch.float64)
+# The same for a parameter of which no more is known than its declared start.
+AROUND = torch.linspace(-3, 3, 7, dtype=torch.float64)
+# With more logarithmic parameters than this a grid has too many places.
+MOST_AXES = 3
+# A grid is looked at in about this many rows.
+START_ROWS = 64
+# Smallest and largest shear modulus of a start of the inextensible model [Pa].
+START_RANGE = (1e3, 1e9)
+# Smallest stiffness of a start [N/m, N·m/rad]: rubber is far stiffer, and the logarithm needs something.
+FLOOR = {"ka": 1e-6, "kb": 1e-12}
+LN10 = math.log(10.0)
+
+
+@singledispatch
+def starts(model: Model[Any], rows: Rows, members: int, generator: torch.Generator) -> Tensor:
+    """Raw vectors from which a fit of training rows may start: at most (members, p), the best first.
+
+    rows: those of training. generator: for what is drawn at random.
+
+    Of a model not known here: its own values, and a grid of its logarithmic parameters from a thousandth to a thousand
+    times their declared start, so that a fit does not depend on where its user started. One without such parameters, or
+    with more than MOST_AXES, starts at its own values.
+    """
+    logarithmic = [p for p in (model.declared[own.name] for own in model.parameter_class.records()) if p.log]
+    axes = {p.name: (p.to_raw(p.start) + AROUND * LN10).clamp(*p.raw_bounds) for p in logarithmic}
+    if not 1 <= len(axes) <= MOST_AXES:
+        return _declared(model, members)
+    return _grid(model, rows, axes)[:members]
+
+
+@starts.register
+def _continuum(model: Continuum, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
+    """The model's own values and a coarse grid of C1 × C2."""
+    return _grid(model, rows, dict.fromkeys(("C1", "C2"), START_DECADES * LN10))[:members]
+
+
+@starts.register
+def _linear(model: Linear, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
+    """The best K for the present effects, exactly, whatever the model's own K: a fit has only to polish it."""
+    rows = rows.as_loads
+    states, loads = rows.states, rows.loads
+    scale = load_scale(loads)
+    values = {name: value.detach() for name, value in model.values().items()}
+
+    def scaled(k: Tensor, at: States = states) -> Tensor:
+        named = values | {"ka": k[0], "kb": k[1], "kc": k[2]}
+        predicted: Prediction = model(at, named)
+        return (predicted.loads / scale).reshape(-1)
+
+    origin = torch.zeros(3, dtype=torch.float64)
+    with torch.no_grad():
+        fluid: Prediction = model(states, values | dict.fromkeys(("ka", "kb", "kc"), origin[0]))
+    told = rows.readings.present & ~rows.readings.slack[:, None] & (fluid.status == Status.OK)[:, None]
+    usable = told.reshape(-1)
+    target = ((loads - fluid.loads) / scale).reshape(-1)[usable]
+    if model.effects:
+        columns = torch.func.jacfwd(scaled)(origin)
+    else:
+        # The wall's loads are linear in K, and without pressure there is nothing else.
+        slack = states.replace(pressure=torch.zeros_like(states.pressure))
+        columns = torch.stack([scaled(k, slack) for k in torch.eye(3, dtype=torch.float64)], dim=-1)
+    best = best_stiffness(columns[usable], target)
+    # What the readings do not tell (of twist, where a bed measures force alone) stays as the model has it.
+    told_of = (columns[usable] != 0).any(0).tolist()
+    own = model.scalars()
+    ka, kb, kc = (k if t else own[name] for name, k, t in zip(("ka", "kb", "kc"), best, told_of, strict=True))
+    ka, kb = max(ka, FLOOR["ka"]), max(kb, FLOOR["kb"])
+    limit = math.sqrt(ka * kb)
+    return _at(model, {"ka": ka, "kb": kb, "kc": min(max(kc, -limit), limit)}, members)
+
+
+@starts.register
+def _inextensible(model: ContinuumInextensible, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
+    """The best C1 for the present effects: the loads are linear in it."""
+    rows = rows.as_loads
+    states, loads, scale = rows.states, rows.loads, load_scale(rows.loads)
+    values = {name: value.detach() for name, value in model.values().items()}
+
+    def scaled(C1: float) -> Tensor:
+        predicted: Prediction = model(states, values | {"C1": torch.tensor(C1, dtype=torch.float64)})
+        return (predicted.loads / scale)[usable]
+
+    with torch.no_grad():
+        told = rows.readings.present & ~rows.readings.slack[:, None]
+        usable = told & (model(states).status == Status.OK)[:, None]
+        offset = scaled(0.0)
+        column = (scaled(1e6) - offset) / 1e6
+        target = (loads / scale)[usable] - offset
+        best = float((column @ target) / column.square().sum().clamp_min(1e-300))
+    return _at(model, {"C1": min(max(best, START_RANGE[0]), START_RANGE[1])}, members)
+
+
+@starts.register
+def _network(model: MLP, rows: Rows, members: int, generator: torch.Generator) -> Tensor:
+    """Nguyen-Widrow starts: the neurons' active ranges spread over the inputs' range (Nguyen & Widrow 1990)."""
+    active = int((model.input_gain != 0).sum())
+    magnitude = 0.7 * HIDDEN ** (1 / max(active, 1))
+
+    def uniform(*shape: int) -> Tensor:
+        return 2 * torch.rand(members, *shape, dtype=torch.float64, generator=generator) - 1
+
+    weight = uniform(HIDDEN, INPUTS) * (model.input_gain != 0)
+    weight = magnitude * weight / weight.norm(dim=-1, keepdim=True).clamp_min(1e-12)
+    spread = torch.linspace(-1, 1, HIDDEN, dtype=torch.float64)
+    bias = magnitude * spread * torch.sign(weight[..., 0] + 1e-300)
+    blocks = [weight, bias, uniform(OUTPUTS, HIDDEN), uniform(OUTPUTS)]
+    network = torch.cat([b.reshape(members, -1) for b in blocks], dim=1)
+    return torch.cat([network, _declared(model, members)[:, network.shape[1] :]], dim=1)
+
+
+def _declared(model: Model[Any], members: int) -> Tensor:
+    """The model's own values, (members, p)."""
+    return model.vector().detach().expand(members, -1).clone()
+
+
+def _at(model: Model[Any], values: dict[str, float], members: int) -> Tensor:
+    """The model's own values but for these, (members, p)."""
+    raw = model.to_raw(model.scalars() | values)
+    vector = torch.stack([raw[name] for name in model.declared])
+    return vector.clamp(*model.raw_bounds()).expand(members, -1).clone()
+
+
+def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
+    """The model's own raw vector and every place of a grid of raw parameters, the best first: (places, p).
+
+    axes: raw values to try, by the parameter's name. Every place is looked at in a few rows.
+    """
+    here = model.vector().detach()
+    grid = _product(list(axes.values()))
+    candidates = torch.cat([here[None], here.expand(len(grid), -1)])
+    labels = model.labels()
+    candidates[1:, [labels.index(name) for name in axes]] = grid
+    candidates = candidates.clamp(*model.raw_bounds())
+    some = rows.as_loads[torch.arange(0, len(rows), max(1, len(rows) // START_ROWS))]
+    scale = usual_scale(some.readings)
+    # All candidates in one batch: every row once for each, with the candidate's values.
+    row = torch.arange(len(some)).repeat(len(candidates))
+    values = model.physical(candidates.repeat_interleave(len(some), dim=0))
+    with torch.no_grad():
+        predicted = model.chain(some.states[row], values).loads
+    # The logarithm bounds what a reading that slipped can do (Cauchy's loss).
+    misses = some.readings[row].missed(predicted) / scale
+    costs = misses.square().log1p().reshape(len(candidates), -1).sum(-1)
+    return candidates[costs.nan_to_num(nan=torch.inf).argsort()]
+
+
+def _product(axes: Sequence[Tensor]) -> Tensor:
+    """Every combination of the axes' values, (n, axes)."""
+    return torch.stack(torch.meshgrid(*axes, indexing="ij"), dim=-1).reshape(-1, len(axes))
