@@ -38,7 +38,7 @@ ONE_STATE = "There is one kinematic state: runs of its rows were left out instea
 @dataclass(frozen=True)
 class HeldOut:
     """Residuals of every row by a fit that did not see its fold: white and raw (N, 2); loss: sum of squares of the
-    whitened ones in each group (groups,)."""
+    whitened ones in each group (groups,), of a single one in each fold."""
 
     white: Tensor
     raw: Tensor
@@ -61,6 +61,9 @@ def folds_of(group: np.ndarray, seed: int, count: int = FOLDS) -> np.ndarray:
 def held_out(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray, group: np.ndarray) -> HeldOut:
     """Residuals of each fold (N,) by a fit to the others. group: what the losses are summed over, (N,)."""
     numbers = np.unique(fold)
+    if len(np.unique(group)) == 1:
+        # Of one state its runs are what there is to compare by.
+        group = fold
     vectors = left_out(fit, rows, whiten, [fold == number for number in numbers])
     raw = torch.zeros_like(fit.raw_residual)
     problem = WhiteProblem(fit.model, rows, whiten)
