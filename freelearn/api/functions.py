@@ -40,8 +40,8 @@ def read_table(
     about the rows stands in `attrs["warnings"]`. Raises UserError with all faults, and where they are.
 
     >>> import freelearn
-    >>> rows = {"sample": [1, 1], "elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": [0.0, 50.0]}
-    >>> rows |= {"force_n": [0.0, 1.0], "moment_nmm": [0.0, -3.0]}
+    >>> rows = {"sample": 1, "step": [0, 1], "elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": [0.0, 50.0]}
+    >>> rows |= {"force_n": [0.0, 1.0], "moment_nmm": [0.0, -3.0], "buckled": 0}
     >>> tube = {"gamma_deg": 40.0, "length_mm": 100.0, "inner_radius_mm": 5.0, "outer_radius_mm": 6.5}
     >>> len(freelearn.read_table(pd.DataFrame(rows), design=tube))
     2

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # What the commands would else import as they go.
 LOADED = """
 commands.app commands.train commands.discover commands.job commands.predict commands.plan_run commands.intake
-commands.gather commands.figures commands.specimens commands.callback fit.fit render.html.run render.html.discovery
+commands.gather commands.figures commands.specimens commands.callback fitting.fit render.html.run render.html.discovery
 render.png.discovery render.png.plan render.tensorboard.figures render.terminal.run render.terminal.discovery
 render.terminal.progress results.fitted_model
 """
