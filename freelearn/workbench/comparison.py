@@ -35,6 +35,7 @@ class Comparison:
         # Bokeh's own: Panel's waits 50 ms for more before it tells of a move.
         self.slider = Slider(start=0, end=1, step=1, value=0, show_value=False, title="kinematic state", width=560)
         self.labels: dict[int, str] = {}
+        self.chosen: tuple[int, str] | None = None
         self.fixed = Tick("map colors as in the first fit", 220, lambda _: self._draw_map(), ticked=True)
         self.banded = Tick("95 % bands", 220, session.show_bands, ticked=session.banded)
         self.drawn_banded = session.banded
@@ -103,11 +104,14 @@ class Comparison:
     def _sample_chosen(self) -> None:
         assert self.now is not None
         self._forget()
-        shown = self._curve()
-        self.labels = self.now.labels(self.sample.value)
+        before = self.chosen
+        self.labels, sample = self.now.labels(self.sample.value), self.sample.value
         self.slider.end = max(1, len(self.labels) - 1)
         if self.labels:
-            self._move_to(shown if shown in self.labels else self.now.worst(list(self.labels)))
+            # The same place, not the same number: another run may have seen other states.
+            same = [curve for curve, label in self.labels.items() if (sample, label) == before]
+            self._move_to(same[0] if same else self.now.worst(list(self.labels)))
+        self.chosen = self._chosen()
         self._draw_map()
         self._draw_curves()
 
@@ -115,6 +119,11 @@ class Comparison:
         """The curve that the slider is on."""
         curves = list(self.labels)
         return curves[min(int(self.slider.value), len(curves) - 1)] if curves else None
+
+    def _chosen(self) -> tuple[int, str] | None:
+        """The sample and the place that the slider is on."""
+        curve = self._curve()
+        return None if curve is None else (self.sample.value, self.labels[curve])
 
     def _move_to(self, curve: int) -> None:
         self.slider.value = list(self.labels).index(curve)
@@ -138,6 +147,7 @@ class Comparison:
         # In one message: for each of its own the browser would draw everything anew.
         with pn.io.hold():
             self._draw_curves()
+        self.chosen = self._chosen()
         curves = list(self.labels)
         self.ahead.come_to(curves[new + 1 :] if new > old else curves[:new][::-1])
 
@@ -164,7 +174,7 @@ class Comparison:
         rows = self.now.rows(curve)
         curves = {NOW: self.now.predicted(rows, self.drawn_banded)}
         if self.first is not None and self.first is not self.now:
-            curves[FIRST] = self.first.predicted(rows, self.drawn_banded)
+            curves[FIRST] = self.first.predicted(rows, self.drawn_banded, self.now)
         return self.curves.drawing(self.now.table.iloc[rows], curves)
 
     def _tapped(self, attribute: str, old: list[int], new: list[int]) -> None:

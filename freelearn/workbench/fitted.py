@@ -91,11 +91,12 @@ class Fitted:
         with lent(self.own):
             return load(self.folder).bands
 
-    def predicted(self, rows: np.ndarray, banded: bool = False) -> pd.DataFrame:
+    def predicted(self, rows: np.ndarray, banded: bool = False, of: Fitted | None = None) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see results.curve.model_curve). banded: with its
-        bands."""
-        states, bands = self.states[torch.as_tensor(rows)], self.bands if banded else None
-        return model_curve(self.model, states, self.usable[rows], self.taut[rows], bands)
+        bands. of: the run whose rows they are, this one by default: another run's table holds others at the same
+        positions, a search's for one only those that it was asked about."""
+        shown, bands = of or self, self.bands if banded else None
+        return model_curve(self.model, shown.states[torch.as_tensor(rows)], shown.usable[rows], shown.taut[rows], bands)
 
 
 @lru_cache(8)
