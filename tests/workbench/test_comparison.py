@@ -1,5 +1,6 @@
 """The curves of two runs beside each other, against the numbers of their files."""
 
+from dataclasses import replace
 
 import fitted_folders as folders
 import numpy as np
