@@ -10,9 +10,9 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.measurements.beds import DEAD_LOAD, FORCE, KINEMATIC, MOMENT, Bed, bed_of
+from freelearn.measurements.beds import DEAD_LOAD, KINEMATIC
+from freelearn.measurements.shown import shown_readings
 from freelearn.measurements.states import States, kinematic_state
-from freelearn.measurements.usable import SLACK
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,7 @@ class Readings:
     @classmethod
     def from_table(cls, table: pd.DataFrame, predicted: bool = False) -> Readings:
         """From a measurement table; predicted: what a model says there, of the columns of predictions.csv."""
-        bed = bed_of(table)
-        value, present = _columns(table, bed, predicted)
-        slack = np.zeros(len(table), dtype=bool)
-        if SLACK in table and FORCE in bed.measured:
-            slack = table[SLACK].to_numpy(np.float64) == 1
-        # A tube that hangs loose carries no moment that could tell anything.
-        present = present & ~(slack[:, None] & np.array([q is MOMENT for q in bed.readings]))
-        value = np.where(present, value, 0.0)
+        value, present, slack = shown_readings(table, predicted)
         return cls(torch.as_tensor(value), torch.as_tensor(present), torch.as_tensor(slack))
 
     def __len__(self) -> int:
@@ -82,18 +75,6 @@ class Readings:
 def loads_of(table: pd.DataFrame) -> Tensor:
     """What a table's rows show, (N, 2) SI: force and moment, or what their bed measures in their place."""
     return Readings.from_table(table).value
-
-
-def _columns(table: pd.DataFrame, bed: Bed, predicted: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Values (N, 2) SI of the bed's channels, and whether each is there."""
-    blank = np.full(len(table), np.nan)
-    columns = []
-    for quantity in bed.readings:
-        name = quantity.predicted if predicted else quantity.column
-        there = quantity in bed.measured and name in table
-        columns.append(table[name].to_numpy(np.float64) * quantity.factor if there else blank)
-    value = np.stack(columns, axis=1)
-    return value, np.isfinite(value)
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ from freelearn.measurements.records import (
     refuse_separators,
 )
 from freelearn.measurements.row_suspicions import row_suspicions
-from freelearn.measurements.rows import Readings
 from freelearn.measurements.schema import faultless, find_faults
+from freelearn.measurements.shown import shown_readings
 from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows, used_rows
 from freelearn.work import tell
 
@@ -135,7 +135,8 @@ def _unmarked(cells: Sequence[str]) -> list[str]:
 
 
 def _refuse_nothing_read(path: str | Path, frame: pd.DataFrame) -> None:
-    if not bool(Readings.from_table(used_rows(frame)).present.any()):
+    _, present, _ = shown_readings(used_rows(frame))
+    if not present.any():
         raise UserError(f"{path} has no reading in any row that may be fitted: fill in what was measured.")
 
 

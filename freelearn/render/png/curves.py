@@ -72,16 +72,8 @@ def curves(
     entries: dict[str, Any] = {}
     for number, panel in enumerate(panels, 1):
         axes = figure.add_subplot(1, len(panels), number)
-        # Squares first in the legend, lines above nothing: a square hidden by its own model looks like a missing one.
-        _points(axes, shown, named, panel)
-        for (name, curve), color, style in zip(named.items(), cycle(COLORS), cycle(STYLES), strict=False):
-            _line(axes, curve, *panel.line, name, color, *style)
-            if panel.banded and _band(axes, curve, *panel.line, color):
-                entries[BAND] = Patch(color="gray", alpha=2 * FILL, lw=0)
-        finish(axes, panel.x.label, panel.y.label)
-        axes.locator_params(nbins=6)
-        if number == 1 and any(curve["extrapolated"].any() for curve in named.values()):
-            axes.plot([], [], "-", color="0.6", lw=BEYOND, label="beyond the measured pressures")
+        if draw_curves(axes, shown, named, panel, first=number == 1):
+            entries[BAND] = Patch(color="gray", alpha=2 * FILL, lw=0)
         # A suspected moment is in no panel of the force alone.
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
@@ -90,6 +82,24 @@ def curves(
         entries[BAND] = entries.pop(BAND)
     _legend_below(figure, entries)
     return figure
+
+
+def draw_curves(
+    axes: Axes, shown: pd.DataFrame, named: Mapping[str, pd.DataFrame], panel: CurvePanel, first: bool
+) -> bool:
+    """Draws one panel; whether a band is in it. shown: of curve_panels.measured_points; named: models' curves, as of
+    `curves`; first: whether the legend's word for what lies beyond the measured pressures is this panel's to say."""
+    banded = False
+    # Squares first in the legend, lines above nothing: a square hidden by its own model looks like a missing one.
+    _points(axes, shown, named, panel)
+    for (name, curve), color, style in zip(named.items(), cycle(COLORS), cycle(STYLES), strict=False):
+        _line(axes, curve, *panel.line, name, color, *style)
+        banded |= panel.banded and _band(axes, curve, *panel.line, color)
+    finish(axes, panel.x.label, panel.y.label)
+    axes.locator_params(nbins=6)
+    if first and any(curve["extrapolated"].any() for curve in named.values()):
+        axes.plot([], [], "-", color="0.6", lw=BEYOND, label="beyond the measured pressures")
+    return banded
 
 
 def _legend_below(figure: Figure, entries: dict[str, Any]) -> None:

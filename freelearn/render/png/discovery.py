@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
@@ -24,6 +25,7 @@ from freelearn.results.likeness import TWINS, likeness_table
 from freelearn.results.quantities import plane, told
 from freelearn.results.ranking import NO_MORE, STANDS_OUT, ranking_numbers
 from freelearn.results.residuals import residual_table, scale_limits
+from freelearn.results.staircase import Staircase
 from freelearn.results.staircase import staircase as stairs_of
 from freelearn.results.states import state_title
 from freelearn.results.story import discovery_story
@@ -86,15 +88,19 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
 
 def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     """Held-out error from step to step, down towards the noise floor. trail: of results.discovery.trail_numbers."""
-    stairs = stairs_of(trail)
-    # A plus stays with its effect.
-    parts = [step.replace(" + ", "\n+ ").replace("+ ", "+\u00a0").split("\n") for step in stairs.steps]
-    labels = ["\n".join(fill(part, WIDE, break_long_words=False) for part in each) for each in parts]
-    figure = new_figure(max(5.5, 2.2 + 1.5 * len(labels)), 4.2)
+    names = _step_names(stairs_of(trail))
+    figure = new_figure(max(5.5, 2.2 + 1.5 * len(names)), 4.2)
     figure.suptitle(heading("Error on held-out kinematic states", simulated), fontsize=11)
     # Room for the steps' names, the longest of which has so many lines.
-    foot = (0.3 + 0.16 * max(label.count("\n") + 1 for label in labels)) / 4.2
-    axes = figure.add_axes((0.13, foot, 0.84, 0.88 - foot))
+    foot = (0.3 + 0.16 * max(name.count("\n") + 1 for name in names)) / 4.2
+    draw_staircase(figure.add_axes((0.13, foot, 0.84, 0.88 - foot)), trail)
+    return figure
+
+
+def draw_staircase(axes: Axes, trail: pd.DataFrame) -> None:
+    """Draws a staircase on axes. trail: as of `staircase`."""
+    stairs = stairs_of(trail)
+    labels = _step_names(stairs)
     place = np.arange(len(labels))
     axes.plot(place, stairs.E, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
     for x, value, text, under in zip(place, stairs.E, stairs.labels, stairs.under, strict=True):
@@ -115,19 +121,31 @@ def staircase(trail: pd.DataFrame, simulated: bool) -> Figure:
     axes.yaxis.set_minor_formatter(NullFormatter())
     # Above: inside it might stand on the floor.
     axes.legend(frameon=False, fontsize=9, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    return figure
+
+
+def _step_names(stairs: Staircase) -> list[str]:
+    """The names of a staircase's steps in lines; a plus stays with its effect."""
+    parts = [step.replace(" + ", "\n+ ").replace("+ ", "+\u00a0").split("\n") for step in stairs.steps]
+    return ["\n".join(fill(part, WIDE, break_long_words=False) for part in each) for each in parts]
 
 
 def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -> Figure:
     """How much each effect promised before any was added, and after the last one: size in σ after refitting.
 
     before, after: of results.ranking.ranking_numbers; None where nothing was added."""
-    before = before.sort_values("size")
-    names = before["effect"].tolist()
-    figure = new_figure(8.0, 1.8 + 0.27 * len(names))
+    figure = new_figure(8.0, 1.8 + 0.27 * len(before))
     height = figure.get_size_inches()[1]
     figure.suptitle(heading("What each effect would explain", simulated), fontsize=11)
     axes = figure.add_axes((0.25, 1.05 / height, 0.7, 1 - 1.5 / height))
+    draw_ranking(axes, before, after)
+    figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=2)
+    return figure
+
+
+def draw_ranking(axes: Axes, before: pd.DataFrame, after: pd.DataFrame | None) -> None:
+    """Draws a ranking on axes, without its legend. before, after: as of `ranking`."""
+    before = before.sort_values("size")
+    names = before["effect"].tolist()
     place = np.arange(len(names))
     certain = (before["p_value"] <= CLEAR).to_numpy()
     # Points and not bars: on a logarithmic axis the length of a bar is as long as where the axis begins.
@@ -144,8 +162,6 @@ def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -
     axes.set_xlim(left=0.8 * SMALLEST)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     finish(axes, f"size of the effect after refitting [σ], logarithmic; {SMALLEST:g} and less on the left edge", "")
-    figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=2)
-    return figure
 
 
 def likeness(table: pd.DataFrame, simulated: bool) -> Figure:

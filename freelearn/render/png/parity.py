@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from freelearn.measurements.beds import Quantity
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
 from freelearn.results.curve_panels import LOOSE
@@ -20,15 +24,22 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
 
     predictions: columns of predictions.csv.
     """
-    shown, labels, quantities = parity_numbers(predictions), split_labels(predictions), told(predictions)
-    loose = shown[loose_rows(shown)]
-    shown = shown[~loose_rows(shown)]
+    quantities = told(predictions)
     width = 4.75 * len(quantities)
     figure = new_figure(width, 4.6)
     figure.suptitle(heading(title, simulated))
     figure.subplots_adjust(left=0.855 / width, right=1 - 0.19 / width, bottom=0.13, top=0.88, wspace=0.28)
-    for panel, load in enumerate(quantities):
-        axes = figure.add_subplot(1, len(quantities), panel + 1)
+    panels = [figure.add_subplot(1, len(quantities), panel + 1) for panel in range(len(quantities))]
+    draw_parity(panels, predictions, quantities)
+    return figure
+
+
+def draw_parity(panels: Sequence[Axes], predictions: pd.DataFrame, quantities: Sequence[Quantity]) -> None:
+    """Draws one quantity on each of the axes. predictions, quantities: as of `parity`."""
+    shown, labels = parity_numbers(predictions), split_labels(predictions)
+    loose = shown[loose_rows(shown)]
+    shown = shown[~loose_rows(shown)]
+    for axes, load in zip(panels, quantities, strict=True):
         for split, marker, color in zip(SPLITS, MARKERS, COLORS, strict=False):
             if split in labels:
                 part = shown[shown["split"] == split]
@@ -39,8 +50,7 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
         if len(loose):
             axes.plot(loose[load.column], loose[load.predicted], "d", color="0.4", ms=4.5, mfc="none", label=LOOSE)
         if len(shown):
-            ends = parity_ends(shown, quantities)[panel]
+            (ends,) = parity_ends(shown, [load])
             axes.plot(ends, ends, "-", color="black", linewidth=1, label="perfect")
         finish(axes, f"measured {load.label}", f"predicted {load.label}")
         axes.legend(frameon=False, fontsize=8)
-    return figure

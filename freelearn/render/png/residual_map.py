@@ -63,7 +63,7 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool, limits:
     for number, (quantity, place) in enumerate(zip(shown, places, strict=True), 1):
         axes = figure.add_axes(place)
         frame(strip, axes, bottom=alone or number == len(shown))
-        top = _draw(axes, strip, quantity, ends, alone, common=limits is not None)
+        top = draw_residuals(axes, strip, quantity, ends, alone, common=limits is not None)
         if alone:
             _colorbar(figure, place, top, f"{quantity.name}: measured − predicted [{quantity.unit}]")
         elif number == len(shown):
@@ -98,7 +98,7 @@ def _colorbar(figure: Figure, place: Place, top: float, label: str) -> None:
         axes.text(0.0, y, text, transform=axes.transAxes, va=side, fontsize=8)
 
 
-def _draw(axes: Axes, strip: Strip, quantity: Quantity, ends: Limits, alone: bool, common: bool) -> float:
+def draw_residuals(axes: Axes, strip: Strip, quantity: Quantity, ends: Limits, alone: bool, common: bool) -> float:
     """All samples' states colored by one quantity's residual; returns the end of the color scale. common: whether the
     scale is that of other maps too."""
     residual, sample = strip.states[quantity.column], strip.states["sample"]
