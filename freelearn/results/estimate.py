@@ -13,6 +13,7 @@ from freelearn.models.base import Model
 from freelearn.models.known import FIXED
 from freelearn.models.parameter import Parameter
 from freelearn.results.formats import finite, number, percent
+from freelearn.results.notes import UNTOLD
 from freelearn.results.tables import DisplayTable
 
 # SI units: no parameter that does anything is so small.
@@ -39,6 +40,17 @@ class Estimate:
     kind: str = ""
     note: str = ""
     beforehand: str = ""
+
+    @property
+    def untold(self) -> bool:
+        """Whether the rows say nothing of a positive parameter: the interval of its logarithm spans decades."""
+        return self.kind == NORMAL and self.value > 0 and self.low >= 0 and self.stderr > UNTOLD * self.value
+
+    @property
+    def ends(self) -> tuple[float, float, float, float]:
+        """stderr, low, high and independent as tables show them: NaN of what the rows do not determine, where neither
+        digits nor ends would mean anything; a note says so."""
+        return (math.nan,) * 4 if self.untold else (self.stderr, self.low, self.high, self.independent)
 
     @classmethod
     def from_plain(cls, name: str, entry: Mapping[str, Any]) -> Estimate:
@@ -105,7 +117,8 @@ def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTa
     """Parameters with 95 % intervals."""
     rows, last = [], _last(estimates)
     for e in estimates:
-        cells = [number(_shown(e.value)), number(e.stderr, 2), number(e.low, 4), number(e.high, 4)]
+        error, low, high, _ = e.ends
+        cells = [number(_shown(e.value), 2 if e.untold else 5), number(error, 2), number(low, 4), number(high, 4)]
         rows.append([e.name, *cells, e.unit, e.beforehand][: 5 + len(last)])
     return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last)
 
@@ -125,21 +138,26 @@ def _shown(value: float) -> float:
 
 
 def intervals_caption(estimates: Sequence[Estimate]) -> str:
-    """Which kind of intervals these are, where some are not the usual, normal ones; else nothing."""
+    """Which kind of intervals these are, where some are not the usual, normal ones, and which parameters the rows do
+    not determine; else nothing."""
+    untold = [e.name for e in estimates if e.untold]
+    said = f"not determined by these rows: {', '.join(untold)}" if untold else ""
     normal = [e.name for e in estimates if e.kind == NORMAL and e.beforehand != FIXED]
     if not any(e.kind == PROFILE for e in estimates):
-        return ""
+        return said
     rest = f"; of {', '.join(normal)}: normal" if normal else ""
-    return f"95 % intervals: profile likelihood{rest}"
+    return "; ".join(filter(None, [f"95 % intervals: profile likelihood{rest}", said]))
 
 
 def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
     """Parameters as in a fit report: more digits, the relative standard error, and the textbook one."""
     rows, last = [], _last(estimates)
     for e in estimates:
-        relative = f"({percent(e.stderr / abs(e.value))}%)" if e.value and math.isfinite(e.stderr) else ""
-        # An unknown standard error leaves its cells blank; the report names the parameter under its warnings.
-        known = [number(e.stderr, 4), relative, number(e.low, 6), number(e.high, 6), number(e.independent, 4)]
+        # An unknown standard error, or one beyond all bounds, leaves its cells blank; the report names the parameter
+        # under its warnings.
+        error, low, high, independent = e.ends
+        relative = f"({percent(error / abs(e.value))}%)" if e.value and math.isfinite(error) else ""
+        known = [number(error, 4), relative, number(low, 6), number(high, 6), number(independent, 4)]
         rows.append([e.name, number(_shown(e.value), 8), *known, e.unit, e.beforehand][: 7 + len(last)])
     numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
     return DisplayTable.of(["name"], numbers, rows, last=last)

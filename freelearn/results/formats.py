@@ -53,9 +53,11 @@ def sentence(text: str) -> str:
     'Force is too high.'
     >>> sentence("force_gain.gain is at its bound")
     'force_gain.gain is at its bound.'
+    >>> sentence("has it an end already?"), sentence("it has.")
+    ('Has it an end already?', 'It has.')
     """
     name = "_" in text.split(" ")[0]
-    return f"{text if name else text[0].upper() + text[1:]}."
+    return f"{text if name else text[0].upper() + text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}"
 
 
 def true_minus(text: str) -> str:

@@ -12,11 +12,14 @@ from torch import Tensor
 from freelearn.fitting.options import PROFILE
 from freelearn.fitting.uncertainty import Uncertainty, quantile
 from freelearn.models.base import Model
+from freelearn.results.formats import number
 
 # Share of its usual size below which a positive parameter counts as gone.
 VANISHED = 1e-8
 # A correlation above this is worth a warning.
 STRONG_CORRELATION = 0.95
+# Standard errors larger than so many times the value tell nothing of a positive parameter.
+UNTOLD = 10.0
 
 
 def notes(model: Model[Any], start: Tensor) -> list[str]:
@@ -40,10 +43,11 @@ def notes(model: Model[Any], start: Tensor) -> list[str]:
 
 
 def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
-    """Sentences on effects that the rows do not need, or cannot tell from something else."""
-    said = []
+    """Sentences on parameters of which the rows tell nothing, and on effects that they do not need, or cannot tell from
+    something else."""
     place = {name: i for i, name in enumerate(uncertainty.names)}
     error = uncertainty.stderr
+    said = _untold(model, uncertainty)
     correlation = correlations(uncertainty)
     reach = quantile(uncertainty.freedom)
     for name, spec in model.declared.items():
@@ -57,6 +61,22 @@ def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
         twins = [n for n, j in place.items() if j != i and abs(correlation[i, j]) > STRONG_CORRELATION]
         if twins:
             said.append(f"{name} is strongly correlated with {', '.join(twins)}: these rows hardly tell them apart.")
+    return said
+
+
+def _untold(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
+    said = []
+    told = zip(uncertainty.names, uncertainty.values, uncertainty.stderr, uncertainty.kinds, strict=True)
+    for name, value, error, kind in told:
+        spec = model.declared.get(name)
+        # What has gone to zero is told of by itself.
+        if spec is None or not spec.log or kind == PROFILE or value < VANISHED * abs(spec.start):
+            continue
+        if UNTOLD * value < error < math.inf:
+            said.append(
+                f"{name} = {number(value, 2)} {spec.unit} is not determined by these rows: its standard error is "
+                f"{number(error / value, 2)} times as large."
+            )
     return said
 
 

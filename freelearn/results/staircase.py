@@ -15,12 +15,14 @@ from freelearn.results.tables import DisplayTable
 ROOM = 0.15
 # An axis up to so many times as high as low has numbers closer to each other.
 DECADE = 12.0
+# The axis where nothing is known [%].
+EMPTY = (1.0, 10.0)
 
 
 class Staircase(NamedTuple):
-    """E, floor: (steps,) in %, the floor NaN where it is not known. labels: E in words; under: (steps,), whether E is
-    below the floor, and its label with it. low, high: ends of a logarithmic axis. On a linear one the last steps, which
-    decide, would not show."""
+    """E, floor: (steps,) in %, NaN where they are not known. labels: E in words, "" where it is not known; under:
+    (steps,), whether E is below the floor, and its label with it. low, high: ends of a logarithmic axis. On a linear
+    one the last steps, which decide, would not show."""
 
     steps: list[str]
     E: np.ndarray
@@ -41,8 +43,12 @@ class Staircase(NamedTuple):
 def staircase(trail: pd.DataFrame) -> Staircase:
     """What both pictures draw. trail: step, E_heldout, noise_floor (fractions), see discovery.trail_numbers."""
     error, floor = (100 * trail[name].to_numpy(dtype=np.float64) for name in ("E_heldout", "noise_floor"))
-    low, high = float(np.nanmin(np.r_[error, floor])), float(np.nanmax(np.r_[error, floor]))
-    labels = [f"{value:.3g} %" for value in error]
+    # A model without an answer at a held-out state has no error that an axis could show, and zero has no logarithm.
+    both = np.r_[error, floor]
+    known = both[np.isfinite(both) & (both > 0)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else EMPTY
+    error, floor = (np.where(np.isfinite(values) & (values > 0), values, np.nan) for values in (error, floor))
+    labels = ["" if np.isnan(value) else f"{value:.3g} %" for value in error]
     # So many times as much at either end that a label has its room, however far the error falls.
     room = max(1.6, (high / low) ** ROOM)
     return Staircase(list(trail["step"]), error, floor, labels, error < floor, low / room, high * room)

@@ -6,6 +6,8 @@ import logging
 from types import TracebackType
 
 from bokeh.util.logconfig import basicConfig
+from tornado.iostream import StreamClosedError
+from tornado.websocket import WebSocketClosedError
 
 OWN = __name__.split(".")[0]
 # Messages hold what came from outside, of any length.
@@ -29,6 +31,12 @@ class Lines(logging.Formatter):
         return line
 
 
+def of_interest(record: logging.LogRecord) -> bool:
+    """Whether a record says more than that a tab was closed while something was on its way to it."""
+    problem = record.exc_info[1] if record.exc_info else None
+    return not isinstance(problem, StreamClosedError | WebSocketClosedError)
+
+
 def _ours(trace: TracebackType | None) -> bool:
     while trace is not None:
         if str(trace.tb_frame.f_globals.get("__name__")).split(".")[0] == OWN:
@@ -41,6 +49,7 @@ def log_in_lines() -> None:
     """Has everything that is logged in this process written so."""
     handler = logging.StreamHandler()
     handler.setFormatter(Lines())
+    handler.addFilter(of_interest)
     # Bokeh's wrapper also takes away what Bokeh has set up itself.
     basicConfig(handlers=[handler], level=logging.WARNING, force=True)
     panel = logging.getLogger("panel")

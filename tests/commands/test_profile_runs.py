@@ -145,6 +145,21 @@ def test_whether_an_effect_is_needed_is_read_from_its_profile():
     assert interval_notes(known(remark="All.")) == ["All.", "C1: only a lower limit is known: above 1 Pa."]
 
 
+def test_what_the_rows_do_not_determine_is_said_and_has_no_digits():
+    model = build_model("continuum", {}, ["twist_offset"])
+    model.declared.pop("C2")
+    lost = known(values=np.array([0.1, 2.2e17]), stderr=np.array([0.5, 5.8e40]), kinds=["normal", "normal"])
+    said = effect_notes(model, lost)
+    assert said[0] == "C1 = 2.2e+17 Pa is not determined by these rows: its standard error is 2.6e+23 times as large."
+    # An angle about zero may have a larger error than itself.
+    assert not any("determined" in note for note in said[1:])
+    entry = Estimate("C1", 2.2e17, "Pa", 5.8e40, 0.0, np.inf, kind="normal")
+    table = parameter_table([entry, Estimate("twist_offset.angle", 0.1, "rad", 5.0, -10, 10, kind="normal")])
+    assert table.rows[0][1:5] == ("2.2e+17", "–", "–", "–")
+    assert "–" not in table.rows[1]
+    assert table.caption == "not determined by these rows: C1"
+
+
 def test_open_ends_are_dashes_and_nulls():
     estimate = Estimate("C1", 2.0, "Pa", low=1.0, high=float("inf"), kind="profile", note="only a lower limit")
     assert parameter_table([estimate]).rows[0][4] == "–"

@@ -6,6 +6,7 @@ import pytest
 from bokeh.models import Scatter
 
 from freelearn.render.html.charts.ranking import ranking_chart
+from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.render.png.discovery import ranking, staircase
 
 
@@ -38,6 +39,20 @@ def test_no_label_of_the_staircase_lies_on_a_line(trail, floor):
         assert not box.y0 <= height <= box.y1
         assert frame.y0 < box.y0
         assert box.y1 < frame.y1
+
+
+@pytest.mark.parametrize("error", [[0.0824, np.inf, 0.00627], [np.nan, np.nan, np.nan], [0.08, 0.04, 0.0]])
+def test_a_step_without_an_error_leaves_a_gap_in_the_staircase(trail, error):
+    figure = staircase(trail.assign(E_heldout=error), simulated=True)
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    known = [value for value in error if 0 < value < np.inf]
+    assert np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all()
+    assert len(axes.texts) == len(known)
+    chart = StaircaseChart()
+    chart.show(trail.assign(E_heldout=error))
+    assert len(chart.panel.x_range.factors) == 3
+    assert np.isfinite([chart.panel.y_range.start, chart.panel.y_range.end]).all()
 
 
 def test_the_staircase_has_several_numbers_on_its_axis(trail):

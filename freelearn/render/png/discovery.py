@@ -103,7 +103,10 @@ def draw_staircase(axes: Axes, trail: pd.DataFrame) -> None:
     labels = _step_names(stairs)
     place = np.arange(len(labels))
     axes.plot(place, stairs.E, "o-", color=COLORS[0], ms=8, lw=1.6, label="held-out error")
-    for x, value, text, under in zip(place, stairs.E, stairs.labels, stairs.under, strict=True):
+    known = np.isfinite(stairs.E)
+    for x, value, text, under in zip(
+        place[known], stairs.E[known], np.array(stairs.labels)[known], stairs.under[known], strict=True
+    ):
         # On the side away from the floor, whose line would go through it.
         offset, side = ((-4, -9), "top") if under else ((4, 8), "bottom")
         axes.annotate(

@@ -11,6 +11,7 @@ from rich.console import Console
 from freelearn.measurements.plausibility import units_apart
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.comparison import comparison_table
+from freelearn.results.formats import sentence
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
@@ -41,6 +42,6 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
         for line in failures:
             say(f"  · {line}")
     for note in [*row_notes(run), *parameter_notes(run), *warnings]:
-        say(f"! {note}")
+        say(f"! {sentence(note)}")
     # Printed plainly: a wrapped or colored path cannot be copied.
     console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
