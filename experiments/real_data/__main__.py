@@ -41,7 +41,15 @@ def main() -> None:
     out = (asked.out or Path(tempfile.mkdtemp())).resolve()
     console = Console(width=200)
     chosen = [each for each in SETS if not asked.names or each.recipe in asked.names]
-    table = Table("data set", "verdict", "effects", "E %", "held-out σ", "seconds", title="Two commands each")
+    table = Table(
+        "data set",
+        "verdict",
+        "effects",
+        "E %",
+        "misfit in noise standard deviations",
+        "seconds",
+        title="Two commands each",
+    )
     for each in chosen:
         row = _row(each, asked.folder.resolve(), out, not asked.no_search)
         table.add_row(*row)

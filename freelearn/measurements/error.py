@@ -16,22 +16,29 @@ NEARLY_ALL, SMALLEST = 0.95, 1e-300
 class Error(NamedTuple):
     """E = √(Σ E_part²), each part a share of the largest measured value of its quantity in the set; n rows scored.
 
-    parts: of the bed's two quantities, by name; NaN for one that was measured in no row."""
+    parts: of the bed's two quantities, by name; NaN for one that was measured in no row. of: rows that were to be
+    scored; the model has no answer at the others."""
 
     E: float
     parts: tuple[tuple[str, float], tuple[str, float]]
     n: int
+    of: int = 0
+
+    @property
+    def tells(self) -> bool:
+        """Whether it tells anything: of the rows that it was to be scored on the model answers half or more."""
+        return 2 * self.n >= self.of
 
     def part(self, name: str) -> float:
         """Of one quantity; NaN where the bed does not measure it."""
         return dict(self.parts).get(name, float("nan"))
 
     def plain(self) -> dict[str, float | int | None]:
-        """For files: E, E_force, E_moment, n, and E_… of what else the bed measures; None for NaN."""
+        """For files: E, E_force, E_moment, n, of, and E_… of what else the bed measures; None for NaN."""
         parts = dict.fromkeys(("E_force", "E_moment"), float("nan"))
         parts |= {f"E_{name.replace(' ', '_')}": value for name, value in self.parts}
         plain: dict[str, float | int | None] = {"E": self.E, **parts}
-        return {name: None if value != value else value for name, value in plain.items()} | {"n": self.n}
+        return {name: None if value != value else value for name, value in plain.items()} | {"n": self.n, "of": self.of}
 
 
 def load_scale(measured: Tensor) -> Tensor:
@@ -64,7 +71,7 @@ def set_error(rows: Rows, predicted: Tensor, usable: Tensor) -> Error:
     total = float(means.nansum()) if bool(present.any()) else float("nan")
     names = [quantity.name for quantity in rows.states.bed.readings]
     parts = tuple((name, mean**0.5) for name, mean in zip(names, means.tolist(), strict=True))
-    return Error(total**0.5, (parts[0], parts[1]), int(usable.sum()))
+    return Error(total**0.5, (parts[0], parts[1]), int(usable.sum()), len(usable))
 
 
 def common(*usable: Tensor) -> Tensor:

@@ -101,6 +101,11 @@ class Model(Chain, Generic[P]):
         """Sentences on the present parameters that a reader of a fit should know. None by default."""
         return []
 
+    @property
+    def coefficients(self) -> int:
+        """How many numbers a fit has learned beside the parameters. None by default."""
+        return 0
+
     def prepare(self, rows: Rows) -> None:
         """Looks at the training rows before a fit (input scaling). Nothing by default."""
 

@@ -112,6 +112,11 @@ class Hybrid(Continuum):
         """Whether there is a remainder."""
         return len(self.design) > 0
 
+    @property
+    def coefficients(self) -> int:
+        """Amplitudes, gains and hysteresis of the remainder."""
+        return sum(part.numel() for part in (self.amplitude, self.sensors, self.rubbed))
+
     def _load_from_state_dict(self, state: Mapping[str, Any], prefix: str, *rest: Any) -> None:
         """How many designs and centers there are is the checkpoint's."""
         for name in SHAPES:
@@ -179,7 +184,8 @@ class Hybrid(Continuum):
         if not self.learned:
             return []
         return [
-            f"The remainder was learned at {len(self.design)} design{'s' * (len(self.design) > 1)}; C1 and C2, and "
+            f"The remainder of {self.coefficients} coefficients was learned at {len(self.design)} "
+            f"design{'s' * (len(self.design) > 1)}; C1 and C2, and "
             "their standard errors, are those of the continuum model beside it."
         ]
 

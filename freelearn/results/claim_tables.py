@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from freelearn.results.formats import number, percent
+from freelearn.results.formats import error_percent, number, percent
 from freelearn.results.tables import DisplayTable
 
 # How a result is told; what was no part of the claim is told as it is, and not counted.
@@ -64,7 +64,7 @@ def models_table(models: Sequence[Mapping[str, Any]]) -> DisplayTable | None:
     if not models:
         return None
     rows = [
-        [" + ".join(m["effects"]) or "no effect", percent(m["probability"], 1), percent(m["E_heldout"], 3)]
+        [" + ".join(m["effects"]) or "no effect", percent(m["probability"], 1), error_percent(m["E_heldout"], 3)]
         for m in models
     ]
     return DisplayTable.of(

@@ -84,7 +84,7 @@ def _rows(job: Path, base: Path) -> list[dict[str, Any]]:
         common |= {"effects": "+".join(content["effects"]), "run": name, "error": ""}
         if failed:
             return [common | {"test": content["test"], "error": content["error"]}]
-        common |= {"parameters": len(content["parameters"]), "data": content["data"]}
+        common |= {"parameters": len(content["parameters"]) + content.get("learned", 0), "data": content["data"]}
         return [common | {"test": test, **scores} for test, scores in content["tests"].items()]
     except UserError as problem:
         wrong = str(problem)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from freelearn.results.formats import finite, fixed, percent
+from freelearn.results.formats import error_percent, finite, fixed
 from freelearn.results.tables import DisplayTable
 
 
@@ -30,7 +30,7 @@ def comparison_table(comparison: Mapping[str, Compared]) -> DisplayTable:
     rows = []
     for name, pair in comparison.items():
         ratio = fixed(pair.with_effects / pair.without if pair.without > 0 else None, 2)
-        rows.append([name, percent(pair.without), percent(pair.with_effects), ratio, str(pair.n)])
+        rows.append([name, error_percent(pair.without), error_percent(pair.with_effects), ratio, str(pair.n)])
     return DisplayTable.of(
         ["test set"],
         ["E without %", "E with effects %", "ratio", "rows"],

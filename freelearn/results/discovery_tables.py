@@ -10,7 +10,7 @@ from freelearn.inference.thresholds import LEFT
 from freelearn.measurements.beds import BEDS, Quantity
 from freelearn.results.discovery import Discovery, final_estimates, sigmas_heldout
 from freelearn.results.estimate import parameter_table
-from freelearn.results.formats import fixed, number, percent, sentence, signed
+from freelearn.results.formats import error_percent, fixed, known_floor, number, percent, sentence, signed
 from freelearn.results.proposal_words import proposal_lines
 from freelearn.results.proposals import proposal_entry
 from freelearn.results.quantities import digits
@@ -19,8 +19,8 @@ from freelearn.results.tables import DisplayTable
 
 
 def step_row(step: Step, text: str) -> list[str]:
-    """One step as a row under staircase.HEADINGS and what is left; text: what the step added."""
-    left = "nothing" if step.left.p_value >= LEFT else "structure"
+    """One step as a row under staircase.HEADINGS and the remaining misfit; text: what the step added."""
+    left = "noise" if step.left.p_value >= LEFT else "structure"
     return [*staircase_row(text, step.E_train, step.E_heldout, step.floor, sigmas_heldout(step)), left]
 
 
@@ -76,8 +76,10 @@ def _pressures(proposed: NextState) -> tuple[float, ...]:
 def error_line(discovery: Discovery) -> str:
     """The held-out error before and after, and what measuring alone leaves."""
     error = discovery.content["error"]
-    before, after, floor = (percent(error[name], 3) for name in ("before", "after", "noise_floor"))
-    line = f"Held-out error from {before} % to {after} %; measuring alone leaves {floor} %."
+    before, after = (error_percent(error[name], 3) for name in ("before", "after"))
+    floor = known_floor(error["noise_floor"])
+    line = f"Held-out error from {before} % to {after} % on {discovery.content['rows']} rows"
+    line += f"; measuring alone leaves {percent(floor, 3)} %." if floor is not None else "."
     return f"{line} {sentence(discovery.content['heldout_is'])}"
 
 
@@ -103,8 +105,8 @@ def remainder_lines(discovery: Discovery) -> list[str]:
     if left is None:
         return []
     return [
-        f"What is left is {percent(left.share, 0)} % systematic. Hint, not a finding: {left.hint} explains "
-        f"{percent(left.hint_share, 0)} % of it."
+        f"Of the remaining misfit {percent(left.share, 0)} % is systematic. Hint, not a finding: {left.hint} explains "
+        f"{percent(left.hint_share, 0)} % of that."
     ]
 
 

@@ -7,6 +7,8 @@ import re
 from typing import Any
 
 DASH = "–"
+# Beyond this an error, a fraction, is that of a model that has run away: how large it is tells nothing.
+RUN_AWAY = 10.0
 MINUS = "−"
 
 
@@ -44,6 +46,34 @@ def percent(value: float | None, digits: int = 2) -> str:
     ('1.23', '–')
     """
     return fixed(None if value is None else 100 * value, digits)
+
+
+def error_percent(value: float | None, digits: int = 2) -> str:
+    """An error E, a fraction, in %, without the sign; of a model that has run away no more than that.
+
+    >>> error_percent(0.01234), error_percent(7665.21), error_percent(None)
+    ('1.23', '> 1000', '–')
+    """
+    return f"> {100 * RUN_AWAY:.0f}" if value is not None and RUN_AWAY < value < math.inf else percent(value, digits)
+
+
+def error_in_words(value: float) -> str:
+    """The same in a sentence: three significant digits.
+
+    >>> error_in_words(0.0038912), error_in_words(7665.21)
+    ('0.389 %', '> 1000 %')
+    """
+    return f"{error_percent(value) if value > RUN_AWAY else number(100 * value, 3)} %"
+
+
+def known_floor(floor: float | None) -> float | None:
+    """The error that measuring alone leaves, a fraction; None where it is not known, or where the accuracy is so coarse
+    that the readings would say nothing.
+
+    >>> known_floor(0.008), known_floor(2.01), known_floor(None)
+    (0.008, None, None)
+    """
+    return floor if floor is not None and floor < 1 else None
 
 
 def sentence(text: str) -> str:

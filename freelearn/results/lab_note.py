@@ -10,7 +10,7 @@ from freelearn.package import VERSION
 from freelearn.results.discovery import Discovery, final_estimates
 from freelearn.results.discovery_tables import error_line, failure_lines
 from freelearn.results.estimate import Estimate
-from freelearn.results.formats import number, percent
+from freelearn.results.formats import error_percent, number, percent
 from freelearn.results.origin import Origin, Provenance
 from freelearn.results.run import Run
 from freelearn.results.run_scores import scores
@@ -28,14 +28,21 @@ def run_note(run: Run, origin: Origin) -> str:
         f"Model {run.title}, {how}; seed {origin.seed}, split by {origin.split}.",
         origin.provenance.sentence().rstrip(".") + ".",
         *_parameters(run.estimates() if run.model.declared else []),
-        *([f"E = {percent(known.own)} % on the training set's own test rows."] if known.own is not None else []),
+        *_own_error(run),
     ]
     if known.unseen is not None:
-        parts.append(f"On sets of samples never trained on E is {percent(known.unseen)} % on average.")
+        parts.append(f"On sets of samples never trained on E is {error_percent(known.unseen)} % on average.")
     if known.own is None and known.unseen is None:
         parts.append(f"E over all test sets: mean {percent(known.mean)} %, median {percent(known.median)} %.")
     parts += misfit_lines(run, 1)
     return " ".join([*parts, _by()])
+
+
+def _own_error(run: Run) -> list[str]:
+    own = run.errors.get(run.train)
+    if own is None or scores(run).own is None or not own.tells:
+        return []
+    return [f"E = {error_percent(own.E)} % on the {own.n} test rows of the training set."]
 
 
 def discovery_note(discovery: Discovery) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.inference.thresholds import CLEAR
-from freelearn.results.formats import fixed, number, percent
+from freelearn.results.formats import error_percent, fixed, number
 from freelearn.results.tables import DisplayTable
 
 # What p tells of an effect, however large: how much the rest of the misfit would give to any by chance.
@@ -37,12 +37,12 @@ def ranking_table(numbers: pd.DataFrame, most: int | None = None) -> DisplayTabl
     """numbers: of ranking_numbers. most: effects shown, None for all."""
     columns = [numbers[name].tolist() for name in ("effect", "size", "p_value", "E_heldout")]
     rows = [
-        [effect, fixed(size, 1), number(p_value, 3), percent(error, 3)]
+        [effect, fixed(size, 1), number(p_value, 3), error_percent(error, 3)]
         for effect, size, p_value, error in list(zip(*columns, strict=True))[:most]
     ]
     return DisplayTable.of(
         ["effect"],
-        ["size σ", "p by chance", "E held-out %"],
+        ["effect size", "p by chance", "E held-out %"],
         rows,
         title="Which effects would explain it, before any was added",
     )

@@ -77,7 +77,8 @@ def training_samples(run: Run, predictions: pd.DataFrame) -> pd.DataFrame:
 def results(run: Run, origin: Origin) -> dict[str, Any]:
     """Everything in results.json. Numbers that do not exist are null.
 
-    `comparison`, `noise_floor` and `failures` stand there where they were computed, whoever looks on.
+    `learned` are coefficients beside the parameters. `comparison`, `noise_floor` and `failures` stand there where they
+    were computed, whoever looks on.
     """
     content: dict[str, Any] = {
         "model": run.model.name,
@@ -93,6 +94,8 @@ def results(run: Run, origin: Origin) -> dict[str, Any]:
         "outcome": run.message,
         **origin.plain(),
     }  # fmt: skip
+    if run.model.coefficients:
+        content["learned"] = run.model.coefficients
     if run.uncertainty:
         content["freedom"] = run.uncertainty.freedom
         content["covariance"] = [[finite(value) for value in row] for row in run.covariance]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from freelearn.measurements.beds import bed_of
 from freelearn.measurements.usable import SLACK
 from freelearn.results.estimate import parameter_table
-from freelearn.results.formats import percent, sentence
+from freelearn.results.formats import error_percent, known_floor, percent, sentence
 from freelearn.results.notes import effect_notes, interval_notes, notes
 from freelearn.results.run import Run
 from freelearn.results.tables import DisplayTable
@@ -35,15 +37,19 @@ def explained(run: Run) -> str:
 
 
 def error_table(run: Run) -> DisplayTable:
-    """Errors by test set; the training set's own says so."""
+    """Errors by test set; the training set's own says so. Where the model answers fewer than half of a set's rows,
+    those that it answers tell no error."""
     measured = [quantity.name for quantity in bed_of(run.table).measured]
-    rows = [
-        [f"{name} ({OWN})" if name == run.train else name, *map(percent, (e.E, *map(e.part, measured))), str(e.n)]
-        for name, e in run.errors.items()
-    ]
+    rows, untold = [], 0
+    for name, e in run.errors.items():
+        shown = (e.E, *map(e.part, measured)) if e.tells else (None,) * (1 + len(measured))
+        untold += not e.tells
+        scored = str(e.n) if e.n == e.of else f"{e.n} of {e.of}"
+        rows.append([f"{name} ({OWN})" if name == run.train else name, *map(error_percent, shown), scored])
+    caption = "No error where the model answers fewer than half of the rows." if untold else ""
     fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
     return DisplayTable.of(
-        ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}"
+        ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}", caption
     )
 
 
@@ -51,7 +57,17 @@ def run_parameters(run: Run) -> DisplayTable | str:
     """The physical parameters; of a network one sentence about its weights."""
     if not run.model.declared:
         return f"{len(run.model.vector())} weights and biases, listed in fit_report.txt."
-    return parameter_table(run.estimates())
+    table = parameter_table(run.estimates())
+    return replace(table, caption="; ".join(filter(None, [table.caption, beside(run.model.coefficients)])))
+
+
+def beside(coefficients: int) -> str:
+    """What stands below a model's parameters where a fit has learned more than these.
+
+    >>> beside(125), beside(0)
+    ('and 125 learned coefficients', '')
+    """
+    return f"and {coefficients} learned coefficients" if coefficients else ""
 
 
 def parameter_notes(run: Run) -> list[str]:
@@ -81,5 +97,11 @@ def misfit_lines(run: Run, most: int | None = None) -> list[str]:
     most: how many regions are named, None for all."""
     if run.misfit is None:
         return []
-    floor = f"A perfect model would have E = {percent(run.misfit.noise_floor)} % on {run.train}: the measuring's noise."
-    return [floor, *(sentence(failure.sentence()) for failure in run.misfit.failures[:most])]
+    floor = known_floor(run.misfit.noise_floor)
+    if floor is None:
+        return ["The accuracy is coarser than the readings are large: what measuring alone leaves says nothing."]
+    said = f"A perfect model would have E = {percent(floor)} % on {run.train}: the measuring's noise."
+    own = run.errors.get(run.train)
+    if own is not None and floor >= own.E:
+        return [f"{said} This one errs by no more than that."]
+    return [said, *(sentence(failure.sentence()) for failure in run.misfit.failures[:most])]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from freelearn.results.formats import fixed, percent
+from freelearn.results.formats import RUN_AWAY, error_percent, fixed, known_floor
 from freelearn.results.tables import DisplayTable
 
 # Share of the axis that is left free below the lowest and above the highest.
@@ -43,12 +43,18 @@ class Staircase(NamedTuple):
 def staircase(trail: pd.DataFrame) -> Staircase:
     """What both pictures draw. trail: step, E_heldout, noise_floor (fractions), see discovery.trail_numbers."""
     error, floor = (100 * trail[name].to_numpy(dtype=np.float64) for name in ("E_heldout", "noise_floor"))
+    floor = np.where(floor < 100, floor, np.nan)
+    away = error > 100 * RUN_AWAY
+    error = np.where(away & np.isfinite(error), 100 * RUN_AWAY, error)
     # A model without an answer at a held-out state has no error that an axis could show, and zero has no logarithm.
     both = np.r_[error, floor]
     known = both[np.isfinite(both) & (both > 0)]
     low, high = (float(known.min()), float(known.max())) if len(known) else EMPTY
     error, floor = (np.where(np.isfinite(values) & (values > 0), values, np.nan) for values in (error, floor))
-    labels = ["" if np.isnan(value) else f"{value:.3g} %" for value in error]
+    labels = [
+        "" if np.isnan(value) else f"> {value:.0f} %" if beyond else f"{value:.3g} %"
+        for value, beyond in zip(error, away, strict=True)
+    ]
     # So many times as much at either end that a label has its room, however far the error falls.
     room = max(1.6, (high / low) ** ROOM)
     return Staircase(list(trail["step"]), error, floor, labels, error < floor, low / room, high * room)
@@ -56,10 +62,10 @@ def staircase(trail: pd.DataFrame) -> Staircase:
 
 def staircase_row(step: str, fitted: float, heldout: float, floor: float, sigmas: float) -> list[str]:
     """The cells of one step; errors as fractions."""
-    return [step, *(percent(value, 3) for value in (fitted, heldout, floor)), fixed(sigmas, 2)]
+    return [step, *(error_percent(value, 3) for value in (fitted, heldout, known_floor(floor))), fixed(sigmas, 2)]
 
 
-HEADINGS = ("E fitted %", "E held-out %", "noise floor %", "held-out σ")
+HEADINGS = ("E fitted %", "E held-out %", "noise floor %", "misfit in noise standard deviations")
 
 
 def staircase_table(trail: pd.DataFrame) -> DisplayTable:

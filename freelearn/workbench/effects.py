@@ -11,6 +11,7 @@ import panel as pn
 from freelearn.inference.next_experiment import NextState
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.results.discovery_tables import next_state_lines
+from freelearn.results.formats import error_in_words
 from freelearn.results.ranking import ranking_numbers
 from freelearn.workbench.charts import beside
 from freelearn.workbench.part import Part
@@ -63,9 +64,11 @@ class Effects(Part):
     def refresh(self) -> None:
         """Shows the session as it is."""
         runs, search = self.session.comparable(), self.session.discovery()
-        lines = self.session.about(runs[-1])["failures"] if runs else []
+        about = self.session.about(runs[-1]) if runs else {}
+        lines = about.get("failures", [])
         own = search if runs and self.session.adopted(runs[-1]) else None
         none = _nowhere(own) if runs else "Nothing fitted yet."
+        none = "It errs by no more than measuring alone does." if about.get("as_good_as_noise") else none
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._rankings(search)
         options = self._labels(search)
@@ -98,7 +101,7 @@ class Effects(Part):
         hints += [f"cannot be told apart: {', '.join(c)}" for c in search["classes"] if len(c) > 1]
         hints += next_state_lines([NextState(**p) for p in search["next_experiment"]], MOST_STATES)
         if search["remainder"]:
-            hints.append(f"what is left, a hint only: {search['remainder']['hint']}")
+            hints.append(f"remaining misfit, a hint only: {search['remainder']['hint']}")
         say(self.hints, [as_on_the_page(hint) for hint in (*hints, *search["notes"])])
 
     def _labels(self, search: dict[str, Any] | None) -> dict[str, str]:
@@ -146,9 +149,9 @@ def _ranked(search: dict[str, Any], step: int) -> dict[str, str]:
     """Every effect by the evidence for it at one step, and by when to suspect it."""
     labels = {}
     for row in ranking_numbers(search["candidates"], step).itertuples():
-        error = "" if pd.isna(row.E_heldout) else f", E held-out {100 * row.E_heldout:.3g} %"
+        error = "" if pd.isna(row.E_heldout) else f", E held-out {error_in_words(row.E_heldout)}"
         suspect = EFFECTS[row.effect].suspect if row.effect in EFFECTS else ""
-        evidence = f"{row.effect}: {row.size:.1f} σ, p by chance {row.p_value:.2g}{error}"
+        evidence = f"{row.effect}: effect size {row.size:.1f}, p by chance {row.p_value:.2g}{error}"
         labels[f"{evidence}. {suspect}".rstrip(". ")] = row.effect
     for name in search["trail"][step]["effects"]:
         labels.setdefault(f"{name}: in the model", name)

@@ -13,6 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from freelearn.files import write_bytes, write_text
+from freelearn.results.formats import known_floor
 from freelearn.workbench.question import Question, stored_csv
 
 Run = dict[str, Any]
@@ -171,20 +172,30 @@ class Kept:
         return str(run["folder"]).startswith("discover_")
 
     def about(self, run: Run) -> dict[str, Any]:
-        """What a run's files say: its `error` in words, E and noise_floor (None where there is none), its parameters,
-        and the sentences on where it fails."""
+        """What a run's files say: its `error` in words, E and noise_floor (None where there is none, or where it would
+        tell nothing), the rows behind E in words, its parameters, the sentences on where it fails, and whether it is
+        `as_good_as_noise` and so fails nowhere."""
         if self.adopted(run):
             search = self.read(run, "discovery.json") or {}
             error, left = search.get("error", {}), search.get("remainder")
             return {
-                "error": "held-out error", "E": error.get("after"), "noise_floor": error.get("noise_floor"),
+                "error": "held-out error", "E": error.get("after"),
+                "noise_floor": known_floor(error.get("noise_floor")),
+                "rows": f"on {search['rows']} rows, each state left out in turn" if "rows" in search else "",
+                "as_good_as_noise": False, "learned": 0,
                 "parameters": search.get("parameters", {}), "failures": [left["hint"]] if left else [],
             }  # fmt: skip
         results = self.read(run, "results.json") or {}
+        test, floor = results.get("tests", {}).get(run["question"].train, {}), known_floor(results.get("noise_floor"))
+        scored, of = test.get("n", 0), test.get("of", 0)
+        # Of a model that answers few of the rows those few tell no error.
+        error = test.get("E") if 2 * scored >= of else None
+        good = error is not None and floor is not None and error <= floor
         return {
-            "error": "test error", "E": results.get("tests", {}).get(run["question"].train, {}).get("E"),
-            "noise_floor": results.get("noise_floor"), "parameters": results.get("parameters", {}),
-            "failures": [failure["sentence"] for failure in results.get("failures", [])],
+            "error": "test error", "E": error, "noise_floor": floor, "parameters": results.get("parameters", {}),
+            "rows": _scored(scored, of) if test else "",
+            "failures": [] if good else [failure["sentence"] for failure in results.get("failures", [])],
+            "as_good_as_noise": good, "learned": results.get("learned", 0),
         }  # fmt: skip
 
     def found(self) -> tuple[str, ...]:
@@ -198,6 +209,10 @@ class Kept:
             return dict(json.loads((self.folder / run["folder"] / name).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
             return None
+
+
+def _scored(scored: int, of: int) -> str:
+    return f"on {scored} test rows" if scored == of or not of else f"on {scored} of {of} test rows"
 
 
 def _plain(run: Run | None) -> dict[str, Any] | None:

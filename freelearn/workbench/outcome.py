@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -10,6 +11,8 @@ import panel as pn
 
 from freelearn.render.html.charts.staircase import StaircaseChart
 from freelearn.results.estimate import Estimate, parameter_table
+from freelearn.results.formats import error_in_words
+from freelearn.results.run_tables import beside as learned_beside
 from freelearn.workbench.answer import Answer
 from freelearn.workbench.charts import beside, wide
 from freelearn.workbench.session import Session
@@ -19,7 +22,10 @@ from freelearn.workbench.words import say, table, words
 COLUMNS = "repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
 
 FOUND, LIKELIEST = "Add what was found", "Add what it is most probably"
-OF_THE_SEARCH = "Fits of the search: they weigh each reading by its noise and are tested on every state in turn."
+OF_THE_SEARCH = (
+    "Fits of the search: they weigh each reading by its noise, and each of the states of {rows} rows was left out in "
+    "turn. A single fit is tested on its own test rows alone, so its error may differ."
+)
 
 
 class Outcome:
@@ -61,9 +67,11 @@ class Outcome:
         effects = " + ".join(["", *question.effects])
         text = f"{question.model}{effects}, fitted on {question.train} ({source})"
         if about["E"] is not None:
-            text += f": {about['error']} E {100 * about['E']:.3g} %"
+            text += f": {about['error']} E {error_in_words(about['E'])} {about['rows']}".rstrip()
             floor = about["noise_floor"]
             text += f"; measuring alone leaves {100 * floor:.2g} %" if floor else ""
+        elif about["rows"]:
+            text += f": the model answers too few rows to tell an error ({about['rows'].removeprefix('on ')})"
         say(self.title, [text], "good")
 
     def _parameters(self) -> None:
@@ -71,14 +79,17 @@ class Outcome:
         entries: Mapping[str, Any] = about["parameters"]
         # A network's weights tell a reader nothing.
         known = [Estimate.from_plain(name, entry) for name, entry in entries.items() if entry.get("unit")]
-        table(self.parameters, parameter_table(known) if known else None)
+        shown = parameter_table(known) if known else None
+        if shown is not None:
+            shown = replace(shown, caption="; ".join(filter(None, [shown.caption, learned_beside(about["learned"])])))
+        table(self.parameters, shown)
 
     def _staircase(self, search: Mapping[str, Any] | None) -> None:
         runs = self.session.comparable()
         effects = runs[-1]["question"].effects
         # A model that the user has fitted since is no step of the search.
         own = search is not None and (self.session.adopted(runs[-1]) or effects == tuple(search["given_effects"]))
-        say(self.about_steps, [OF_THE_SEARCH] if own else [], "quiet")
+        say(self.about_steps, [OF_THE_SEARCH.format(rows=search.get("rows", "all"))] if search and own else [], "quiet")
         if search and own:
             steps = [
                 {"step": _name(step["effect"], number), "E_heldout": step["E_heldout"],

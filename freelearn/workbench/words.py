@@ -44,7 +44,7 @@ def words() -> pn.pane.HTML:
 
 
 def table(place: pn.pane.HTML, shown: DisplayTable | None) -> None:
-    """Puts a table in the place, or nothing."""
+    """Puts a table in the place with what stands below it, or nothing."""
     text = ""
     if shown is not None:
         sides = [' class="left"' if column.words else "" for column in shown.columns]
@@ -52,6 +52,7 @@ def table(place: pn.pane.HTML, shown: DisplayTable | None) -> None:
         rows = ["".join(f"<td{s}>{escape(c)}</td>" for s, c in zip(sides, row, strict=True)) for row in shown.rows]
         body = "".join(f"<tr>{row}</tr>" for row in rows)
         text = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+        text += f'<p class="quiet">{escape(shown.caption)}</p>' if shown.caption else ""
     if place.object != text:
         place.object = text
 

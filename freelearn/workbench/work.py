@@ -15,6 +15,7 @@ from freelearn.commands.discover import discover
 from freelearn.commands.train import train
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
+from freelearn.results.formats import error_in_words
 from freelearn.work import watched
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.named import named
@@ -61,7 +62,7 @@ def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) ->
 
     def watch(step: Step, text: str) -> None:
         nonlocal reached
-        reached = f"{text}: E held-out {100 * step.E_heldout:.3g} %. Now "
+        reached = f"{text}: E held-out {error_in_words(step.E_heldout)}. Now "
 
     def tell(words: str, done: int, total: int) -> None:
         pipe.send(("progress", {"text": f"{reached}{words}", "share": done / total}))

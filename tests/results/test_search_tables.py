@@ -39,7 +39,7 @@ def test_the_staircase_is_one_in_table_picture_and_chart():
         ("model alone", "12.000", "12.340", "0.400", "31.42"),
         ("+ end_clamps", "0.500", "0.560", "–", "1.01"),
     )
-    assert staircase_table(TRAIL).columns[-1].heading == "held-out σ"
+    assert staircase_table(TRAIL).columns[-1].heading == "misfit in noise standard deviations"
     axes = staircase(TRAIL, simulated=True).axes[0]
     chart = StaircaseChart()
     chart.show(TRAIL)

@@ -40,7 +40,8 @@ def report_run(
         sections.append(Section.of_table(comparison_table(run.comparison)))
     sections.append(_parameters(run))
     if failures := misfit_lines(run):
-        sections.append(Section("Where it fails, worst first", failures))
+        title = "Where it fails, worst first" if len(failures) > 1 else "How small the error could be"
+        sections.append(Section(title, failures))
     if own is not None:
         # Bokeh takes a second to import: a report without charts does without.
         from freelearn.render.html.run_charts import chart_sections

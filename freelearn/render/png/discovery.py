@@ -164,7 +164,11 @@ def draw_ranking(axes: Axes, before: pd.DataFrame, after: pd.DataFrame | None) -
     axes.set_xscale("log")
     axes.set_xlim(left=0.8 * SMALLEST)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    finish(axes, f"size of the effect after refitting [σ], logarithmic; {SMALLEST:g} and less on the left edge", "")
+    finish(
+        axes,
+        f"effect size after refitting [noise standard deviations], logarithmic; {SMALLEST:g} and less at the left edge",
+        "",
+    )
 
 
 def likeness(table: pd.DataFrame, simulated: bool) -> Figure:

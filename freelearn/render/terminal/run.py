@@ -38,6 +38,7 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
     floor, *failures = misfit_lines(run, MOST_FAILURES) or [""]
     if floor:
         console.print(floor, markup=False, highlight=False, soft_wrap=True)
+    if failures:
         say("Where this one fails, worst first:")
         for line in failures:
             say(f"  · {line}")

@@ -20,7 +20,7 @@ def ranking_chart(table: pd.DataFrame) -> figure:
     names = table["effect"].tolist()[::-1]
     panel = chart(
         "what each effect would explain",
-        "size of the effect after refitting [σ], logarithmic",
+        "effect size after refitting [noise standard deviations], logarithmic",
         "",
         620,
         120 + 20 * len(names),
