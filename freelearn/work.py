@@ -31,6 +31,16 @@ def watched(told: Told) -> Iterator[None]:
         _watchers.reset(before)
 
 
+@contextmanager
+def unwatched() -> Iterator[None]:
+    """Within it nobody hears of the work that is done."""
+    before = _watchers.set(())
+    try:
+        yield
+    finally:
+        _watchers.reset(before)
+
+
 def tell(what: str, done: int, total: int) -> None:
     """Says how much of some work is done, to whoever looks on.
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from freelearn.inference.answer import Answer, answered
 from freelearn.inference.hypotheses import Hypotheses
 from freelearn.inference.hypothesis import Effects, Hypothesis
+from freelearn.inference.journal import ahead
 from freelearn.inference.left_out import paired
 from freelearn.inference.prepare import Prepared
 from freelearn.inference.proposals.proposal import Proposal
@@ -72,6 +74,7 @@ class Models:
         close = [h for h, _ in answer.close if len(h.effects) <= len(answer.shown.effects)][:COMPARED]
         if len(close) < 2:
             return []
+        ahead([partial(self.step, h) for h in close])
         best = min(close, key=lambda h: float(self.step(h).heldout.loss.sum()))
         out = []
         for other in close:

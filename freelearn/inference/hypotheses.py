@@ -5,8 +5,9 @@ What can be claimed is what all sets that fit share; so every set that is looked
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import torch
 from torch import Tensor
@@ -14,6 +15,7 @@ from torch import Tensor
 from freelearn.inference.derivatives import none_vector
 from freelearn.inference.evidence import log_evidence, log_odds
 from freelearn.inference.hypothesis import Effects, Hypothesis
+from freelearn.inference.journal import together
 from freelearn.inference.noise import Whitener
 from freelearn.inference.question import Question
 from freelearn.inference.ranking import Promise, Ranking
@@ -27,12 +29,31 @@ from freelearn.inference.thresholds import (
     MOST_EXPANDED,
     PAIRS,
 )
-from freelearn.inference.white_fit import WhiteFit, WhiteProblem, white_fit
+from freelearn.inference.white_fit import SentFit, WhiteFit, WhiteProblem, white_fit
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 
 # Times that the way to a start is halved.
 HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A set that is to be fitted, from a raw start (p,). like: a fit whose equilibria lie near. rival: χ² that it has
+    to come near to be of any interest. still, base: where what it has more than a base does nothing, (p,), and that;
+    the start is drawn in to there where it is worse."""
+
+    effects: Sequence[str]
+    start: Tensor
+    like: WhiteFit | None = None
+    rival: float | None = None
+    still: Tensor | None = None
+    base: Hypothesis | None = None
+
+    @property
+    def key(self) -> Effects:
+        """The effects, whatever their order."""
+        return frozenset(self.effects)
 
 
 @dataclass
@@ -74,32 +95,57 @@ class Hypotheses:
         """The same question under another noise, or on other rows, with some of the sets fitted anew."""
         other = Hypotheses(self.question, rows, whiten, self.spans, self.odds)
         nothing = self.found[frozenset()]
-        for hypothesis in [nothing, *(h for h in kept if h is not nothing)]:
-            other.fit(hypothesis.effects, hypothesis.fit.vector, hypothesis.fit)
+        other.fits(
+            Asked(h.effects, h.fit.vector, h.fit) for h in [nothing, *(h for h in kept if h is not nothing)]
+        )
         return other
 
     def worth_keeping(self, most: int) -> list[Hypothesis]:
         """The most probable sets that are not hopelessly behind the best."""
         return [h for h in self.ordered()[:most] if h.evidence > self.best.evidence - HOPELESS]
 
-    def fit(
-        self, effects: Sequence[str], start: Tensor, like: WhiteFit | None = None, rival: float | None = None
-    ) -> Hypothesis:
+    def fit(self, effects: Sequence[str], start: Tensor, like: WhiteFit | None = None) -> Hypothesis:
         """The set with its most probable parameters, from a raw start (p,); known already where it was looked at.
 
-        like: a fit whose equilibria lie near. rival: χ² that it has to come near to be of any interest."""
-        names = tuple(name for name in self.library if name in effects)
-        key = frozenset(names)
-        if key not in self.found:
-            model = self.build(names)
-            prior = self.question.prior(model, self.spans)
-            near = like.near if like else None
-            fit = white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=rival, near=near)
-            # A fit that ended at a kink says no more than that it is at least so good.
-            known = bool(fit.residual.isfinite().all()) and bool(fit.jacobian.isfinite().all())
-            evidence = log_evidence(fit, names) + log_odds(names, self.odds) if known else -torch.inf
-            self.found[key] = Hypothesis(names, fit, evidence)
-        return self.found[key]
+        like: a fit whose equilibria lie near."""
+        asked = Asked(effects, start, like)
+        if asked.key not in self.found:
+            self._keep(asked, self._fitted(asked))
+        return self.found[asked.key]
+
+    def fits(self, asked: Iterable[Asked]) -> None:
+        """As many at once, side by side; of those of one set the first counts."""
+        new: dict[Effects, Asked] = {}
+        for each in asked:
+            if each.key not in self.found:
+                new.setdefault(each.key, each)
+        sent = together([partial(self._sent, each) for each in new.values()])
+        for each, fit in zip(new.values(), sent, strict=True):
+            model = self.build(self._ordered(each.effects))
+            self._keep(each, fit.received(model, self.question.prior(model, self.spans)))
+
+    def _sent(self, asked: Asked) -> SentFit:
+        return SentFit.of(self._fitted(asked))
+
+    def _fitted(self, asked: Asked) -> WhiteFit:
+        names = self._ordered(asked.effects)
+        model = self.build(names)
+        prior = self.question.prior(model, self.spans)
+        start = asked.start
+        if asked.still is not None and asked.base is not None:
+            start = self._sound(names, asked.still, start, asked.base)
+        near = asked.like.near if asked.like else None
+        return white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=asked.rival, near=near)
+
+    def _keep(self, asked: Asked, fit: WhiteFit) -> None:
+        names = self._ordered(asked.effects)
+        # A fit that ended at a kink says no more than that it is at least so good.
+        known = bool(fit.residual.isfinite().all()) and bool(fit.jacobian.isfinite().all())
+        evidence = log_evidence(fit, names) + log_odds(names, self.odds) if known else -torch.inf
+        self.found[asked.key] = Hypothesis(names, fit, evidence)
+
+    def _ordered(self, effects: Collection[str]) -> tuple[str, ...]:
+        return tuple(name for name in self.library if name in effects)
 
     def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None) -> Hypothesis:
         """Looks at the neighbors of the most probable sets until none of these is new; the best one."""
@@ -118,15 +164,14 @@ class Hypotheses:
     def expand(self, hypothesis: Hypothesis) -> None:
         """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
         self.expanded.add(hypothesis.key)
-        for name in hypothesis.effects:
-            self.without(hypothesis, name)
+        fewer = [self._less(hypothesis, name) for name in hypothesis.effects]
         if len(hypothesis.effects) >= MOST_EFFECTS:
+            self.fits(fewer)
             return
         ranking = self.rank(hypothesis)
         promised = self.ranked[hypothesis.key]
         hopeful = self._hopeful(promised)
-        for promise in hopeful:
-            self.add(hypothesis, promise)
+        self.fits([*fewer, *(self._more(hypothesis, promise) for promise in hopeful)])
         single = max((p.evidence for p in hopeful), default=0.0)
         for names, evidence in ranking.pairs(PAIRS) if hypothesis is self.best else []:
             if evidence > max(single, 0.0) + 1.0 and len(hypothesis.effects) + 2 <= MOST_EFFECTS:
@@ -151,20 +196,26 @@ class Hypotheses:
 
     def add(self, hypothesis: Hypothesis, promise: Promise) -> Hypothesis:
         """The set with one effect more."""
-        names = (*hypothesis.effects, promise.effect)
-        if frozenset(names) in self.found:
-            return self.found[frozenset(names)]
+        asked = self._more(hypothesis, promise)
+        self.fits([asked])
+        return self.found[asked.key]
+
+    def _more(self, hypothesis: Hypothesis, promise: Promise) -> Asked:
+        """The set with one effect more, to be fitted. Its rivals are those known now, whatever is fitted beside it."""
         assert promise.start is not None
         assert promise.still is not None
-        start = self._sound(names, promise.still, promise.start, hypothesis)
-        return self.fit(names, start, hypothesis.fit, min(h.fit.chi2 for h in (hypothesis, self.best)))
+        names, rival = (*hypothesis.effects, promise.effect), min(h.fit.chi2 for h in (hypothesis, self.best))
+        return Asked(names, promise.start, hypothesis.fit, rival, promise.still, hypothesis)
 
     def without(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
         """The set with one effect less."""
+        asked = self._less(hypothesis, name)
+        return self.fit(asked.effects, asked.start, asked.like)
+
+    def _less(self, hypothesis: Hypothesis, name: str) -> Asked:
         names = [n for n in hypothesis.effects if n != name]
         known = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector, strict=True))
-        labels = self.build(names).labels()
-        return self.fit(names, torch.stack([known[label] for label in labels]), hypothesis.fit)
+        return Asked(names, torch.stack([known[label] for label in self.build(names).labels()]), hypothesis.fit)
 
     def joined(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
         """The set with one effect more, from where that does nothing."""
@@ -182,15 +233,23 @@ class Hypotheses:
         if best.key in self.exchanged:
             return False
         self.exchanged.add(best.key)
-        for name in best.effects:
-            reduced = self.without(best, name)
-            self.rank(reduced)
-            promised = [p for p in self.ranked[reduced.key] if p.status == "tested"]
+        self.fits(self._less(best, name) for name in best.effects)
+        reduced = {name: self.without(best, name) for name in best.effects}
+        unknown = [h for h in reduced.values() if h.key not in self.ranked]
+        for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
+            self.ranked[hypothesis.key] = promises
+        asked = []
+        for name, hypothesis in reduced.items():
+            promised = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
             own = next((p.evidence for p in promised if p.effect == name), 0.0)
             rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
-            for promise in rivals[:CHILDREN]:
-                self.add(reduced, promise)
+            asked += [self._more(hypothesis, promise) for promise in rivals[:CHILDREN]]
+        self.fits(asked)
         return True
+
+    def _promises(self, hypothesis: Hypothesis) -> list[Promise]:
+        self.rank(hypothesis)
+        return self.ranked[hypothesis.key]
 
     def _sound(self, names: Sequence[str], still: Tensor, start: Tensor, base: Hypothesis) -> Tensor:
         """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².

@@ -6,7 +6,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TypedDict
+from functools import partial
+from typing import TypedDict, TypeVar
+
+from freelearn.cores import cores, side_by_side
+
+T = TypeVar("T")
 
 # A fit takes milliseconds: what is lost with so many seconds is made again in as many.
 SECONDS = 0.5
@@ -71,3 +76,48 @@ def ended(asked: str, fit: Callable[[], Ending]) -> Ending:
     """How a fit ends: by the present journal where there is one."""
     journal = _present.get()
     return journal.ended(asked, fit) if journal else fit()
+
+
+@contextmanager
+def kept() -> Iterator[None]:
+    """All fits made inside go through a journal: the present one, or one for as long as this lasts."""
+    if _present.get():
+        yield
+        return
+    with kept_in(Journal()):
+        yield
+
+
+def together(jobs: Sequence[Callable[[], T]]) -> list[T]:
+    """What each job returns, in their order, side by side on all cores. The fits that they make are in the journal
+    then, wherever they were made."""
+    journal = _present.get()
+    if journal is None or min(cores(), len(jobs)) < 2:
+        return side_by_side(jobs)
+    out = []
+    for value, made in side_by_side([partial(_apart, journal.entries, job) for job in jobs]):
+        for asked, ending in made.items():
+            if asked not in journal.entries:
+                journal.add(asked, ending)
+        out.append(value)
+    return out
+
+
+def ahead(jobs: Sequence[Callable[[], object]]) -> None:
+    """Has the fits of some jobs made side by side, so that each job finds them in the journal when it is done. Nothing
+    on one core, or without a journal."""
+    if _present.get() is not None and min(cores(), len(jobs)) > 1:
+        together([partial(_nothing, job) for job in jobs])
+
+
+def _apart(known: dict[str, Ending], job: Callable[[], T]) -> tuple[T, dict[str, Ending]]:
+    """What a job returns, and the fits that it made: in a journal that nobody keeps."""
+    own = Journal()
+    own.entries = dict(known)
+    with kept_in(own):
+        value = job()
+    return value, {asked: ending for asked, ending in own.entries.items() if asked not in known}
+
+
+def _nothing(job: Callable[[], object]) -> None:
+    job()

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from torch import Tensor
@@ -17,6 +18,7 @@ from freelearn.inference.candidate import Candidate
 from freelearn.inference.ending import Ending, ended, standing
 from freelearn.inference.hypotheses import Hypotheses
 from freelearn.inference.hypothesis import Hypothesis
+from freelearn.inference.journal import ahead, kept
 from freelearn.inference.misplaced import misplaced
 from freelearn.inference.noise import Whitener
 from freelearn.inference.order import DRIFT, confounded, in_order_of
@@ -105,17 +107,18 @@ def search(question: Question, watch: Watch | None = None) -> Findings:
     Inside a journal (see `kept_in`) it goes on from where an interrupted search of the same question was.
     """
     begin("fitting the model as it is, and how its readings scatter")
+    watch = watch or (lambda step, text: None)
     if (reason := scant(question)) is not None:
-        return _untold(question, reason, watch or (lambda step, text: None))
-    prepared, fit, noise = prepare(question)
-    known = explored(prepared, fit, noise, _so_far)
-    ending = ended(prepared, known)
-    with ExitStack() as stack:
+        return _untold(question, reason, watch)
+    with kept(), ExitStack() as stack:
+        prepared, fit, noise = prepare(question)
+        known = explored(prepared, fit, noise, _so_far)
+        ending = ended(prepared, known)
         # Readings that slipped together are no function of anything.
         lacking = not ending.complete and not slipped_together(prepared, ending.final)[0]
         if lacking or len(ending.answer.shown.effects) >= MANY:
             ending = beyond(prepared, known, ending, stack)
-        return _findings(prepared, ending, watch or (lambda step, text: None))
+        return _findings(prepared, ending, watch)
 
 
 def _untold(question: Question, reason: Check, watch: Watch) -> Findings:
@@ -212,6 +215,7 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
 def told_models(ending: Ending) -> list[ToldModel]:
     """The sets that are as good, with their errors."""
     told = []
+    ahead([partial(ending.models.step, hypothesis) for hypothesis, _ in ending.answer.close[:MODELS_TOLD]])
     for hypothesis, share in ending.answer.close[:MODELS_TOLD]:
         step = ending.models.step(hypothesis)
         told.append(ToldModel(list(hypothesis.effects), step.E_heldout, hypothesis.evidence, step.fit.values(), share))
@@ -265,6 +269,7 @@ def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
         path.append(max(tried, key=lambda h: h.evidence))
         left -= path[-1].key
     slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
+    ahead([partial(prepared.step, h.fit, final.whiten, slipped) for h in path])
     steps = [prepared.step(h.fit, final.whiten, slipped) for h in path]
     steps = [*steps, final] if left else [final]
     return steps
@@ -275,6 +280,8 @@ def candidates(
 ) -> list[Candidate]:
     """Entries of discovery.json for the effects that were tried on the first model."""
     entries = []
+    shown = [hypotheses.found.get(frozenset([promise.effect])) for promise in promised[:SHOWN]]
+    ahead([partial(prepared.step, h.fit, whiten, slipped) for h in shown if h and h.fit.proper])
     for number, promise in enumerate(promised):
         fitted = hypotheses.found.get(frozenset([promise.effect])) if number < SHOWN else None
         step = prepared.step(fitted.fit, whiten, slipped) if fitted and fitted.fit.proper else None

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -77,6 +78,31 @@ class WhiteFit:
         with torch.no_grad():
             values = self.model.physical(self.vector)
         return {name: float(values[name]) for name in self.model.declared}
+
+
+class SentFit(NamedTuple):
+    """All of a WhiteFit but its model and what was known beforehand, which are soon made again: what can be sent from
+    one process to another."""
+
+    vector: Tensor
+    residual: Tensor
+    jacobian: Tensor
+    raw_residual: Tensor
+    raw_jacobian: Tensor
+    shown: Tensor
+    converged: bool
+    message: str
+    near: Near | None
+
+    @classmethod
+    def of(cls, fit: WhiteFit) -> SentFit:
+        """Of a fit."""
+        return cls(*(getattr(fit, name) for name in cls._fields))
+
+    def received(self, model: Model, prior: RawPrior | None) -> WhiteFit:
+        """The fit again. model: one like the fit's."""
+        model.set_vector(self.vector)
+        return WhiteFit(model=model, prior=prior, **self._asdict())
 
 
 class WhiteProblem:

@@ -28,6 +28,16 @@ class Near:
         self._made: dict[str, Any] = {}
         self._keeps = False
 
+    def __reduce__(self) -> tuple[Callable[[dict[str, Tensor]], Near], tuple[dict[str, Tensor]]]:
+        return Near.at, (self._last,)
+
+    @classmethod
+    def at(cls, last: dict[str, Tensor]) -> Near:
+        """One that begins where another has ended, by the names of what that kept."""
+        near = cls()
+        near._last = last
+        return near
+
     @property
     def moved(self) -> bool:
         """Whether an equilibrium has been kept: the next evaluation then depends on those before it."""

@@ -22,6 +22,9 @@ EARLY = 8
 TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 1.0)
+# A row whose excess has not fallen by a share of PROGRESS in so many iterations has no rest to be found: of a thousand
+# that come to rest late, seven need more.
+PROGRESS, PATIENCE = 0.01, 16
 # Least stiffness that is followed, as a share of the largest: where the actuator gives way, it moves with the load.
 SOFTEST = 1e-3
 # Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.
@@ -87,7 +90,11 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, loads)
-            if everyone(at.settled):
+            left = marked(~at.settled)
+            if left is not None:
+                if len(left):
+                    rest = _newton(states[left], q[left], rows_of(values, left), loads, MAX_ITERATIONS)
+                    at = _joined(at, rest, left)
                 return at._replace(rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, loads, EARLY)
@@ -142,6 +149,7 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
     largest = torch.tensor(LARGEST, dtype=size.dtype, device=size.device).expand_as(size)
     bounds = torch.tensor(RANGE, dtype=size.dtype, device=size.device)
     hung, reach, before = torch.stack([states.force, states.moment], dim=-1), largest, None
+    least, idle = torch.full_like(q[:, 0], torch.inf), torch.zeros_like(q[:, 0])
     for _ in range(iterations):
         carried, rate = rows_jacobian(lambda at: loads(_moved(states, at), values).loads, q)
         # In units of the reference length and of rad: both loads are then moments, and their rates comparable.
@@ -156,12 +164,14 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
             # Steps that made it worse were too long.
             reach = torch.where((far > before)[:, None], reach / 2, torch.minimum(1.5 * reach, largest))
         before = far
+        nearer = far < (1 - PROGRESS) * least
+        least, idle = torch.where(nearer, far, least), torch.where(nearer, 0.0, idle + 1)
         scaled = torch.minimum(torch.maximum(step, -reach), reach)
         moved = size * torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
-        held = (moved == q).all(-1) | ~far.isfinite()
+        held = (moved == q).all(-1) | ~far.isfinite() | (idle >= PATIENCE)
         q = torch.where(settled[:, None], q, moved)
         if everyone(settled | held):
-            # What the bounds hold would go on beyond.
+            # What the bounds hold would go on beyond; and of what comes no nearer nothing is to be hoped.
             break
     return _Rest(q, -rate, settled)
 

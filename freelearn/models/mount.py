@@ -94,8 +94,12 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, impose, loads)
-            if everyone(at.settled):
-                return at._replace(settled=determinant(at.jacobian) > 0, rough=True)
+            left = marked(~at.settled)
+            if left is not None:
+                if len(left):
+                    rest = _newton(states[left], q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS)
+                    at = _joined(at, rest, left)
+                return at._replace(settled=at.settled & (determinant(at.jacobian) > 0), rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, impose, loads, EARLY)
     left = marked(~at.settled)
