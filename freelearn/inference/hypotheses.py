@@ -27,6 +27,7 @@ from freelearn.inference.thresholds import (
     HOPELESS,
     MOST_EFFECTS,
     MOST_EXPANDED,
+    NEEDED,
     PAIRS,
 )
 from freelearn.inference.white_fit import SentFit, WhiteFit, WhiteProblem, white_fit
@@ -164,7 +165,7 @@ class Hypotheses:
     def expand(self, hypothesis: Hypothesis) -> None:
         """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
         self.expanded.add(hypothesis.key)
-        fewer = [self._less(hypothesis, name) for name in hypothesis.effects]
+        fewer = [self._less(hypothesis, name) for name in hypothesis.effects if not needed(hypothesis, name)]
         if len(hypothesis.effects) >= MOST_EFFECTS:
             self.fits(fewer)
             return
@@ -263,3 +264,27 @@ class Hypotheses:
                 if float(problem.residuals(nearer[None]).square().sum()) <= base.fit.chi2 * (1 + 1e-9):
                     return nearer
         return still
+
+
+def needed(hypothesis: Hypothesis, name: str) -> bool:
+    """Whether a set without one of its effects is hopelessly less probable, to first order: then it is not fitted.
+
+    The sum of squares is taken for quadratic about the fit, the other parameters giving way to the effect's being none.
+    """
+    fit = hypothesis.fit
+    assert fit.prior is not None
+    labels, declared = fit.model.labels(), fit.model.declared
+    jacobian = fit.jacobian.flatten(0, 1)
+    curvature = jacobian.T @ jacobian + fit.prior.root.T @ fit.prior.root
+    own = [i for i, label in enumerate(labels) if label.startswith(f"{name}.")]
+    others = [i for i in range(len(labels)) if i not in own]
+    # What is undefined without the effect (a time constant) goes with it.
+    gone = {i: p.none for i in own if (p := declared.get(labels[i])) is not None and p.none is not None}
+    none = [declared[labels[i]].to_raw(value) for i, value in gone.items()]
+    step = torch.tensor(none, dtype=torch.float64) - fit.vector[list(gone)]
+    if not gone or not bool(step.isfinite().all()) or not bool(curvature.isfinite().all()):
+        return False
+    cross = curvature[list(gone)][:, others]
+    inverse = torch.linalg.pinv(curvature[others][:, others], hermitian=True)
+    lost = 0.5 * float(step @ (curvature[list(gone)][:, list(gone)] - cross @ inverse @ cross.T) @ step)
+    return lost > NEEDED

@@ -43,6 +43,9 @@ MOST_EXPANDED = 12
 HOPEFUL = -3.0
 # Difference in evidence beyond which a set is not looked at again where the noise changes a little.
 HOPELESS = 15.0
+# Fall of the evidence, to first order, beyond which a set without an effect is not fitted. What is linear may promise
+# ten times what is lost, hardly more; it would still be hopeless.
+NEEDED = 100.0
 # What stands in for an effect must promise, to first order, no less than the effect itself but for this.
 COMPARABLE = 6.0
 # Sets that are fitted again where the noise changes.
