@@ -13,6 +13,8 @@ from freelearn.testing.tables import random_table
 
 ROOT = Path(__file__).resolve().parents[1]
 torch.set_num_threads(1)
+# Several workers share the cores already.
+os.environ.setdefault("FREELEARN_CORES", "1")
 
 
 @pytest.fixture(scope="session")
