@@ -96,9 +96,7 @@ class Hypotheses:
         """The same question under another noise, or on other rows, with some of the sets fitted anew."""
         other = Hypotheses(self.question, rows, whiten, self.spans, self.odds)
         nothing = self.found[frozenset()]
-        other.fits(
-            Asked(h.effects, h.fit.vector, h.fit) for h in [nothing, *(h for h in kept if h is not nothing)]
-        )
+        other.fits(Asked(h.effects, h.fit.vector, h.fit) for h in [nothing, *(h for h in kept if h is not nothing)])
         return other
 
     def worth_keeping(self, most: int) -> list[Hypothesis]:
