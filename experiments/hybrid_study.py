@@ -19,10 +19,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.run import run
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.run import run
+from freelearn.api.tasks.tables import load_table
 from freelearn.measurements.sets import overlap, set_names
 from freelearn.models.build import build_model
 

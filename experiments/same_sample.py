@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.run import run
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.run import run
+from freelearn.api.tasks.tables import load_table
 from freelearn.models.build import build_model
 
 # Mean of the heat maps' diagonals in the paper [%].

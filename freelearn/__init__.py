@@ -1,8 +1,10 @@
 """freelearn: fit, compare and correct models of fiber-reinforced soft actuators (FREEs).
 
-In Python: `freelearn.read_table` checks a table, `freelearn.fit` fits a model to it and `freelearn.discover` says which
-effect it misses; `freelearn.load(folder)` takes a fitted model up again, `freelearn.plan(folder, rows=12)` says what to
-measure next, `freelearn.referee(folder)` whether what a run claims stands.
+    import freelearn as fl
+
+`fl.read_table` checks a table, `fl.fit` fits a model to it and `fl.discover` says which effect it misses;
+`fl.plan(found, rows=12)` says what to measure next, `fl.referee(found)` whether what is claimed stands,
+`fl.load(folder)` takes a run up again. `fl.Accuracy` states how accurate the bed is; a mistake is an `fl.UserError`.
 """
 
 from __future__ import annotations
@@ -13,31 +15,38 @@ from typing import TYPE_CHECKING, Any
 from freelearn.package import VERSION
 
 if TYPE_CHECKING:
-    from freelearn.api.functions import discover, fit, read_table
-    from freelearn.commands.plan import plan
-    from freelearn.commands.referee import referee
+    from freelearn.api.accuracy import Accuracy
+    from freelearn.api.fit import Estimator, fit
+    from freelearn.api.fitted_run import FittedRun
+    from freelearn.api.found import Found
+    from freelearn.api.functions import discover, load, plan, referee
+    from freelearn.api.table import read_table
     from freelearn.errors import UserError
-    from freelearn.results.fitted_model import Answer, FittedModel, load
-    from freelearn.results.found import Found
+    from freelearn.results.answers import Answers
+    from freelearn.results.fitted_model import Answer, FittedModel
 
 __version__ = VERSION
 __all__ = [
-    "Answer", "FittedModel", "Found", "UserError", "__version__", "discover", "fit", "load", "plan", "read_table",
-    "referee",
+    "Accuracy", "Answer", "Answers", "Estimator", "FittedModel", "FittedRun", "Found", "UserError", "__version__",
+    "discover", "fit", "load", "plan", "read_table", "referee",
 ]  # fmt: skip
 
-# Imported when asked for: torch takes seconds, and commands report a mistake before they need it.
+# Imported when asked for: torch takes seconds, and a mistake is told before it is needed.
 WHERE = {
+    "Accuracy": "api.accuracy",
     "Answer": "results.fitted_model",
+    "Answers": "results.answers",
+    "Estimator": "api.fit",
     "FittedModel": "results.fitted_model",
-    "Found": "results.found",
+    "FittedRun": "api.fitted_run",
+    "Found": "api.found",
     "UserError": "errors",
     "discover": "api.functions",
-    "fit": "api.functions",
-    "load": "results.fitted_model",
-    "plan": "commands.plan",
-    "read_table": "api.functions",
-    "referee": "commands.referee",
+    "fit": "api.fit",
+    "load": "api.functions",
+    "plan": "api.functions",
+    "read_table": "api.table",
+    "referee": "api.functions",
 }
 
 
@@ -45,3 +54,7 @@ def __getattr__(name: str) -> Any:
     if name not in WHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"freelearn.{WHERE[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,107 +1,112 @@
-"""The package in Python: the same numbers as the commands, tables in and out, faults in one error."""
+"""Every option of a command is an argument of the same name, told in the docstring, by default as configured."""
 
-import json
+import dataclasses
+import inspect
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import ROOT
-from outside_tables import measured
 
-import freelearn
+import freelearn as fl
+from freelearn.api.arguments import settings_of
+from freelearn.api.settings.configuration import composed
+from freelearn.api.settings.plan_settings import PlanSettings
+from freelearn.api.settings.referee_settings import RefereeSettings
+from freelearn.api.settings.settings import CsvData, DiscoverSettings, TrainSettings
+from freelearn.api.table import table_file
 
-HIDDEN = {"force_offset": {"force": 2.0}}
-TUBE = ("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm")
+# A sweep's own; and what arguments are called that the configuration nests.
+ABSENT, NESTED = {"exclude"}, {"plan": "path", "figures": "figures"}
 
 
 @pytest.fixture(scope="module")
 def table():
-    return measured(effects=HIDDEN, samples=(3,)).table
+    rows = {"sample": 1, "step": [0, 1], "elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": [0.0, 50.0]}
+    tube = {"gamma_deg": 40.0, "length_mm": 100.0, "inner_radius_mm": 5.0, "outer_radius_mm": 6.5}
+    return pd.DataFrame(rows | tube | {"force_n": [0.0, 1.0], "moment_nmm": [0.0, -3.0], "buckled": 0})
 
 
-@pytest.fixture(scope="module")
-def found(table, tmp_path_factory):
-    return freelearn.discover(table, folder=tmp_path_factory.mktemp("found"), checks="off")
+def names(function):
+    return set(inspect.signature(function).parameters)
 
 
-def test_a_search_of_a_data_frame_names_what_is_missing(found):
-    assert found.verdict == "named"
-    assert found.effects == ["force_offset"]
-    errors = found.frame()["E_heldout"]
-    assert errors.iloc[-1] < 0.5 * errors.iloc[0]
-    assert found.models["effects"].iloc[0] == ["force_offset"]
-    assert "force_offset" in found.summary()
-    assert "named" in found._repr_html_()
-    assert set(found.referee["result"]) >= {"pass"}
+@pytest.mark.parametrize(("function", "kind"), [(fl.fit, TrainSettings), (fl.discover, DiscoverSettings)])
+def test_every_option_is_an_argument(function, kind):
+    options = {field.name for field in dataclasses.fields(kind)} - ABSENT
+    assert options <= names(function)
+    assert {field.name for field in dataclasses.fields(CsvData)} - {"name", "path"} <= names(function)
 
 
-def test_what_was_found_predicts_new_rows(found, table):
-    few = table.iloc[::50][["sample", "elongation_mm", "twist_deg", "pressure_kpa"]]
-    predicted = found.predict(few)
-    assert len(predicted) == len(few)
-    read = table.iloc[::50]["force_n"].to_numpy()
-    inside = (predicted["force_pred_n_low"] <= read) & (read <= predicted["force_pred_n_high"])
-    assert inside.mean() > 0.8
+@pytest.mark.parametrize(("function", "kind"), [(fl.plan, PlanSettings), (fl.referee, RefereeSettings)])
+def test_every_option_of_what_asks_a_run_is_an_argument(function, kind):
+    options = {NESTED.get(field.name, field.name) for field in dataclasses.fields(kind)}
+    # A plan is drawn when it is saved.
+    assert options - {"figures"} <= names(function)
 
 
-def test_a_fit_is_that_of_the_command(table, tmp_path):
-    """Of a data set of the package and of a table; the run's files are those of `train`, and are read again."""
-    fitted = freelearn.fit(table, effects=["force_offset"], folder=tmp_path / "run", seed=3)
-    again = freelearn.load(tmp_path / "run")
-    assert again.parameters == fitted.parameters
-    results = json.loads((tmp_path / "run" / "results.json").read_text())
-    assert results["seed"] == 3
-    # The offset that was hidden, within its stated error four times over.
-    stderr = np.sqrt(np.diag(fitted.covariance))[list(fitted.parameters).index("force_offset.force")]
-    assert fitted.parameters["force_offset.force"] == pytest.approx(2.0, abs=4 * stderr)
+@pytest.mark.parametrize(("function", "name"), [(fl.fit, "train"), (fl.discover, "discover")])
+def test_defaults_are_those_of_the_configuration(function, name):
+    content = composed(name, ["data=virtual"])
+    # The simulated bed's sample 3, the pictures and the kept fits are the command line's.
+    ours = {"train", "figures", "fits", "data", "checks"}
+    for option, parameter in inspect.signature(function).parameters.items():
+        if option not in content or option in ours:
+            continue
+        usual = content[option]
+        usual = usual["name"] if isinstance(usual, dict) else usual
+        default = list(parameter.default) if isinstance(parameter.default, tuple) else parameter.default
+        assert default == usual or (default is True and usual in ("on", True)), option
 
 
-def test_a_parameter_is_fixed_and_another_known_beforehand(table):
-    fitted = freelearn.fit(table, fix={"C2": 1e8}, priors={"C1": (1e5, 1.0)})
-    assert fitted.parameters["C2"] == 1e8
-    assert fitted.parameters["C1"] == pytest.approx(1e5, rel=1e-3)
+@pytest.mark.parametrize("function", [fl.fit, fl.discover, fl.plan, fl.referee, fl.read_table])
+def test_every_argument_is_told_in_the_docstring(function):
+    said = inspect.getdoc(function) + (inspect.getdoc(fl.fit) if function is fl.discover else "")
+    for name in names(function) - {"options"}:
+        assert re.search(rf"\b{name}\b[^.]*:", said), name
 
 
-def test_nested_options_are_named_as_on_the_command_line(table):
-    one = freelearn.fit(table, **{"fit.tolerance": 1e-6})
-    other = freelearn.fit(table, fit={"tolerance": 1e-6})
-    assert one.parameters == other.parameters
+def settings(table, **options):
+    return settings_of(TrainSettings, "train", table_file(table, None), {"train": "all", **options})
 
 
-def test_a_table_lacks_its_design_and_is_told_it(table):
-    rows = table.drop(columns=list(TUBE))
-    tube = {name: float(table[name].iloc[0]) for name in TUBE}
-    checked = freelearn.read_table(rows, design=tube)
-    pd.testing.assert_series_equal(checked["force_n"], table["force_n"], check_index=False)
-    assert isinstance(checked.attrs["warnings"], list)
-    with pytest.raises(freelearn.UserError, match="gamma_deg"):
-        freelearn.read_table(rows)
+def test_an_accuracy_is_the_same_in_its_class_and_as_a_mapping(table):
+    stated = settings(table, accuracy=fl.Accuracy(force_n=0.1)).data.accuracy
+    assert stated == settings(table, accuracy={"force_n": 0.1}).data.accuracy
+    assert (stated.force_n, stated.elongation_mm) == (0.1, 0.073)
+    assert settings(table, accuracy="estimate").data.accuracy is None
+
+
+@pytest.mark.parametrize("wrong", [{"force_n": -1.0}, {"force_n": 0}, {"twist_deg": float("nan")}, {"force_n": "much"}])
+def test_an_accuracy_that_is_none_is_refused(wrong):
+    with pytest.raises(fl.UserError, match=r"fl\.Accuracy|standard deviation"):
+        fl.Accuracy(**wrong)
+
+
+def test_numbers_of_numpy_are_numbers(table):
+    chosen = settings(table, seed=np.int64(4), bounds={"C1": np.array([1e4, 1e6])}, fix={"C2": np.float64(2e7)})
+    assert chosen.seed == 4
+    assert chosen.bounds == {"C1": (1e4, 1e6)}
+    assert (chosen.fix, chosen.model.values["C2"]) == (("C2",), 2e7)
+
+
+def test_a_group_is_a_name_or_options(table):
+    chosen = settings(table, model={"name": "linear", "ka": 5.0}, fit={"max_epochs": 7}, split="states")
+    assert (chosen.model.name, chosen.model.values["ka"]) == ("linear", 5.0)
+    assert (chosen.fit.name, chosen.fit.max_epochs, chosen.split.name) == ("levenberg_marquardt", 7, "states")
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"model": "continum"}, "continuum"),
-        ({"effects": ["end_clamp"]}, "end_clamps"),
-        ({"lenght": 3}, "lenght"),
-        ({"fix": {"C7": 1.0}}, "C7"),
-        ({"bed": "hanging"}, "dead_load"),
+        ({"priors": {"C1": 1e6}}, "standard deviation"),
+        ({"fix": {"C1": "stiff"}}, "not a number"),
+        ({"efects": ["end_clamps"]}, "Did you mean 'effects'"),
+        ({"model": 3}, "neither a name nor a mapping"),
+        ({"seed.first": 1}, "no option here"),
+        ({"fit.tolerence": 1e-6}, "tolerence"),
     ],
 )
-def test_a_mistake_is_one_error_that_says_what_to_do(table, options, says):
-    with pytest.raises(freelearn.UserError, match=says):
-        freelearn.fit(table, **options)
-
-
-@pytest.mark.slow
-def test_the_page_in_python_as_written(tmp_path):
-    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    assert "force_pred_n_low" in done.stdout
-    assert done.stdout.startswith("Unexplained")
-    assert not list(tmp_path.iterdir())
+def test_a_wrong_argument_says_what_to_do(table, options, says):
+    with pytest.raises(fl.UserError, match=re.escape(says)):
+        settings(table, **options)

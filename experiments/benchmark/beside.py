@@ -28,9 +28,9 @@ from hidden_effects.make import make  # noqa: E402
 from real_data.sets import SETS, RealSet  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from freelearn.commands.configuration import settings  # noqa: E402
-from freelearn.commands.discover import discover  # noqa: E402
-from freelearn.commands.settings import DiscoverSettings  # noqa: E402
+from freelearn.api.settings.configuration import settings  # noqa: E402
+from freelearn.api.settings.settings import DiscoverSettings  # noqa: E402
+from freelearn.api.tasks.discover import discover  # noqa: E402
 from freelearn.files import write_text  # noqa: E402
 from freelearn.inference.question import Question  # noqa: E402
 from freelearn.inference.search import Findings, search  # noqa: E402

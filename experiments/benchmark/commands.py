@@ -80,7 +80,7 @@ def memory(report: Report, jobs: int = 300) -> None:
     code = f"""
 import resource, sys, tempfile
 from pathlib import Path
-from freelearn.commands.configuration import composed
+from freelearn.api.settings.configuration import composed
 from freelearn.commands.job import sweep_job
 with tempfile.TemporaryDirectory() as folder:
     for seed in range({jobs}):
@@ -99,8 +99,8 @@ def reports(report: Report) -> None:
     """Reports of a run and of a search over all eight samples."""
     from rich.console import Console
 
-    from freelearn.commands.configuration import settings
-    from freelearn.commands.settings import DiscoverSettings, TrainSettings
+    from freelearn.api.settings.configuration import settings
+    from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
     from freelearn.render.html import discovery as of_discovery
     from freelearn.render.html import run as of_run
 
@@ -118,8 +118,8 @@ def reports(report: Report) -> None:
 
     watched(of_run, "report_run")
     watched(of_discovery, "report_discovery")
-    from freelearn.commands.discover import discover
-    from freelearn.commands.train import train
+    from freelearn.api.tasks.discover import discover
+    from freelearn.api.tasks.train import train
 
     with tempfile.TemporaryDirectory() as folder:
         train(settings(TrainSettings, ["train=all", "fits=null"]), Path(folder) / "run")

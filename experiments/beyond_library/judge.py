@@ -21,9 +21,9 @@ from beyond_library.make import Made, make
 from beyond_library.plan import kind_of
 from rich.console import Console
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS

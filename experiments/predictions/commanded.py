@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from freelearn.answer.asker import Asker
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.tables import load_table
 from freelearn.measurements.rows import Rows
 from freelearn.render.png.canvas import new_figure, save
 from freelearn.units import KPA

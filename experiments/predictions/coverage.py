@@ -19,10 +19,10 @@ from torch import Tensor
 from freelearn.answer.asker import Asker
 from freelearn.answer.bands import Bands
 from freelearn.answer.system import System
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.measuring import estimated
 from freelearn.bed.virtual import simulate
-from freelearn.commands.accuracy import estimated
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
 from freelearn.fitting.uncertainty import uncertainty

@@ -12,9 +12,9 @@ from freelearn.answer.asker import Asker
 from freelearn.answer.roots import stays
 from freelearn.answer.span import Span
 from freelearn.answer.system import System
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.tables import load_table
 from freelearn.measurements.states import States
 from freelearn.models.build import build_model
 from freelearn.models.prediction import Status

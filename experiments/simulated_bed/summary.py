@@ -9,9 +9,9 @@ import pandas as pd
 import torch
 from targets import OF_THE_OPTIMIZER, TARGETS
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.run import run
-from freelearn.commands.settings import TrainSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.run import run
 from freelearn.errors import UserError
 from freelearn.measurements.sets import TEST, samples_of
 from freelearn.models.build import build_model

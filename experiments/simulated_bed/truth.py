@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtr
 
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
 from freelearn.bed.virtual import DESIGNS, simulate
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
 from freelearn.units import NMM
 
 SAMPLES = len(DESIGNS)

@@ -10,13 +10,13 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
 
+from freelearn.api.settings.configuration import offer_own_models
+from freelearn.api.settings.parse import parse
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
 from freelearn.commands.command_line import command_line, program
-from freelearn.commands.configuration import offer_own_models
 from freelearn.commands.ending import one_sentence
 from freelearn.commands.hold import leave_nothing
 from freelearn.commands.hydra_app import hydra_app, values_of
-from freelearn.commands.parse import parse
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 
 # In a terminal, within a second of the command.
@@ -59,7 +59,7 @@ def _train(config: DictConfig) -> float | None:
 
         console = Console()
         with LongWork(console, LOADING):
-            from freelearn.commands.train import train
+            from freelearn.api.tasks.train import train
 
         train(settings, folder, console=console, command=command)
     return None
@@ -78,7 +78,7 @@ def _discover(config: DictConfig) -> None:
 
         console = Console()
         with LongWork(console, LOADING):
-            from freelearn.commands.discover import discover
+            from freelearn.api.tasks.discover import discover
 
         command = command_line([*program("discover")], chosen.overrides.task)
         discover(settings, folder, console, command)

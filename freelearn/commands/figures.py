@@ -11,6 +11,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
+from freelearn.api.fitted_run import FittedRun
 from freelearn.commands.command_line import program
 from freelearn.commands.ending import one_sentence
 from freelearn.errors import UserError
@@ -27,7 +28,7 @@ from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
 from freelearn.results.curve_rows import curves_of
-from freelearn.results.fitted_model import FittedModel, load
+from freelearn.results.fitted_model import FittedModel
 from freelearn.results.load_vectors import load_vector_table
 from freelearn.results.quantities import plane, pressures, told
 from freelearn.results.record import RunRecord, read_records
@@ -96,7 +97,7 @@ def _models(records: Sequence[RunRecord], train: str) -> dict[str, FittedModel]:
     models: dict[str, FittedModel] = {}
     for record in records:
         if record.train == train and record.title not in models:
-            models[record.title] = load(record.folder)
+            models[record.title] = FittedRun.of(record.folder)
     if not models:
         there = ", ".join(dict.fromkeys(record.train for record in records))
         raise UserError(f"No run was trained on {train!r}: there are {there}.")

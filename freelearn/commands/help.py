@@ -14,7 +14,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from freelearn.commands.configuration import CONF
+from freelearn.package import CONF
 
 # A setting in a configuration file: its name, its value, and what is said behind it.
 SETTING = re.compile(r"^(?P<inside>  )?(?P<name>\w+):(?: (?P<value>.*?))??(?:\s+# (?P<means>.*))?$")

@@ -14,11 +14,12 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from freelearn.commands.configuration import CONF, uncomposed
+from freelearn.api.settings.configuration import uncomposed
+from freelearn.api.settings.plus_minus import quoted
 from freelearn.commands.ending import one_sentence
 from freelearn.commands.hold import leave_nothing
-from freelearn.commands.plus_minus import quoted
 from freelearn.errors import UserError
+from freelearn.package import CONF
 
 # Options of Hydra's that take configurations from elsewhere, the last one as a pickle: these may name code to execute.
 ELSEWHERE = ("config_path", "config_name", "config_dir", "experimental_rerun")

@@ -11,20 +11,17 @@ from typing import Any
 
 from rich.console import Console
 
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.settings import IntakeSettings
+from freelearn.api.tasks.intake import taken_in
+from freelearn.api.tasks.intake_files import PROVENANCE, beside
 from freelearn.commands.command_line import program
-from freelearn.commands.intake_files import PROVENANCE, beside, check_out, write_intake
-from freelearn.commands.parse import parsed
-from freelearn.commands.settings import IntakeSettings
 from freelearn.commands.small_app import small_app
 from freelearn.files import remove_unfinished, write_text
-from freelearn.measurements.intake.assemble import Intake
-from freelearn.measurements.intake.convert import convert
 from freelearn.measurements.intake.draft import draft
 from freelearn.measurements.intake.guess import guess
-from freelearn.measurements.intake.provenance import provenance
 from freelearn.measurements.intake.recipe import Recipe
-from freelearn.measurements.intake.recipe_file import recipe_of, recipe_text
-from freelearn.measurements.intake.sources import is_folder, read_sources, table_files
+from freelearn.measurements.intake.sources import is_folder, table_files
 from freelearn.render.terminal.intake import show_guess, show_intake
 
 
@@ -57,20 +54,11 @@ def _draft(data: Path, folder: Path, console: Console) -> None:
 
 
 def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: Console) -> None:
-    text = recipe_text(recipe_path)
-    recipe = recipe_of(text, str(recipe_path))
     data = settings.data.path
-    sources = read_sources(data, recipe)
-    out = settings.out or folder / f"{_stem(data)}_table.csv"
-    check_out(out, [recipe_path, data, *(data / name for name in sources)])
-    intake = convert(recipe, sources)
-    made = provenance(intake, recipe, data, sources, recipe_path, text)
-    warnings = write_intake(intake, recipe, out, made)
-    members = [beside(out, "_members.csv")] if recipe.members else []
-    console_intake = Intake(
-        intake.table, intake.members, intake.lines, intake.files, tuple(dict.fromkeys([*intake.warnings, *warnings]))
-    )
-    show_intake(console, console_intake, [out, *members, beside(out, PROVENANCE)], _next(recipe, out, members))
+    made = taken_in(data, recipe_path, settings.out or folder / f"{_stem(data)}_table.csv")
+    members = [] if made.members is None else [made.members]
+    files = [made.path, *members, beside(made.path, PROVENANCE)]
+    show_intake(console, made.intake, files, _next(made.recipe, made.path, members))
 
 
 def _stem(data: Path) -> str:

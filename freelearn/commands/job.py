@@ -10,11 +10,11 @@ from typing import Any
 
 from rich.console import Console
 
+from freelearn.api.settings.parse import parse
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.key import job_key
+from freelearn.api.tasks.train import train
 from freelearn.commands.job_folder import named_folder
-from freelearn.commands.key import job_key
-from freelearn.commands.parse import parse
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.train import train
 from freelearn.errors import UserError, cannot_write
 from freelearn.files import write_text
 from freelearn.models.own import load_own_code

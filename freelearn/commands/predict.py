@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from freelearn.commands.parse import parsed
-from freelearn.commands.predict_settings import PredictSettings
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.predict_settings import PredictSettings
 from freelearn.commands.small_app import small_app
 from freelearn.errors import UserError
 from freelearn.measurements.text_file import missing_file
@@ -37,9 +37,9 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
     from freelearn.render.terminal.long_work import LongWork
 
     with LongWork(console, "loading torch and the model…"):
-        from freelearn.results.fitted_model import load
+        from freelearn.api.fitted_run import FittedRun
 
-        fitted = load(settings.run)
+        fitted = FittedRun.of(settings.run)
     if settings.data.path is not None:
         _answer(settings, fitted, folder, console)
     if settings.maps:

@@ -8,7 +8,7 @@ from functools import lru_cache
 from freelearn.package import FOLDER
 
 # Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "fit")
+ROOMS = ("measurements", "mechanics", "models", "fitting")
 
 
 @lru_cache

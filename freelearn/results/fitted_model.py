@@ -1,4 +1,4 @@
-"""A fitted model, taken up again from a run's folder: what `freelearn.load` gives."""
+"""A fitted model, taken up again from a run's folder: what answers questions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from freelearn.models.base import Model
 from freelearn.models.prediction import Status
 from freelearn.results.answers import SOLUTIONS, Answers, Column, answers
 from freelearn.results.asked_rows import as_numbers, leaves_length, with_design
-from freelearn.results.run_folder import RunFolder, read_run
+from freelearn.results.run_folder import RunFolder
 
 WORDS = np.array([status.name.lower() for status in Status])
 
@@ -37,7 +37,7 @@ class Answer:
     """loads: force [N] and moment [N·m] of each row, (N, 2), or what else the bed measures, SI. stderr: one standard
     error of each that the parameters' uncertainty makes, (N, 2); NaN where that is not known. half: half of the band
     that holds a new measurement with 95 % probability, (N, 2). status: ok, no_equilibrium, singular or overstretched,
-    (N,).
+    (N,). asked: the table that was asked about, None for States.
     """
 
     loads: np.ndarray
@@ -45,6 +45,25 @@ class Answer:
     half: np.ndarray
     status: list[str]
     bed: Bed
+    asked: pd.DataFrame | None = None
+
+    def __len__(self) -> int:
+        return len(self.loads)
+
+    def __getitem__(self, names: Any) -> Any:
+        """A column of `frame`, or several."""
+        return self.frame()[names]
+
+    def frame(self) -> pd.DataFrame:
+        """The rows that were asked about, as far as a table held them, and what is predicted beside them."""
+        told = self.table()
+        if self.asked is None:
+            return told
+        own = self.asked.drop(columns=[name for name in told if name in self.asked])
+        return pd.concat([own.reset_index(drop=True), told], axis=1).set_axis(own.index, axis=0)
+
+    def _repr_html_(self) -> str:
+        return str(self.frame().to_html(max_rows=20, border=0, float_format="{:.4g}".format))
 
     def table(self) -> pd.DataFrame:
         """What the bed measures as predicted, in the columns and units of predictions.csv, each with its standard error
@@ -77,6 +96,17 @@ class FittedModel:
     run: RunFolder
     bed: Bed
     members: list[int]
+
+    @classmethod
+    def parts(cls, run: RunFolder) -> dict[str, Any]:
+        """What a model is made of that was read from a run's folder."""
+        rows = run.table
+        design = rows.drop_duplicates("sample").sort_values("sample").reset_index(drop=True)
+        members = members_in(design.columns)
+        names = [*DESIGN, SECOND, *(design_column(name, m) for m in members for name in (*DESIGN, SECOND))]
+        design = design[["sample", *(name for name in names if name in design)]]
+        known = {"model": run.model, "parameters": run.model.scalars(), "covariance": run.covariance}
+        return known | {"design": design, "run": run, "bed": bed_of(rows), "members": members}
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {value:.5g}" for name, value in self.parameters.items())
@@ -126,8 +156,9 @@ class FittedModel:
         force_n and moment_nmm in place of the first two; each actuator's pressure of an end block); the design's
         columns where the run has several samples and no column `sample` says which. Raises UserError.
         """
+        asked = states if isinstance(states, pd.DataFrame) else None
         if isinstance(states, pd.DataFrame):
-            states = States.from_table(self._complete(states))
+            states = States.from_table(self._complete(states.reset_index(drop=True)))
         with torch.no_grad():
             prediction = self.model(states)
         # The bed's own readings as outputs, whatever they are.
@@ -135,7 +166,8 @@ class FittedModel:
         stderr = _stderr(self.model, system.by_parameters(system.x), self.covariance)
         shown = self.bands if bands else None
         half = shown.half(states, prediction.loads) if shown else np.full(stderr.shape, np.nan)
-        return Answer(prediction.loads.numpy(), stderr, half, WORDS[prediction.status.numpy()].tolist(), states.bed)
+        words = WORDS[prediction.status.numpy()].tolist()
+        return Answer(prediction.loads.numpy(), stderr, half, words, states.bed, asked)
 
     def invert(self, questions: pd.DataFrame, bands: bool = True) -> Answers:
         """Whatever is blank in a table of questions: the loads at a state, the state that carries given loads (zero for
@@ -293,18 +325,3 @@ def _stderr(model: Model[Any], rate: Tensor, covariance: np.ndarray) -> np.ndarr
     spread = RawCovariance.of(model, covariance).spread(rate)
     deviation = spread.covariance.diagonal(dim1=1, dim2=2).clamp_min(0).sqrt()
     return torch.where(spread.lost, torch.nan, deviation).numpy()
-
-
-def load(folder: str | Path) -> FittedModel:
-    """The fitted model in the folder of a run of train or discover. Raises UserError.
-
-    Effects and models of the user's own are read from the files that FREELEARN_EFFECTS and FREELEARN_MODELS name, and
-    from nowhere else: nothing in the folder is executed.
-    """
-    run = read_run(folder)
-    rows = run.table
-    design = rows.drop_duplicates("sample").sort_values("sample").reset_index(drop=True)
-    members = members_in(design.columns)
-    names = [*DESIGN, SECOND, *(design_column(name, m) for m in members for name in (*DESIGN, SECOND))]
-    design = design[["sample", *(name for name in names if name in design)]]
-    return FittedModel(run.model, run.model.scalars(), run.covariance, design, run, bed_of(rows), members)

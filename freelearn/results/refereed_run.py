@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from freelearn.files import write_text
 from freelearn.inference.referee.check import Check
+from freelearn.results.claim_tables import check_lines
 from freelearn.results.formats import all_finite
 from freelearn.results.referee_file import REFEREE
 
@@ -27,6 +31,19 @@ class RefereedRun:
     visible: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     simulated: Mapping[str, Any] = field(default_factory=dict)
     told: Sequence[str] = ()
+
+    def frame(self) -> pd.DataFrame:
+        """The checks: each with its result, figure, threshold and what it says."""
+        return pd.DataFrame([check.plain() for check in self.checks])
+
+    def summary(self) -> str:
+        """What stands, and what the checks say that did not pass."""
+        stands = f"{self.claimed} was claimed: {self.verdict} stands." if self.claimed else "Nothing was claimed."
+        return "\n".join([stands, *check_lines([check.plain() for check in self.checks]), *self.told])
+
+    def _repr_html_(self) -> str:
+        said = escape(self.summary().split("\n")[0])
+        return f"<p>{said}</p>{self.frame()[['name', 'result', 'says']].to_html(index=False, border=0)}"
 
     def write(self) -> None:
         """referee.json in the run's folder."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import CsvData, DataSettings, DiscoverSettings, TrainSettings, VirtualData
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import CsvData, DataSettings, DiscoverSettings, TrainSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file

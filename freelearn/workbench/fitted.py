@@ -11,6 +11,7 @@ import pandas as pd
 import torch
 
 from freelearn.answer.bands import Bands
+from freelearn.api.fitted_run import FittedRun
 from freelearn.errors import UserError
 from freelearn.measurements.beds import Quantity, bed_of
 from freelearn.measurements.states import States, kinematic_state
@@ -22,7 +23,6 @@ from freelearn.models.predicted import usable
 from freelearn.models.written.source import effect_class
 from freelearn.results.curve import model_curve, taut_rows
 from freelearn.results.curve_rows import curves_of
-from freelearn.results.fitted_model import load
 from freelearn.results.quantities import misses, plane, told
 from freelearn.results.residuals import residual_table
 from freelearn.results.states import ROWS_FOR_A_CURVE, fields, place_text, places
@@ -89,7 +89,7 @@ class Fitted:
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from the model; None where no row tells it."""
         with lent(self.own):
-            return load(self.folder).bands
+            return FittedRun.of(self.folder).bands
 
     def predicted(self, rows: np.ndarray, banded: bool = False, of: Fitted | None = None) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see results.curve.model_curve). banded: with its

@@ -19,7 +19,7 @@ def load_named_code() -> None:
     if not any(os.environ.get(name) for name in OWN_CODE):
         return
     # Here, not above: torch is imported with them; without own code the page is there sooner.
-    from freelearn.commands.configuration import offer_own_models
+    from freelearn.api.settings.configuration import offer_own_models
     from freelearn.models.own import load_own_code
 
     load_own_code()

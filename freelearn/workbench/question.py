@@ -36,7 +36,7 @@ Stated = tuple[tuple[str, float], ...] | None
 class Question:
     """data: a key of DATA; seed: of the simulated bed with a hidden effect; path, name: of the table as stored here,
     and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
-    one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see commands.settings;
+    one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see api.settings;
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
     or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
     effects that a search of the session wrote, as far as these are in the model."""

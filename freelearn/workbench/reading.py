@@ -10,11 +10,11 @@ from typing import Any
 
 from rich.console import Console
 
+from freelearn.api.settings.settings import CsvData, IntakeData, IntakeSettings
+from freelearn.api.tasks.intake_files import PROVENANCE
+from freelearn.api.tasks.run import scored_rows
+from freelearn.api.tasks.tables import LoadedTable, load_table
 from freelearn.commands.intake import take_in
-from freelearn.commands.intake_files import PROVENANCE
-from freelearn.commands.run import scored_rows
-from freelearn.commands.settings import CsvData, IntakeData, IntakeSettings
-from freelearn.commands.tables import LoadedTable, load_table
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.measurements.beds import BEDS, bed_of

@@ -11,8 +11,8 @@ from typing import Any
 import lightning as L
 from rich.console import Console
 
-from freelearn.commands.discover import discover
-from freelearn.commands.train import train
+from freelearn.api.tasks.discover import discover
+from freelearn.api.tasks.train import train
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
 from freelearn.results.formats import error_in_words

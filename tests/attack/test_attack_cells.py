@@ -10,9 +10,9 @@ import pytest
 from attacks import chosen
 from small_runs import make_csv
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.train import train
 from freelearn.csv_text import csv_text
 from freelearn.workbench.sessions import Sessions
 

@@ -18,14 +18,14 @@ from fitted_folders import continuum, grid
 from rich.console import Console
 from small_runs import run
 
-from freelearn.commands.configuration import composed
+from freelearn.api.settings.configuration import composed
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.predict_settings import PredictSettings
+from freelearn.api.settings.settings import IntakeSettings
 from freelearn.commands.gather import gather_folders
 from freelearn.commands.hold import hold
 from freelearn.commands.intake import take_in
-from freelearn.commands.parse import parsed
 from freelearn.commands.predict import predict
-from freelearn.commands.predict_settings import PredictSettings
-from freelearn.commands.settings import IntakeSettings
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.fitting.store import FitStore
@@ -194,7 +194,7 @@ def test_an_older_whole_run_is_not_taken_for_the_one_that_failed(place, tmp_path
 
 
 def test_results_are_written_anew_where_the_folder_was_deleted_while_computing(place, tmp_path, monkeypatch):
-    import freelearn.commands.train as command
+    import freelearn.api.tasks.train as command
 
     out, judged = tmp_path / "run", command._judged
 

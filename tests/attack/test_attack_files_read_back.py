@@ -22,10 +22,10 @@ from hidden_tables import table
 from small_runs import make_csv, run
 
 import freelearn
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.commands.job import _results
-from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
 from freelearn.fitting.outcome import FitOutcome
 from freelearn.fitting.rubber import fit_rubber

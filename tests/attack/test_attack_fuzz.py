@@ -14,11 +14,11 @@ from attacks import EVERY
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from freelearn.commands.configuration import FILES as CONFIGURATIONS
-from freelearn.commands.configuration import composed
-from freelearn.commands.configuration import settings as settings_of
-from freelearn.commands.parse import parse
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
+from freelearn.api.settings.configuration import FILES as CONFIGURATIONS
+from freelearn.api.settings.configuration import composed
+from freelearn.api.settings.configuration import settings as settings_of
+from freelearn.api.settings.parse import parse
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.columns import Columns

@@ -19,10 +19,10 @@ from hidden_tables import table
 from rich.console import Console
 from small_runs import make_csv
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
+from freelearn.api.tasks.discover import discover
+from freelearn.api.tasks.train import train
 from freelearn.fitting.stiffness import best_stiffness
 
 FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}

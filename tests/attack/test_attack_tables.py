@@ -15,9 +15,9 @@ from attack_runs import Ended, command
 from attack_tables import ACCEPT, HEADER, KINDS, REFUSE, WARN, Kind, good, good_table, with_cell
 from attacks import chosen
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import CsvData, TrainSettings
-from freelearn.commands.tables import data_version, load_table
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import CsvData, TrainSettings
+from freelearn.api.tasks.tables import data_version, load_table
 from freelearn.errors import UserError
 from freelearn.measurements.columns import Columns
 from freelearn.measurements.intake.raw_file import raw_table

@@ -14,10 +14,10 @@ from conftest import ROOT
 from hidden_tables import MATERIAL, NOISE, table
 from rich.console import Console
 
-from freelearn.commands import discover as module
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks import discover as module
+from freelearn.api.tasks.discover import discover
 from freelearn.errors import UserError
 from freelearn.inference.journal import Journal
 from freelearn.inference.search import search

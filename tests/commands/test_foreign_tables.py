@@ -4,10 +4,10 @@ import pandas as pd
 import pytest
 from small_runs import make_csv
 
-from freelearn.commands.configuration import settings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.tables import load_table
 from freelearn.commands.ending import one_sentence
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
 from freelearn.measurements.faults import TableError
 
 

@@ -13,10 +13,10 @@ from rich.console import Console
 from small_runs import make_csv, run
 
 import freelearn
-from freelearn.commands.configuration import composed, settings
-from freelearn.commands.discover import discover
-from freelearn.commands.plan import checked
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import composed, settings
+from freelearn.api.settings.plan_settings import plan_settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.errors import UserError
 from freelearn.measurements.beds import KINEMATIC
 from freelearn.measurements.columns import Columns
@@ -182,4 +182,4 @@ def test_a_mistake_leaves_no_folder_behind(tmp_path):
 
 def test_a_reach_is_taken_from_the_command_line():
     content = composed("plan", ["run=somewhere", "rows=4", "reach={elongation_mm:[-5,5],pressure_kpa:[0,70]}"])
-    assert checked(content).reach == {"elongation_mm": (-5.0, 5.0), "pressure_kpa": (0.0, 70.0)}
+    assert plan_settings(content).reach == {"elongation_mm": (-5.0, 5.0), "pressure_kpa": (0.0, 70.0)}

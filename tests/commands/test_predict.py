@@ -13,11 +13,11 @@ from rich.console import Console
 from small_runs import make_csv, run
 
 import freelearn
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.predict_settings import PredictSettings, QuestionsData
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.commands.predict import predict, predict_app
-from freelearn.commands.predict_settings import PredictSettings, QuestionsData
-from freelearn.commands.settings import DiscoverSettings
 from freelearn.errors import UserError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"

@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console
 from small_runs import make_csv, run
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
+from freelearn.api.tasks.discover import discover
+from freelearn.api.tasks.train import train
 from freelearn.errors import UserError
 from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.models.build import build_model

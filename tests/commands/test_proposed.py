@@ -15,9 +15,9 @@ from rich.console import Console
 from small_runs import run as train_run
 
 import freelearn
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.errors import UserError
 from freelearn.models import own
 from freelearn.models.effects.registry import EFFECTS

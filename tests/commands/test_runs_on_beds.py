@@ -11,10 +11,10 @@ from rich.console import Console
 from small_runs import run
 
 import freelearn
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.commands.figures import draw_folder
-from freelearn.commands.settings import DiscoverSettings
 
 CLAMPS, FRICTION = {"end_clamps": {"clamp_length": 6e-3}}, {"friction_hysteresis": {"force": 0.8}}
 HIDDEN = {"isometric": FRICTION, "dead_load": CLAMPS, "inflation": FRICTION, "block": CLAMPS}

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.key import job_key
-from freelearn.commands.settings import CsvData, DiscoverSettings, TrainSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import CsvData, DiscoverSettings, TrainSettings
+from freelearn.api.tasks.key import job_key
 from freelearn.errors import UserError
 from freelearn.workbench.asked import discover_settings, train_settings
 from freelearn.workbench.question import Question
@@ -97,7 +97,7 @@ def test_the_key_changes_with_everything_that_results_depend_on(tmp_path, monkey
     keys.append(job_key(chosen))
     own.write_text("2")
     keys.append(job_key(chosen))
-    monkeypatch.setattr("freelearn.commands.key.code_version", lambda rooms: "another code")
+    monkeypatch.setattr("freelearn.api.tasks.key.code_version", lambda rooms: "another code")
     keys.append(job_key(chosen))
     assert len(set(keys)) == len(keys)
 

@@ -7,9 +7,9 @@ import pytest
 from rich.console import Console
 from small_runs import make_csv, run
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 from freelearn.models.effects.registry import EFFECTS
 
 

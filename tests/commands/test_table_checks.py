@@ -7,9 +7,9 @@ import pytest
 from hidden_tables import table
 from rich.console import Console
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.settings import DiscoverSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover import discover
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from hidden_tables import table
 from rich.console import Console
 from small_runs import make_csv, run
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.discover import discover
-from freelearn.commands.known import known_of
-from freelearn.commands.plus_minus import plus_minus, quoted
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.plus_minus import plus_minus, quoted
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
+from freelearn.api.tasks.discover import discover
+from freelearn.api.tasks.known import known_of
 from freelearn.errors import UserError
 from freelearn.models.build import load_model
 

@@ -12,8 +12,8 @@ from attacks import EVERY, chosen
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from freelearn.commands import tables
-from freelearn.commands.settings import CsvData
+from freelearn.api.settings.settings import CsvData
+from freelearn.api.tasks import tables
 from freelearn.errors import UserError
 from freelearn.measurements import plain_table
 from freelearn.measurements.beds import BEDS, KINEMATIC

@@ -5,9 +5,9 @@ import pytest
 import torch
 from first_step import first_step
 
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
 from freelearn.bed.virtual import simulate
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
 from freelearn.inference.question import Question
 from freelearn.measurements.accuracy import PAPER
 from freelearn.measurements.rows import Rows

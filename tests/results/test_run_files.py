@@ -10,11 +10,11 @@ import torch
 from rich.console import Console
 from small_runs import make_csv, run
 
-from freelearn.commands.comparison import compared
-from freelearn.commands.configuration import settings
-from freelearn.commands.run import run as evaluate
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.comparison import compared
+from freelearn.api.tasks.run import run as evaluate
+from freelearn.api.tasks.train import train
 from freelearn.measurements.beds import KINEMATIC
 from freelearn.measurements.error import set_error
 from freelearn.measurements.rows import Rows, loads_of

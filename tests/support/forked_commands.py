@@ -24,7 +24,7 @@ from ended import Ended
 ROOT = Path(__file__).resolve().parents[2]
 # What the commands would else import as they go.
 LOADED = """
-commands.app commands.train commands.discover commands.job commands.predict commands.plan_run commands.intake
+commands.app api.tasks.train api.tasks.discover commands.job commands.predict api.tasks.plan_run commands.intake
 commands.gather commands.figures commands.specimens commands.callback fitting.fit render.html.run render.html.discovery
 render.png.discovery render.png.plan render.tensorboard.figures render.terminal.run render.terminal.discovery
 render.terminal.progress results.fitted_model

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.train import train
 from freelearn.measurements.states import States
 from freelearn.models.continuum import Continuum
 from freelearn.results.run import Run

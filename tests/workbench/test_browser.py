@@ -18,10 +18,10 @@ from playwright.sync_api import expect
 from pydantic import TypeAdapter
 from written_searches import CABLE, write_search
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import load_table
-from freelearn.commands.train import train
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.tables import load_table
+from freelearn.api.tasks.train import train
 from freelearn.workbench.question import Question
 
 pytestmark = pytest.mark.slow

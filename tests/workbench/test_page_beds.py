@@ -9,8 +9,8 @@ import beds
 import pytest
 from pydantic import TypeAdapter
 
-from freelearn.commands.configuration import settings
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.members_table import read_members

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
@@ -119,7 +120,17 @@ def draw_map(
 def add_bar(figure: Figure, x: float, y: float, height: float, norm: LogNorm) -> None:
     """The color bar, at figure coordinates."""
     axes = figure.add_axes((x, y, 0.16 / figure.get_size_inches()[0], height))
-    bar = figure.colorbar(ScalarMappable(norm, SCALE), cax=axes)
+    _label(figure.colorbar(ScalarMappable(norm, SCALE), cax=axes), norm)
+
+
+def add_bar_beside(axes: Axes, norm: LogNorm) -> None:
+    """The color bar beside a map, where room is taken from it."""
+    figure = axes.get_figure()
+    assert figure is not None
+    _label(figure.colorbar(ScalarMappable(norm, SCALE), ax=axes), norm)
+
+
+def _label(bar: Colorbar, norm: LogNorm) -> None:
     assert norm.vmin is not None
     assert norm.vmax is not None
     bar.ax.yaxis.set_major_locator(FixedLocator([t for t in TICKS if norm.vmin <= t <= norm.vmax]))

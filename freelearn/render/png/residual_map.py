@@ -98,6 +98,15 @@ def _colorbar(figure: Figure, place: Place, top: float, label: str) -> None:
         axes.text(0.0, y, text, transform=axes.transAxes, va=side, fontsize=8)
 
 
+def colorbar_beside(axes: Axes, top: float, quantity: Quantity, alone: bool) -> None:
+    """A bar beside axes, where room is taken from them. top: what draw_residuals gave."""
+    figure = axes.get_figure()
+    assert figure is not None
+    unit = f"[{quantity.unit}]" if alone else "[share of the ± limit above its field]"
+    shown = ScalarMappable(Normalize(-top, top), SCALE)
+    figure.colorbar(shown, ax=axes, label=f"{quantity.name}: measured − predicted {unit}")
+
+
 def draw_residuals(axes: Axes, strip: Strip, quantity: Quantity, ends: Limits, alone: bool, common: bool) -> float:
     """All samples' states colored by one quantity's residual; returns the end of the color scale. common: whether the
     scale is that of other maps too."""

@@ -9,8 +9,8 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
+from freelearn.api.settings.settings import IntakeData, IntakeSettings
 from freelearn.commands.intake import take_in
-from freelearn.commands.settings import IntakeData, IntakeSettings
 
 HEADER = "t_s,dl_mm,phi_deg,P_kPa,F_N,M_Nmm"
 ROWS = [

@@ -14,14 +14,11 @@ from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from freelearn.commands.parse import Chosen, parse
-from freelearn.commands.plus_minus import quoted
-from freelearn.commands.settings import DiscoverSettings, TrainSettings
+from freelearn.api.settings.parse import Chosen, parse
+from freelearn.api.settings.plus_minus import quoted
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
 from freelearn.errors import UserError
-from freelearn.package import FOLDER
-
-# In an installed package the files lie inside it, in a checkout beside it.
-CONF = next((path for path in (FOLDER / "conf", FOLDER.parent / "conf") if path.is_dir()), FOLDER / "conf")
+from freelearn.package import CONF
 
 # Configuration file of each kind of settings.
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.commands.accuracy import measuring
+from freelearn.api.tasks.measuring import measuring
 from freelearn.design.known import Known
 from freelearn.errors import UserError
 from freelearn.inference.white_fit import WhiteFit

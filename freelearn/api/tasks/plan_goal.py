@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from freelearn.commands.plan_settings import PlanSettings
-from freelearn.commands.plan_source import Source
+from freelearn.api.settings.plan_settings import PlanSettings
+from freelearn.api.tasks.plan_source import Source
 from freelearn.design.goals import HALVE, SETTLE, SPLIT, Goal, Narrow, Split
 from freelearn.errors import UserError, unknown
 from freelearn.inference.derivatives import none_vector

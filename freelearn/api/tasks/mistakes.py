@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from freelearn.commands.parse import mistakes_error
+from freelearn.api.settings.parse import mistakes_error
 from freelearn.errors import UserError
 
 Result = TypeVar("Result")

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from freelearn.api.settings.settings import CsvData, DataSettings, VirtualData
 from freelearn.bed.hidden import Hidden, hidden_effects
 from freelearn.bed.virtual import simulate
-from freelearn.commands.settings import CsvData, DataSettings, VirtualData
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.measurements.beds import BEDS

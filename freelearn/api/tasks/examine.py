@@ -7,8 +7,8 @@ from typing import Any
 
 import torch
 
-from freelearn.commands.accuracy import Measuring
-from freelearn.commands.search_task import Task
+from freelearn.api.tasks.measuring import Measuring
+from freelearn.api.tasks.search_task import Task
 from freelearn.inference.accuracy import repeat_scale
 from freelearn.inference.before_after import errors_by_set
 from freelearn.inference.checks.check import TableCheck

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from freelearn.commands.search_task import Task
+from freelearn.api.tasks.search_task import Task
 from freelearn.inference.checks.check import TableCheck
 from freelearn.inference.checks.look import looked_over
 from freelearn.measurements.accuracy import PAPER

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import PlainValidator
 from pydantic.dataclasses import dataclass
 
-from freelearn.commands.settings import STRICT, OptionalPath, Switch
+from freelearn.api.settings.settings import STRICT, OptionalPath, Switch
 
 
 def run_folder(value: Any) -> Any:

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.commands.known import known_of, own_values
-from freelearn.commands.settings import DiscoverSettings
-from freelearn.commands.tables import LoadedTable
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.known import known_of, own_values
+from freelearn.api.tasks.tables import LoadedTable
 from freelearn.inference.candidate import Candidate
 from freelearn.inference.question import Question
 from freelearn.inference.testable import unclocked

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.commands.own_plan import outside_reach, read_plan
-from freelearn.commands.plan_goal import goal_of, present_value
-from freelearn.commands.plan_settings import PlanSettings
-from freelearn.commands.plan_source import Source, source_of
+from freelearn.api.settings.plan_settings import PlanSettings
+from freelearn.api.tasks.own_plan import outside_reach, read_plan
+from freelearn.api.tasks.plan_goal import goal_of, present_value
+from freelearn.api.tasks.plan_source import Source, source_of
 from freelearn.csv_text import csv_text
 from freelearn.design.candidates import Candidates, candidates
 from freelearn.design.choose import choose, rows_for

@@ -9,8 +9,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
-from freelearn.commands.predict_settings import RunPath
-from freelearn.commands.settings import STRICT, Deviation, OptionalPath, Seed, Switch, is_number
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.predict_settings import RunPath
+from freelearn.api.settings.settings import STRICT, Deviation, OptionalPath, Seed, Switch, is_number
+from freelearn.errors import UserError
+from freelearn.measurements.text_file import missing_file
 
 
 def _limits(value: Any) -> Any:
@@ -63,3 +66,11 @@ class PlanSettings:
             raise ValueError("a plan needs a number of rows: add rows=K, or plan.path=FILE to score a plan of your own")
         if self.rows is not None and self.plan.path is not None:
             raise ValueError("a plan of your own has its rows: leave out rows=, or plan.path=")
+
+
+def plan_settings(content: Mapping[str, Any]) -> PlanSettings:
+    """Settings from plain values. Raises UserError with every mistake."""
+    settings = parsed(PlanSettings, content)
+    if settings.plan.path is not None and (problem := missing_file(settings.plan.path)):
+        raise UserError(problem)
+    return settings

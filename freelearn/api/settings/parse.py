@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from freelearn.commands.settings import CsvData, Settings, VirtualData
+from freelearn.api.settings.settings import CsvData, Settings, VirtualData
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file

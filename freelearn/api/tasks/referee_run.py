@@ -10,8 +10,8 @@ from typing import Any
 
 import torch
 
-from freelearn.commands.plan_source import Source, source_of
-from freelearn.commands.referee_settings import RefereeSettings
+from freelearn.api.settings.referee_settings import RefereeSettings
+from freelearn.api.tasks.plan_source import Source, source_of
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.inference.left_out import folds_of

@@ -6,15 +6,15 @@ import hashlib
 import json
 from pathlib import Path
 
-from freelearn.commands.settings import Settings, TrainSettings, plain
-from freelearn.commands.tables import data_version
+from freelearn.api.settings.settings import Settings, TrainSettings, plain
+from freelearn.api.tasks.tables import data_version
 from freelearn.errors import UserError
 from freelearn.fitting.code_version import code_version
 from freelearn.measurements.text_file import add_to_digest
 from freelearn.models.own import own_files
 
 # Rooms of the package that results come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "bed", "fitting", "inference", "answer", "results", "commands")
+ROOMS = ("measurements", "mechanics", "models", "bed", "fitting", "inference", "answer", "results", "api")
 
 
 def job_key(settings: Settings) -> str:

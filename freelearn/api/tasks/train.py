@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from rich.console import Console
 
-from freelearn.commands.accuracy import measuring
-from freelearn.commands.comparison import can_hold_out, compare
-from freelearn.commands.device import resolve_device
-from freelearn.commands.known import check_numbers, known_model, known_of, own_values
-from freelearn.commands.mistakes import Mistakes
-from freelearn.commands.run import Progress, run
-from freelearn.commands.settings import TrainSettings
-from freelearn.commands.tables import LoadedTable, load_table, seal
+from freelearn.api.settings.settings import TrainSettings
+from freelearn.api.tasks.comparison import can_hold_out, compare
+from freelearn.api.tasks.device import resolve_device
+from freelearn.api.tasks.known import check_numbers, known_model, known_of, own_values
+from freelearn.api.tasks.measuring import measuring
+from freelearn.api.tasks.mistakes import Mistakes
+from freelearn.api.tasks.run import Progress, run
+from freelearn.api.tasks.tables import LoadedTable, load_table, seal
 from freelearn.errors import UserError
 from freelearn.fitting.options import NORMAL
 from freelearn.fitting.profile import Told

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pandas as pd
 import torch
 
-from freelearn.commands.settings import AccuracySettings
+from freelearn.api.settings.settings import AccuracySettings
 from freelearn.inference.accuracy import estimate
 from freelearn.inference.white_fit import WhiteFit, evaluated
 from freelearn.measurements.accuracy import PAPER, Accuracy

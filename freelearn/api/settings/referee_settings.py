@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from freelearn.commands.predict_settings import RunPath
-from freelearn.commands.settings import STRICT, Seed
+from freelearn.api.settings.predict_settings import RunPath
+from freelearn.api.settings.settings import STRICT, Seed
 
 Count = Annotated[int, Field(strict=True, ge=1)]
 # Without and with the last effect: less than one of each tells nothing.

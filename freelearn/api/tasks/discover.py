@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from freelearn.commands.accuracy import Measuring, estimated
-from freelearn.commands.checks import checked
-from freelearn.commands.device import resolve_device
-from freelearn.commands.examine import examine
-from freelearn.commands.key import job_key
-from freelearn.commands.known import check_numbers, known_model
-from freelearn.commands.mistakes import Mistakes
-from freelearn.commands.progress import Progress
-from freelearn.commands.search_task import Task
-from freelearn.commands.settings import DiscoverSettings
-from freelearn.commands.tables import load_table, seal
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.checks import checked
+from freelearn.api.tasks.device import resolve_device
+from freelearn.api.tasks.examine import examine
+from freelearn.api.tasks.key import job_key
+from freelearn.api.tasks.known import check_numbers, known_model
+from freelearn.api.tasks.measuring import Measuring, estimated
+from freelearn.api.tasks.mistakes import Mistakes
+from freelearn.api.tasks.progress import Progress
+from freelearn.api.tasks.search_task import Task
+from freelearn.api.tasks.tables import load_table, seal
 from freelearn.csv_text import csv_text
 from freelearn.errors import UserError
 from freelearn.files import write_text
@@ -53,12 +53,18 @@ from freelearn.work import watched
 
 
 def discover(
-    settings: DiscoverSettings, folder: Path, console: Console, command: str = "", watch: Watch | None = None
+    settings: DiscoverSettings,
+    folder: Path,
+    console: Console | None = None,
+    command: str = "",
+    watch: Watch | None = None,
 ) -> Discovery:
     """Searches for the missing effects and writes what came out to `folder`. Raises UserError.
 
-    command: the shell command that repeats it, for the report. watch: told of each step.
+    console: where the steps and the answer are shown. command: the shell command that repeats it, for the report.
+    watch: told of each step.
     """
+    console = console or Console(quiet=True)
     made_ready()
     task = _prepared(settings, folder)
     provenance = task.loaded.provenance

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from freelearn.commands.settings import DiscoverSettings, Settings
+from freelearn.api.settings.settings import DiscoverSettings, Settings
 from freelearn.errors import UserError, unknown
 from freelearn.fitting.options import LEVENBERG_MARQUARDT, NORMAL, PROFILE
 from freelearn.models.base import Model

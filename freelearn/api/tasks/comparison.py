@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from freelearn.commands.run import scored_rows
+from freelearn.api.tasks.run import scored_rows
 from freelearn.measurements.error import common, set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.sets import split_rows

@@ -15,14 +15,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
-from freelearn.commands.plus_minus import plus_minus
+from freelearn.api.settings.plus_minus import plus_minus
 from freelearn.fitting.options import FitOptions
 from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
 from freelearn.measurements.beds import BEDS, KINEMATIC
-from freelearn.package import FOLDER
-
-# A path that begins like this is that of a measured example in the package.
-EXAMPLE, EXAMPLES = "example:", FOLDER / "examples"
+from freelearn.package import example
 
 # Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
 STRICT = ConfigDict(extra="forbid")
@@ -132,12 +129,7 @@ BedName = Annotated[str, PlainValidator(_bed)]
 def _path(value: Any) -> Any:
     if value in (None, "", "???"):
         raise ValueError("data=csv needs the table's file: add data.path=FILE")
-    return place(str(value))
-
-
-def place(text: str) -> Path:
-    """Where a table lies: at a path, or among the package's examples."""
-    return EXAMPLES / text.removeprefix(EXAMPLE) if text.startswith(EXAMPLE) else Path(text)
+    return example(str(value))
 
 
 @dataclass(frozen=True, config=STRICT)

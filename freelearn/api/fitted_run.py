@@ -1,0 +1,130 @@
+"""A run of a fit: the fitted model with its parameters, errors and pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any, Protocol
+
+import pandas as pd
+import torch
+
+from freelearn.api.copied import copied
+from freelearn.api.plots import RunPlots
+from freelearn.errors import UserError
+from freelearn.measurements.error import set_error
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.usable import usable_rows
+from freelearn.models.prediction import Status
+from freelearn.results.estimate import Estimate, parameter_table
+from freelearn.results.fitted_model import FittedModel
+from freelearn.results.formats import percent
+from freelearn.results.run_folder import RunFolder, read_run
+
+
+class Unfitted(Protocol):
+    """A fit that is still to be made."""
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Its options."""
+
+
+# Columns of a parameter in `frame`.
+PARAMETER = ["value", "stderr", "low", "high", "unit"]
+
+
+@dataclass(frozen=True, repr=False)
+class FittedRun(FittedModel):
+    """What `fit` gives and `load` takes up again. unfitted: the same fit, still to be made; None for a run of another
+    session."""
+
+    unfitted: Unfitted | None = None
+
+    @classmethod
+    def of(cls, run: str | Path | RunFolder, unfitted: Unfitted | None = None) -> FittedRun:
+        """The run in a folder. Raises UserError."""
+        read = run if isinstance(run, RunFolder) else read_run(run)
+        return cls(**cls.parts(read), unfitted=unfitted)
+
+    @cached_property
+    def plot(self) -> RunPlots:
+        """Its pictures: `plot.parity()`, `.residuals()`, `.curves()`, `.heatmap()`."""
+        return RunPlots(self)
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """E by test set (fractions): E, E_force, E_moment and so on, and n, the rows scored."""
+        return pd.DataFrame.from_dict(self.run.content.get("tests", {}), orient="index").rename_axis("test")
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader should know of the run."""
+        return [str(note) for note in self.run.content.get("notes", [])]
+
+    def frame(self) -> pd.DataFrame:
+        """The parameters: value, standard error, ends of the 95 % interval (SI) and unit, one a row."""
+        rows = {e.name: {"value": e.value, "stderr": e.stderr, "low": e.low, "high": e.high, "unit": e.unit}
+                for e in self._estimates()}  # fmt: skip
+        return pd.DataFrame.from_dict(rows, orient="index", columns=PARAMETER).rename_axis("parameter")
+
+    def summary(self) -> str:
+        """What was fitted to what, how well, the parameters, and what else to know."""
+        content = self.run.content
+        how = f"fitted on {content['train']}" if content.get("fit") != "none" else "not fitted"
+        errors = [f"E = {percent(row['E'])} % on {name} ({row['n']:.0f} rows)" for name, row in self._shown_errors()]
+        parameters = [parameter_table(self._estimates()).text()] if self.parameters else []
+        return "\n".join([f"{self.title}, {how}", *errors, *parameters, *(f"- {note}" for note in self.notes)])
+
+    def error(self, table: pd.DataFrame) -> float:
+        """E (a fraction) on a table's rows, buckled and left-out ones apart: √mean(((F−F̂)/max|F|)² + ((M−M̂)/max|M|)²).
+
+        table: as of `predict`, with what was measured. Raises UserError.
+        """
+        complete = self._complete(table.reset_index(drop=True))
+        used = complete[usable_rows(complete)] if "buckled" in complete else complete
+        rows = Rows.from_table(used.reset_index(drop=True))
+        if not bool(rows.readings.present.any()):
+            raise UserError("The table has no reading to score by: fill in what was measured.")
+        with torch.no_grad():
+            loads, status = self.model(rows.states)
+        return set_error(rows, loads, status == Status.OK).E
+
+    def score(self, table: pd.DataFrame, y: object = None) -> float:
+        """−E on a table's rows, as scikit-learn scores: of two the better is the larger."""
+        return -self.error(table)
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """The options of `fit` that made it. Raises UserError for a run of another session, which does not keep all."""
+        return self._unfitted.get_params()
+
+    def __sklearn_clone__(self) -> Unfitted:
+        """The same fit, still to be made: what scikit-learn's `clone` gives."""
+        return type(self._unfitted)(**self.get_params())
+
+    @property
+    def _unfitted(self) -> Unfitted:
+        if self.unfitted is None:
+            raise UserError(f"The options of {self.folder} are not known in this session: fit it here.")
+        return self.unfitted
+
+    def save(self, folder: str | Path) -> Path:
+        """Copies the run's files, those of `freelearn train`, to a folder, from which `load` takes it up again. Raises
+        UserError."""
+        return copied(self.folder, Path(folder))
+
+    def _estimates(self) -> list[Estimate]:
+        entries = self.run.content.get("parameters", {})
+        return [Estimate.from_plain(name, entry) for name, entry in entries.items() if name in self.parameters]
+
+    def _shown_errors(self) -> list[tuple[str, Any]]:
+        """Of the set that was fitted, or else of all."""
+        train, errors = str(self.run.content.get("train", "")), self.errors
+        shown = errors.loc[[train]] if train in errors.index else errors
+        return [(str(name), row) for name, row in shown.iterrows() if "E" in row and pd.notna(row["E"])]
+
+    def _repr_html_(self) -> str:
+        errors = "; ".join(f"E = {percent(row['E'])} % on {escape(name)}" for name, row in self._shown_errors())
+        table = self.frame().to_html(border=0, float_format="{:.4g}".format) if self.parameters else ""
+        return f"<p><b>{escape(self.title)}</b>{f': {errors}' if errors else ''}</p>{table}"

@@ -1,0 +1,221 @@
+"""What a search found: what `discover` gives, and `load` of its folder."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.api.copied import copied
+from freelearn.api.fitted_run import FittedRun
+from freelearn.api.plots import FoundPlots
+from freelearn.errors import UserError
+from freelearn.measurements.beds import bed_of
+from freelearn.measurements.states import States
+from freelearn.measurements.usable import LEFT_OUT
+from freelearn.models.base import Model
+from freelearn.models.build import build_model
+from freelearn.models.effects.registry import lent
+from freelearn.models.written.source import effect_class
+from freelearn.results.answers import Answers
+from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.curve_panels import mark
+from freelearn.results.discovery import Discovery
+from freelearn.results.fitted_model import Answer
+from freelearn.results.run_folder import RunFolder
+from freelearn.results.states import pick_states
+
+# Of a suspected reading: what tells its row in the tables of predictions.
+PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")
+
+
+@dataclass(frozen=True)
+class Found:
+    """A search's answer. folder: its run's; content: discovery.json. outcome: as it came out, in the session that
+    searched. read: the last model, where that has been read already."""
+
+    folder: Path
+    content: dict[str, Any]
+    outcome: Discovery | None = None
+    read: FittedRun | None = None
+
+    @classmethod
+    def of(cls, folder: str | Path, outcome: Discovery | None = None) -> Found:
+        """What stands in the folder of a search that has ended. Raises UserError."""
+        path = Path(folder) / "discovery.json"
+        try:
+            return cls(Path(folder), json.loads(path.read_text(encoding="utf-8")), outcome)
+        except (OSError, ValueError) as problem:
+            raise UserError(f"{path} is not what a search wrote: {problem}.") from None
+
+    @property
+    def verdict(self) -> str:
+        """adequate, named, class, proposed, unexplained or undecided."""
+        return str(self.content["verdict"])
+
+    @property
+    def effects(self) -> list[str]:
+        """The effects that were missing, the one that lowers the error most first."""
+        return list(self.content["effects"])
+
+    @property
+    def classes(self) -> list[list[str]]:
+        """For each effect all that the data cannot tell from it, itself first."""
+        return [list(members) for members in self.content["classes"]]
+
+    @property
+    def models(self) -> pd.DataFrame:
+        """The sets of effects that are as good: effects, E_heldout (a fraction), probability and parameters, SI."""
+        return pd.DataFrame(self.content["models"])
+
+    @property
+    def candidates(self) -> pd.DataFrame:
+        """What each effect promised on the first model, and why one was not tried."""
+        return pd.DataFrame(self.content["candidates"])
+
+    @property
+    def referee(self) -> pd.DataFrame:
+        """The checks of the claim: each with its result, figure and threshold."""
+        return pd.DataFrame(self.content["referee"])
+
+    @property
+    def checks(self) -> pd.DataFrame:
+        """The look at the table before the search."""
+        return pd.DataFrame(self.content["checks"])
+
+    @property
+    def failures(self) -> pd.DataFrame:
+        """Where the first model fails, the worst place first."""
+        return pd.DataFrame(self.content["failures"])
+
+    @property
+    def suspects(self) -> pd.DataFrame:
+        """Readings that slipped, perhaps, the worst first."""
+        return pd.DataFrame(self.content["suspects"])
+
+    @property
+    def next_experiment(self) -> pd.DataFrame:
+        """States whose measurement would tell apart what cannot be told yet; `plan` chooses among all."""
+        return pd.DataFrame(self.content["next_experiment"])
+
+    @cached_property
+    def plot(self) -> FoundPlots:
+        """Its pictures: `plot.staircase()`, `.ranking()`, `.residuals()`, `.curves()`, `.parity()`."""
+        return FoundPlots(self)
+
+    def frame(self) -> pd.DataFrame:
+        """The models from the first to the last: effects, errors (fractions) and parameters, SI."""
+        return pd.DataFrame(self.content["trail"])
+
+    def summary(self) -> str:
+        """The verdict in words, and what else a reader should know."""
+        return "\n".join([self.content["says"], *(f"- {note}" for note in self.content["notes"])])
+
+    @cached_property
+    def fitted(self) -> FittedRun:
+        """The last model, to predict with. Raises UserError where it has an effect that the search wrote and whose file
+        FREELEARN_EFFECTS does not name, in another session than that of the search."""
+        if self.read is not None:
+            return self.read
+        proposals = self.outcome.findings.proposals if self.outcome else []
+        with lent(effect_class(each.written) for each in proposals):
+            return FittedRun.of(self.folder)
+
+    def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
+        """What the last model predicts of new rows, see FittedRun.predict."""
+        return self.fitted.predict(states, bands)
+
+    def invert(self, questions: pd.DataFrame, bands: bool = True) -> Answers:
+        """The blanks of a table of questions, filled by the last model; see FittedRun.invert."""
+        return self.fitted.invert(questions, bands)
+
+    def score(self, table: pd.DataFrame, y: object = None) -> float:
+        """−E of the last model on a table's rows."""
+        return self.fitted.score(table)
+
+    @property
+    def model(self) -> Model[Any]:
+        """The last model itself: a torch module."""
+        return self.fitted.model
+
+    @property
+    def title(self) -> str:
+        """The last model and its effects."""
+        return self.fitted.title
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Of the last model, SI."""
+        return self.fitted.parameters
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of the last model's parameters, in their order, SI (k, k)."""
+        return self.fitted.covariance
+
+    @property
+    def design(self) -> pd.DataFrame:
+        """Of each actuator in the table."""
+        return self.fitted.design
+
+    @property
+    def run(self) -> RunFolder:
+        """What the folder holds."""
+        return self.fitted.run
+
+    def table(self, when: str = "after") -> pd.DataFrame:
+        """The rows looked at with the predictions of the first model (before) or of the last one (after)."""
+        return pd.read_csv(self.folder / f"predictions_{when}.csv")
+
+    def trusted(self, when: str) -> pd.DataFrame:
+        """The same, with the rows of suspected readings left out and marked: what pictures are drawn from. Raises
+        UserError."""
+        if when not in ("before", "after"):
+            raise UserError(f"when = {when!r} is not possible: choose before or after.")
+        table = self.table(when)
+        marks = {q.name: np.zeros(len(table), dtype=bool) for q in bed_of(table).measured}
+        for suspect in (each for each in self.content["suspects"] if len(each["lines"]) == 1):
+            same = [np.isclose(table[name], suspect[name]) for name in PLACE if suspect.get(name) is not None]
+            marks[suspect["load"]] |= np.all(same, axis=0)
+        either = np.any(list(marks.values()), axis=0)
+        columns = {mark(q): marks[q.name] for q in bed_of(table).measured}
+        return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})
+
+    @cached_property
+    def state_curves(self) -> list[StateCurves]:
+        """Measured rows with the curves of the first and the last model, at a few states."""
+        if self.outcome is not None:
+            return self.outcome.curves
+        table = self.trusted("before")
+        models, bands = {"before": self.first_model, "after": self.fitted.model}, {"after": self.fitted.bands}
+        return state_curves(models, table, pick_states(table)[1:], bands=bands)
+
+    @property
+    def first_model(self) -> Model[Any]:
+        """The model that the search began with, as fitted."""
+        fitted, first = self.fitted, self.content["trail"][0]
+        known = fitted.model.description()
+        model = build_model(self.content["model"], {}, first["effects"], known["samples"], known["members"])
+        model.set_values(first["parameters"])
+        return model
+
+    def save(self, folder: str | Path) -> Path:
+        """Copies the run's files, those of `freelearn discover`, to a folder, from which `load` takes it up again.
+        Raises UserError."""
+        return copied(self.folder, Path(folder))
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict}: {' + '.join(self.effects) or 'nothing added'}>"
+
+    def _repr_html_(self) -> str:
+        columns = ["effects", "E_train", "E_heldout", "noise_floor"]
+        steps = self.frame()[columns].assign(effects=lambda t: [" + ".join(e) or "–" for e in t["effects"]])
+        percent = dict.fromkeys(columns[1:], "{:.3%}".format)
+        shown = steps.to_html(index=False, formatters=percent, border=0)
+        return f"<p><b>{escape(self.verdict)}</b>: {escape(self.content['says'])}</p>{shown}"

@@ -1,0 +1,62 @@
+"""Tables in Python: light, of every kind, and with faults that are said of what the user gave."""
+
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+from face_runs import hidden_table
+
+import freelearn as fl
+
+
+@pytest.fixture(scope="module")
+def table():
+    return hidden_table()
+
+
+def test_reading_a_table_loads_neither_torch_nor_hydra():
+    code = """
+import sys, freelearn as fl
+assert not {"torch", "pandas", "hydra", "pydantic"} & set(sys.modules)
+fl.read_table("example:dmsp_20_300.csv", bed="isometric")
+assert not {"torch", "hydra", "lightning", "matplotlib"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_data_set_brings_its_bed_and_its_accuracy():
+    table = fl.read_table("dmsp20")
+    assert set(table["bed"]) == {"isometric"}
+    assert table.attrs["accuracy"]["force_n"] == 3.0
+
+
+def test_a_fault_of_a_data_frame_names_its_row(table):
+    rows = table.head(5).set_axis(list("abcde"), axis=0).astype({"pressure_kpa": object})
+    rows.loc["d", "pressure_kpa"] = "high"
+    with pytest.raises(fl.UserError, match=r"(?s)The DataFrame.*row 'd', pressure_kpa: 'high'") as raised:
+        fl.read_table(rows)
+    assert ".csv" not in str(raised.value)
+
+
+def test_a_raw_file_with_its_recipe(tmp_path):
+    raw, recipe = tmp_path / "raw.csv", tmp_path / "recipe.yaml"
+    raw.write_text("P [bar],F [N],M [N m]\n0,0,0\n0.5,3.5,-0.01\n")
+    recipe.write_text(
+        "bed: kinematic\n"
+        "constants: {gamma_deg: 40, length_mm: 100, inner_radius_mm: 5, outer_radius_mm: 6.5,\n"
+        "            elongation_mm: 0, twist_deg: 0}\n"
+        'columns:\n  pressure_kpa: {from: "P [bar]", unit: bar}\n  force_n: {from: "F [N]", unit: N}\n'
+        '  moment_nmm: {from: "M [N m]", unit: N m}\n'
+    )
+    table = fl.read_table(raw, recipe=recipe)
+    assert table["pressure_kpa"].tolist() == [0.0, 50.0]
+    assert table["moment_nmm"].tolist() == pytest.approx([0.0, -10.0])
+    assert not [path for path in tmp_path.iterdir() if path not in (raw, recipe)]
+    with pytest.raises(fl.UserError, match="name the file"):
+        fl.read_table(table, recipe=recipe)
+
+
+def test_columns_without_names_are_refused():
+    with pytest.raises(fl.UserError, match="named by texts"):
+        fl.read_table(pd.DataFrame([[1, 2], [3, 4]]))
