@@ -101,10 +101,10 @@ def test_a_group_is_a_name_or_options(table):
     [
         ({"priors": {"C1": 1e6}}, "standard deviation"),
         ({"fix": {"C1": "stiff"}}, "not a number"),
-        ({"efects": ["end_clamps"]}, "Did you mean 'effects'"),
+        ({"effect": ["end_clamps"]}, "Did you mean 'effects'"),
         ({"model": 3}, "neither a name nor a mapping"),
         ({"seed.first": 1}, "no option here"),
-        ({"fit.tolerence": 1e-6}, "tolerence"),
+        ({"fit.tolerances": 1e-6}, "tolerances"),
     ],
 )
 def test_a_wrong_argument_says_what_to_do(table, options, says):
