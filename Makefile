@@ -4,7 +4,7 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
+.PHONY: setup demo test nightly attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
 
 setup: $(READY)
 
@@ -27,16 +27,24 @@ lint: setup
 	$(VENV)/bin/lint-imports --no-cache
 	$(VENV)/bin/codespell freelearn experiments tests docs conf *.py *.md
 
+# A file of tests stays on one worker, which keeps what its tests share; the longest files begin first.
+PYTEST := $(RUN) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
 test: setup
-	$(RUN) -m pytest -n auto --dist worksteal
+	$(PYTEST)
 
-# Every attack of tests/attack; `make test` runs a seeded sample of them.
+# All tests: every seed, bed, launcher and attack of which `make test` takes a sample. With the wheel, notebooks, audit.
+nightly: setup
+	FREELEARN_TESTS=all $(PYTEST)
+	$(MAKE) installed notebooks audit
+
+# Every attack of tests/attack alone.
 attack: setup
-	FREELEARN_ATTACKS=all $(RUN) -m pytest -n auto --dist worksteal tests/attack
+	FREELEARN_TESTS=all $(PYTEST) tests/attack
 
-# How long each test takes, so that the longest begin first.
+# How long each file of tests takes, so that the longest begin first.
 durations: setup
-	$(RUN) -m pytest -n auto --dist worksteal --record-durations
+	$(PYTEST) --record-durations
 
 # The wheel, built and run in an empty folder of a fresh environment.
 installed: setup

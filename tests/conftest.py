@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from nightly import EVERY
 
 from freelearn.measurements.states import States
 from freelearn.testing.tables import random_table
@@ -33,25 +34,26 @@ def random_states():
     return make
 
 
-# --- the longest tests begin first, so that no worker is left alone with one at the end -----------------------------
+# --- what runs, and in which order -----------------------------------------------------------------------------------
 
+# Seconds of each file of tests on a worker, fixtures included: `make durations` writes it.
 DURATIONS = Path(__file__).with_name("durations.json")
-# Shorter tests are in nobody's way [s].
-LONG = 1.0
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--record-durations", action="store_true", help=f"write {DURATIONS.name} anew")
+    parser.addoption("--record-durations", action="store_true", help=f"write what was run into {DURATIONS.name}")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leaves out what is marked nightly where not everything is asked for, and puts the longest files first.
+
+    With --dist loadfile a worker takes one file after another, so that none is left with a long one at the end."""
+    if not EVERY:
+        out = [item for item in items if item.get_closest_marker("nightly")]
+        config.hook.pytest_deselected(items=out)
+        items[:] = [item for item in items if not item.get_closest_marker("nightly")]
     seconds = json.loads(DURATIONS.read_text()) if DURATIONS.exists() else {}
-    # Tests of one module stay together: their fixtures are shared.
-    of_module: dict[str, float] = {}
-    for name, value in seconds.items():
-        module = name.split("::")[0]
-        of_module[module] = of_module.get(module, 0.0) + value
-    items.sort(key=lambda item: -of_module.get(item.nodeid.split("::")[0], 0.0))
+    items.sort(key=lambda item: -seconds.get(item.nodeid.split("::")[0], 0.0))
 
 
 class _Durations:
@@ -59,11 +61,15 @@ class _Durations:
         self.seconds: dict[str, float] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
+        file = report.nodeid.split("::")[0]
+        self.seconds[file] = self.seconds.get(file, 0.0) + report.duration
 
     def pytest_sessionfinish(self) -> None:
-        long = {name: round(value, 1) for name, value in sorted(self.seconds.items()) if value >= LONG}
-        DURATIONS.write_text(json.dumps(long, indent=1) + "\n")
+        known = json.loads(DURATIONS.read_text()) if DURATIONS.exists() else {}
+        known |= {file: round(value, 1) for file, value in self.seconds.items()}
+        # Shorter files are in nobody's way, and those that are gone in nobody's list.
+        kept = {file: value for file, value in sorted(known.items()) if value >= 0.5 and (ROOT / file).exists()}
+        DURATIONS.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -72,12 +78,24 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(_Durations())
 
 
+@pytest.fixture(scope="session")
+def commands(tmp_path_factory):
+    """Commands in processes of their own that import nothing anew."""
+    from forked_commands import Commands
+
+    with Commands(tmp_path_factory.mktemp("commands")) as commands:
+        yield commands
+
+
 @pytest.fixture
 def sessions(tmp_path):
     """A work folder's sessions."""
     # Here, not above: the page is imported by its own tests alone.
+    from freelearn.workbench.job import warm_up
     from freelearn.workbench.sessions import Sessions
 
+    # As the page's server does it: jobs are forked from one process that has imported everything.
+    warm_up()
     sessions = Sessions(tmp_path / "work")
     yield sessions
     sessions.close()

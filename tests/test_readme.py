@@ -1,15 +1,14 @@
 """What README and docs tell a user to do, done."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
-from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from conftest import ROOT
+from ended import Ended
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -19,31 +18,35 @@ def page(name):
     return (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
 
 
-def typed(line: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    """What a line of the README does: its own environment is taken from `environment`, its files go to `folder`."""
-    words = [word for word in shlex.split(line) if not word.startswith("FREELEARN_")]
-    assert words[0] == "python"
-    clean = {name: value for name, value in os.environ.items() if not name.startswith("FREELEARN_")}
-    return subprocess.run(
-        [sys.executable, *words[1:], f"hydra.run.dir={folder}"],
-        cwd=ROOT, env=clean | environment, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+@pytest.fixture
+def typed(commands):
+    """What a line of README and docs does: its own environment is taken from `environment`."""
+
+    def run(line: str, *more: str, **environment: str) -> Ended:
+        words = [word for word in shlex.split(line) if not word.startswith("FREELEARN_")]
+        assert words[0] == "python"
+        # A file beside README, or a module.
+        name = words[2].removeprefix("freelearn.") if words[1] == "-m" else words[1].removesuffix(".py")
+        assert words[1] == "-m" or (ROOT / words[1]).exists()
+        return commands.run(name, *words[3 if words[1] == "-m" else 2 :], *more, cwd=ROOT, **environment)
+
+    return run
 
 
 @pytest.mark.slow
-def test_an_effect_of_ones_own_as_written(tmp_path):
+def test_an_effect_of_ones_own_as_written(typed, tmp_path):
     text = page("own_effect")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     search, fit = re.findall(r"^(FREELEARN_EFFECTS=gauge.py python .*)$", text, re.MULTILINE)
     own = tmp_path / "gauge.py"
     own.write_text(code)
-    done = typed(search, tmp_path / "search", FREELEARN_EFFECTS=str(own))
-    assert done.returncode == 0, done.stderr
+    done = typed(search, f"hydra.run.dir={tmp_path / 'search'}", FREELEARN_EFFECTS=str(own))
+    assert done.status == 0, done.told
     found = json.loads((tmp_path / "search" / "discovery.json").read_text())
     assert (found["verdict"], found["effects"]) == ("named", ["bent_gauge"])
     assert found["trail"][-1]["parameters"]["bent_gauge.share"] == pytest.approx(0.1, abs=0.01)
-    done = typed(fit, tmp_path / "run", FREELEARN_EFFECTS=str(own))
-    assert done.returncode == 0, done.stderr
+    done = typed(fit, f"hydra.run.dir={tmp_path / 'run'}", FREELEARN_EFFECTS=str(own))
+    assert done.status == 0, done.told
     results = json.loads((tmp_path / "run" / "results.json").read_text())
     assert results["effects"] == ["bent_gauge"]
     without, together = (results["comparison"]["sample3"][name] for name in ("without", "with"))
@@ -52,51 +55,57 @@ def test_an_effect_of_ones_own_as_written(tmp_path):
     assert together < 1.3 * results["noise_floor"]
     assert "FREELEARN_EFFECTS=" in (tmp_path / "run" / "report.html").read_text()
     # Nothing but the environment variable runs the file.
-    again = typed(fit, tmp_path / "other")
-    assert again.returncode != 0
-    assert "Unknown effect 'bent_gauge'" in again.stderr
+    again = typed(fit, f"hydra.run.dir={tmp_path / 'other'}")
+    assert again.status != 0
+    assert "Unknown effect 'bent_gauge'" in again.err
 
 
 @pytest.mark.slow
-def test_a_model_of_ones_own_as_written(tmp_path):
+def test_a_model_of_ones_own_as_written(typed, commands, tmp_path):
     text = page("own_model")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (line,) = re.findall(r"^(FREELEARN_MODELS=muscle.py python .*)$", text, re.MULTILINE)
     own = tmp_path / "muscle.py"
     own.write_text(code)
-    done = typed(line, tmp_path / "run", FREELEARN_MODELS=str(own))
-    assert done.returncode == 0, done.stderr
+    done = typed(line, f"hydra.run.dir={tmp_path / 'run'}", FREELEARN_MODELS=str(own))
+    assert done.status == 0, done.told
     results = json.loads((tmp_path / "run" / "results.json").read_text())
     assert results["model"] == "braided"
     assert all(p["stderr"] > 0 for p in results["parameters"].values())
-    # With an effect, in a search and a sweep, and its checkpoint drawn.
-    found = typed(line.replace("train.py", "discover.py"), tmp_path / "search", FREELEARN_MODELS=str(own))
-    assert found.returncode == 0, found.stderr
-    assert json.loads((tmp_path / "search" / "discovery.json").read_text())["model"] == "braided"
-    drawn = subprocess.run(
-        [sys.executable, "-m", "freelearn.figures", tmp_path / "run"],
-        cwd=ROOT, env=os.environ | {"FREELEARN_MODELS": str(own)}, capture_output=True, text=True, timeout=300,
-        check=False,
-    )  # fmt: skip
-    assert drawn.returncode == 0, drawn.stderr
-    again = typed(line, tmp_path / "other")
-    assert again.returncode != 0
-    assert "braided" in again.stderr
+    # In a search, of a table that it is the truth of but for an offset; and its checkpoint drawn.
+    rows = pd.read_csv(tmp_path / "run" / "predictions.csv")
+    rows = rows[(rows["sample"] == 3) & ((rows["step"] == 0).cumsum() % 3 == 0)]
+    noise = np.random.default_rng(0).normal(size=(2, len(rows)))
+    rows = rows.assign(force_n=rows["force_pred_n"] + 1.0 + 0.03 * noise[0], buckled=0)
+    rows = rows.assign(moment_nmm=rows["moment_pred_nmm"] + 0.6 * noise[1])
+    rows[[name for name in rows if "pred" not in name and name not in ("split", "status")]].to_csv(
+        tmp_path / "small.csv", index=False
+    )
+    small = ["data=csv", f"data.path={tmp_path / 'small.csv'}", f"hydra.run.dir={tmp_path / 'search'}"]
+    found = typed(line.replace("train.py", "discover.py"), *small, FREELEARN_MODELS=str(own))
+    assert found.status == 0, found.told
+    content = json.loads((tmp_path / "search" / "discovery.json").read_text())
+    assert (content["model"], content["effects"]) == ("braided", ["force_offset"])
+    drawn = commands.run("figures", str(tmp_path / "run"), cwd=ROOT, FREELEARN_MODELS=str(own))
+    assert drawn.status == 0, drawn.told
+    again = typed(line, f"hydra.run.dir={tmp_path / 'other'}")
+    assert again.status != 0
+    assert "braided" in again.err
 
 
 @pytest.mark.slow
-def test_the_rubbers_commands_lead_into_each_other(tmp_path, shared_data):
+def test_the_rubbers_commands_lead_into_each_other(typed, tmp_path, shared_data):
     lines = re.findall(r"^(python .*)$", page("rubber"), re.MULTILINE)
     assert len(lines) == 3
     folder = shared_data / "rubber" / "treloar_1944"
     for line in lines:
         for short, name in (("UT", "uniaxial"), ("ET", "equibiaxial"), ("PS", "pure_shear")):
             line = line.replace(f"{short}={name}.csv", f"{short}={folder / short}.csv")
-        words = line.replace("outputs/rubber", str(tmp_path / "rubber")).split()
-        words += [f"hydra.run.dir={tmp_path / 'run'}"] if "train.py" in words else []
-        words += ["--out", str(tmp_path / "compared")] if "--compare" in words else []
-        done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+        line = line.replace("outputs/rubber", str(tmp_path / "rubber"))
+        more = [f"hydra.run.dir={tmp_path / 'run'}"] if "train.py" in line else []
+        more += ["--out", str(tmp_path / "compared")] if "--compare" in line else []
+        done = typed(line, *more)
+        assert done.status == 0, done.told
     assert json.loads((tmp_path / "run" / "results.json").read_text())["fit"] == "none"
 
 

@@ -1,4 +1,4 @@
-"""A table of ten million rows through `train`: little memory, whole results. Only with FREELEARN_ATTACKS=all."""
+"""A table of ten million rows through `train`: little memory, whole results. Only with FREELEARN_TESTS=all."""
 
 import json
 import subprocess
@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from attacks import EVERY
 from conftest import ROOT
+from nightly import EVERY
 
 from freelearn.bed.virtual import DESIGNS
 from freelearn.csv_text import csv_blocks

@@ -7,7 +7,7 @@ import string
 
 import pandas as pd
 import pytest
-from attacks import chosen
+from nightly import chosen
 from small_runs import make_csv
 
 from freelearn.api.settings.configuration import settings

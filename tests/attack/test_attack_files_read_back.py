@@ -16,9 +16,9 @@ import pandas as pd
 import pytest
 import torch
 from attack_runs import command
-from attacks import EVERY
 from closed_forms import synthetic
 from hidden_tables import table
+from nightly import EVERY
 from small_runs import make_csv, run
 
 import freelearn

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 from attack_tables import HEADER, good
-from attacks import EVERY
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from nightly import EVERY
 
 from freelearn.api.settings.configuration import FILES as CONFIGURATIONS
 from freelearn.api.settings.configuration import composed

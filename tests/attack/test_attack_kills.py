@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 from attack_kills import ARM, contents, differing, events, leftovers
-from attacks import EVERY, chosen
 from closed_forms import SHORT, synthetic
 from conftest import ROOT
 from forked_commands import Commands
 from hidden_tables import table
+from nightly import EVERY, chosen
 from small_runs import make_csv
 
 pytestmark = pytest.mark.slow

@@ -5,7 +5,7 @@ import random
 
 import pytest
 from attack_page import SECRET, Tab, end, serving, socket_of, usable, waited
-from attacks import EVERY, chosen
+from nightly import EVERY, chosen
 from tornado.httpclient import HTTPClientError
 
 from freelearn.workbench.sessions import Sessions

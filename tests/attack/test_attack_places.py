@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 from attack_place import make_place, of
-from attacks import chosen
 from ended import Ended
 from forked_commands import Commands
+from nightly import chosen
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import pandas as pd
 import pytest
 import torch
 from attack_kills import contents, differing, without_times
-from attacks import EVERY
 from conftest import ROOT
 from hidden_tables import table
+from nightly import EVERY
 from rich.console import Console
 from small_runs import make_csv
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from attack_page import Tab, serving, waited
-from attacks import EVERY
+from nightly import EVERY
 from small_runs import make_csv
 
 pytestmark = pytest.mark.slow

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from attack_page import Tab, end, message, socket_of, usable, waited
-from attacks import EVERY, chosen
+from nightly import EVERY, chosen
 from small_runs import make_csv
 from tornado.httpclient import HTTPClientError
 from tornado.iostream import StreamClosedError

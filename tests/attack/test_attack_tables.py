@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from attack_runs import Ended, command
 from attack_tables import ACCEPT, HEADER, KINDS, REFUSE, WARN, Kind, good, good_table, with_cell
-from attacks import chosen
+from nightly import chosen
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import CsvData, TrainSettings

@@ -8,9 +8,9 @@ from unittest.mock import patch
 import numpy as np
 import pandas as pd
 import pytest
-from attacks import EVERY, chosen
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from nightly import EVERY, chosen
 
 from freelearn.api.settings.settings import CsvData
 from freelearn.api.tasks import tables

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from attacks import chosen
+from nightly import chosen
 from PIL import Image
 
 from freelearn.models.effects.registry import EFFECTS

@@ -1,11 +1,13 @@
 """How sure a search's claim is, on the page: checks, sets that are as good, shares; and an undecided table."""
 
 import json
+from dataclasses import replace
 from html import unescape
 
 import pytest
 from written_searches import write_search
 
+from freelearn.workbench.answer import Answer
 from freelearn.workbench.claim import Claim
 from freelearn.workbench.effects import Effects
 from freelearn.workbench.outcome import Outcome
@@ -92,3 +94,26 @@ def test_of_an_undecided_table_nothing_is_said_to_be_found_or_to_be_complete(sea
     outcome.refresh(False)
     assert outcome.use.name == "Add what was found"
     assert "Nothing systematic is left" in effects.where.object
+
+
+def test_the_sealed_answer_opens_after_a_search_and_is_closed_again_for_another(searched):
+    session = searched()
+    page = shown(Answer(session))
+    # Of data that hide nothing there is none.
+    assert not page.view.visible
+    session.question = replace(session.question, data="hidden")
+    session.search = session.search | {"question": session.question}
+    for name, hidden in ((SEARCH, {"force_gain": {"gain": 0.03}}), ("discover_fedcba9876", {})):
+        write_search(session.folder / name)
+        (session.folder / name / "sealed_answer.json").write_text(json.dumps({"hidden": hidden}))
+        session.search = session.search | {"folder": name}
+        page.refresh()
+        assert page.view.visible
+        assert page.open.visible
+        assert "Hidden was" not in page.told.object
+        page.open.clicks += 1
+        assert not page.open.visible
+        said = "force_gain (gain = 0.03)" if hidden else "nothing"
+        assert f"Hidden was: {said}." in page.told.object
+    session.search = None
+    assert not shown(page).view.visible
