@@ -80,8 +80,10 @@ def _data(place: TableFile, given: dict[str, Any], usual: Mapping[str, Any]) -> 
         accuracy = accuracy.stated()
     if accuracy is None or isinstance(accuracy, Mapping):
         data["accuracy"] = (usual.get("accuracy") or {}) | dict(place.accuracy or {}) | dict(accuracy or {})
-    else:
+    elif accuracy == "estimate":
         data["accuracy"] = accuracy
+    else:
+        raise UserError(f'accuracy = {accuracy!r}: give fl.Accuracy(force_n=…), a mapping of these, or "estimate".')
     return data
 
 

@@ -76,15 +76,16 @@ def fit(
     ['C1', 'C2', 'fiber_misalignment.angle']
     """
     arguments = options_of(locals())
-    from freelearn.api.fitted_run import FittedRun
-    from freelearn.api.progress import Shown
-    from freelearn.api.tasks.train import train as run
-
+    where = new_folder("fit") if folder is None else Path(folder)
     with ExitStack() as stack:
-        where = new_folder("fit") if folder is None else Path(folder)
         place = table_file(table, None if folder is None else where, design, recipe)
         stack.enter_context(said_of(place))
         settings = settings_of(TrainSettings, "train", place, arguments)
+        # After the settings are checked: torch takes seconds to import.
+        from freelearn.api.fitted_run import FittedRun
+        from freelearn.api.progress import Shown
+        from freelearn.api.tasks.train import train as run
+
         shown = stack.enter_context(Shown("fitting", progress))
         run(settings, where, progress=shown.epochs(settings.fit))
     return FittedRun.of(where, Estimator(**arguments, design=design, recipe=recipe, progress=progress))

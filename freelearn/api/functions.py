@@ -62,15 +62,16 @@ def discover(
     discover(table, accuracy=fl.Accuracy(force_n=0.1)).verdict is the verdict, .plot.staircase() the picture of it.
     """
     arguments = options_of(locals())
-    from freelearn.api.found import Found
-    from freelearn.api.progress import Shown
-    from freelearn.api.tasks.discover import discover as search
-    from freelearn.api.tasks.key import job_key
-
     with ExitStack() as stack:
         place = table_file(table, None if folder is None else Path(folder), design, recipe)
         stack.enter_context(said_of(place))
         settings = settings_of(DiscoverSettings, "discover", place, arguments)
+        # After the settings are checked: torch takes seconds to import.
+        from freelearn.api.found import Found
+        from freelearn.api.progress import Shown
+        from freelearn.api.tasks.discover import discover as search
+        from freelearn.api.tasks.key import job_key
+
         where = session_folder(f"discover-{job_key(settings)}") if folder is None else Path(folder)
         stack.enter_context(Shown("searching", progress))
         outcome = search(settings, where)
@@ -101,15 +102,17 @@ def plan(
 
     plan(found, rows=12).frame() has the rows, in the measurement table's columns.
     """
-    from freelearn.api.planned import Planned
-    from freelearn.api.progress import Shown
     from freelearn.api.settings.plan_settings import plan_settings
-    from freelearn.api.tasks.plan_run import planned
 
     content: dict[str, Any] = {"run": str(folder_of(run)), "rows": rows, "goal": goal, "effect": effect}
     content |= {"parameter": parameter, "plan": {"path": None if path is None else str(path)}}
     content |= {"per_state": per_state, "seed": seed}
     settings = plan_settings(content | {"mounting_rows": float(mounting_rows), "reach": dict(reach or {})})
+    # After the settings are checked, as above.
+    from freelearn.api.planned import Planned
+    from freelearn.api.progress import Shown
+    from freelearn.api.tasks.plan_run import planned
+
     with Shown("planning", progress):
         return Planned.of(planned(settings))
 
@@ -131,13 +134,15 @@ def referee(
 
     referee(found).frame() has the checks, each with its result, figure and threshold.
     """
-    from freelearn.api.progress import Shown
     from freelearn.api.settings.parse import parsed
     from freelearn.api.settings.referee_settings import RefereeSettings
-    from freelearn.api.tasks.referee_run import refereed_run
 
     content = {"run": str(folder_of(run)), "referee": referee, "tables": tables, "cores": cores, "seed": seed}
     settings = parsed(RefereeSettings, content)
+    # After the settings are checked, as above.
+    from freelearn.api.progress import Shown
+    from freelearn.api.tasks.referee_run import refereed_run
+
     with Shown("asking whether the claim stands", progress):
         return refereed_run(settings)
 

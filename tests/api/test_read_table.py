@@ -15,12 +15,20 @@ def table():
     return hidden_table()
 
 
-def test_reading_a_table_loads_neither_torch_nor_hydra():
+def test_reading_a_table_and_telling_a_mistake_need_no_torch():
     code = """
 import sys, freelearn as fl
 assert not {"torch", "pandas", "hydra", "pydantic"} & set(sys.modules)
 fl.read_table("example:dmsp_20_300.csv", bed="isometric")
 assert not {"torch", "hydra", "lightning", "matplotlib"} & set(sys.modules)
+for options in ({"seed": "x"}, {"effects": ["end_clamp"]}, {"ruled_out": ["end_clamp"]}, {"accuracy": 3}):
+    try:
+        (fl.discover if "ruled_out" in options else fl.fit)("dmsp20", **options)
+    except fl.UserError as mistake:
+        assert next(iter(options)) in str(mistake) or "Did you mean 'end_clamps'?" in str(mistake)
+    else:
+        raise AssertionError(options)
+assert not {"torch", "lightning", "matplotlib"} & set(sys.modules)
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 

@@ -8,10 +8,11 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from freelearn.api.settings.settings import CsvData, Settings, VirtualData
+from freelearn.api.settings.settings import CsvData, DiscoverSettings, Settings, VirtualData
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS, INFLATION
 from freelearn.measurements.text_file import missing_file
+from freelearn.models.effects.names import check_names
 
 Chosen = TypeVar("Chosen", bound=Settings)
 Anything = TypeVar("Anything")
@@ -28,6 +29,7 @@ def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
         settings = TypeAdapter(kind).validate_python(content)
     except ValidationError as problem:
         raise mistakes_error([_sentence(error) for error in problem.errors(include_url=False)]) from None
+    check_names([*settings.effects, *(settings.ruled_out if isinstance(settings, DiscoverSettings) else ())])
     if isinstance(settings.data, VirtualData) and settings.data.accuracy is None:
         raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")
     if isinstance(settings.data, CsvData):

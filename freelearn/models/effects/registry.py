@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import pkgutil
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,6 +11,7 @@ from typing import Any
 from freelearn.errors import UserError
 from freelearn.models import effects as library
 from freelearn.models.effect import PORTS, Effect
+from freelearn.models.effects.names import unknown_effect
 from freelearn.models.ports import BASES
 
 # In the order in which they act, within each port.
@@ -95,11 +95,7 @@ def make_effects(
     """
     for i, name in enumerate(names):
         if name not in EFFECTS:
-            close = difflib.get_close_matches(str(name), EFFECTS, n=1)
-            hint = (
-                f" Did you mean {close[0]!r}?" if close else " If it is your own, name its file in FREELEARN_EFFECTS."
-            )
-            raise UserError(f"Unknown effect {name!r}.{hint} Available: {', '.join(EFFECTS)}.")
+            raise unknown_effect(name, EFFECTS)
         if name in names[:i]:
             raise UserError(f"Effect {name!r} is named twice: name it once.")
         if family not in EFFECTS[name].families():
