@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,7 +21,7 @@ OTHER_DESIGN = "an actuator that the model was not fitted on"
 BEYOND = "beyond what was measured"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Answers:
     """Answers to a table of questions.
 
@@ -37,9 +38,23 @@ class Answers:
     def __len__(self) -> int:
         return len(self.filled)
 
+    def __getitem__(self, names: Any) -> Any:
+        """A column of `frame`, or several."""
+        return self.filled[names]
+
     def table(self) -> pd.DataFrame:
         """answers.csv."""
         return self.filled
+
+    def frame(self) -> pd.DataFrame:
+        """The questions with their answers."""
+        return self.filled.copy()
+
+    def __repr__(self) -> str:
+        return repr(self.filled)
+
+    def _repr_html_(self) -> str:
+        return str(self.filled.to_html(max_rows=20, border=0, float_format="{:.5g}".format))
 
     def counts(self) -> dict[str, int]:
         """Rows by status, the commonest first."""

@@ -32,7 +32,7 @@ from freelearn.results.run_folder import RunFolder
 WORDS = np.array([status.name.lower() for status in Status])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Answer:
     """loads: force [N] and moment [N·m] of each row, (N, 2), or what else the bed measures, SI. stderr: one standard
     error of each that the parameters' uncertainty makes, (N, 2); NaN where that is not known. half: half of the band
@@ -62,8 +62,11 @@ class Answer:
         own = self.asked.drop(columns=[name for name in told if name in self.asked])
         return pd.concat([own.reset_index(drop=True), told], axis=1).set_axis(own.index, axis=0)
 
+    def __repr__(self) -> str:
+        return repr(self.frame())
+
     def _repr_html_(self) -> str:
-        return str(self.frame().to_html(max_rows=20, border=0, float_format="{:.4g}".format))
+        return str(self.frame().to_html(max_rows=20, border=0, float_format="{:.5g}".format))
 
     def table(self) -> pd.DataFrame:
         """What the bed measures as predicted, in the columns and units of predictions.csv, each with its standard error
