@@ -53,10 +53,12 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     if not wrote:
         # What is in no library may still say, as a hint, what a model lacks that stays unexplained.
         return before if before.complete else replace(before, proposals=_hint(prepared, before, found, kinds, on_first))
+    if not after.complete and before.complete:
+        return before
     proposals = [_proposal(prepared, after.answer, after.final, name, found, kinds, on_first) for name in wrote]
-    if after.complete or not before.complete:
-        return replace(after, proposals=proposals)
-    return before
+    # Where something systematic is left with it too, what was written is a hint: of an answer that does not hold only
+    # physics that somebody knows is told.
+    return replace(after if after.complete else before, proposals=proposals)
 
 
 def _under(prepared: Prepared, fit: Any, known: Explored) -> Any:
