@@ -51,6 +51,10 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
     for _, job in failed.iterrows():
         console.print(f"! job {job['run']} failed: {job['error']}", markup=False, highlight=False, soft_wrap=True)
     console.print(f"table: {out / 'heatmap.csv'}", markup=False, highlight=False, soft_wrap=True)
+    if len(good):
+        console.print(
+            f"curves: tensorboard --logdir {out / 'tensorboard'}", markup=False, highlight=False, soft_wrap=True
+        )
     return int(failed["run"].nunique())
 
 

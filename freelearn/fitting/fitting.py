@@ -135,9 +135,9 @@ class Fitting(L.LightningModule):
             return
         values = self.model.physical(torch.stack(self.unlogged).cpu())
         for i, (epoch, train, watched) in enumerate(self.history[-len(self.unlogged) :]):
-            writer.add_scalar("error/train", train, epoch)
+            writer.add_scalar("error_percent/train", 100 * train, epoch)
             if self.validation:
-                writer.add_scalar("error/validation", watched, epoch)
+                writer.add_scalar("error_percent/validation", 100 * watched, epoch)
             for name in self.model.declared:
                 writer.add_scalar(f"parameter/{name}", float(values[name][i]), epoch)
         self.unlogged.clear()

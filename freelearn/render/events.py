@@ -1,4 +1,4 @@
-"""TensorBoard's event file: one in a folder, whoever writes to it."""
+"""TensorBoard's event file: one in a folder, whoever writes to it. Errors are percent in all of them."""
 
 from __future__ import annotations
 
@@ -12,6 +12,29 @@ from torch.utils.tensorboard import SummaryWriter
 from freelearn.files import write_whole
 
 NAMES = "events.out.tfevents.*"
+
+# What the tab of custom scalars shows: of fits, of searches, and of sweeps.
+Layout = dict[str, dict[str, list[str | list[str]]]]
+_PARAMETERS: dict[str, list[str | list[str]]] = {"by step": ["Multiline", ["parameter/.*"]]}
+FITTED: Layout = {
+    "Error [%]": {
+        "by iteration": ["Multiline", ["error_percent/train", "error_percent/validation"]],
+        "on test sets": ["Multiline", ["test_error_percent/.*"]],
+    },
+    "Parameters (SI)": _PARAMETERS,
+}  # fmt: skip
+SEARCHED: Layout = {
+    "Error by step of the search [%]": {
+        "held out": ["Multiline", ["error_percent/held_out", "error_percent/fitted", "error_percent/noise_floor"]],
+    },
+    "Parameters (SI)": _PARAMETERS,
+}  # fmt: skip
+SWEPT: Layout = {
+    "Error by training set [%]": {
+        name.replace("_", " "): ["Multiline", [f"sweep_error_percent/{name}"]]
+        for name in ("own_set", "unseen", "all_sets")
+    }
+}
 
 
 @contextmanager

@@ -70,7 +70,7 @@ def test_every_file_of_the_contract(model, csv, tmp_path):
     events = EventAccumulator(str(folder), size_guidance={"images": 0})
     events.Reload()
     assert {"parity", "residual_map"} <= set(events.Tags()["images"])
-    assert "error/train" in events.Tags()["scalars"]
+    assert "error_percent/train" in events.Tags()["scalars"]
     assert not list(folder.glob("*.part")) + list(folder.glob(".*.part"))
 
 

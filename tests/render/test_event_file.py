@@ -61,7 +61,7 @@ def test_a_run_leaves_one_file_with_all_of_it_however_often_it_is_repeated(tmp_p
         run(tmp_path / "run", *chosen)
         found = scalars(tmp_path / "run")
         assert ("parameter/ka" in found) == parameters
-        assert {"error/train", "test/all"} <= set(found)
-        assert len(found["test/all"]) == 1
+        assert {"error_percent/train", "test_error_percent/all"} <= set(found)
+        assert len(found["test_error_percent/all"]) == 1
     run(tmp_path / "run", *chosen[:-2], "fits=null", "figures=false")
     assert "parameter/ka" in scalars(tmp_path / "run")

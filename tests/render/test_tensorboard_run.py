@@ -7,6 +7,7 @@ import statistics
 import pytest
 from small_runs import make_csv, run
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.plugins.custom_scalar.layout_pb2 import Layout
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 
@@ -28,8 +29,11 @@ def test_hyperparameters_hold_what_runs_differ_by(single):
     start = events.PluginTagToContent("hparams")["_hparams_/session_start_info"]
     known = HParamsPluginData.FromString(start).session_start_info.hparams
     assert known["seed"].number_value == 4
-    words = {name: known[name].string_value for name in ("model", "train", "split", "fit")}
-    assert words == {"model": "linear", "train": "sample3", "split": "states", "fit": "levenberg_marquardt"}
+    words = {name: known[name].string_value for name in ("model", "train", "effects", "fit")}
+    fit = "levenberg_marquardt, split by states"
+    assert words == {"model": "linear", "train": "sample3", "effects": "none", "fit": fit}
+    # TensorBoard's table shows so many at first.
+    assert len(known) <= 5
 
 
 def test_errors_of_its_own_set_of_unseen_samples_and_the_median_are_there(single):
@@ -39,10 +43,20 @@ def test_errors_of_its_own_set_of_unseen_samples_and_the_median_are_there(single
     unseen = [errors[name] for name in errors if name not in ("sample3", "all")]
     wanted = {"own": errors["sample3"], "unseen": statistics.mean(unseen), "median": statistics.median(errors.values())}
     for name, value in wanted.items():
-        assert events.Scalars(f"error/{name}")[-1].value == pytest.approx(value, rel=1e-5)
+        assert events.Scalars(f"error_percent/{name}")[-1].value == pytest.approx(100 * value, rel=1e-5)
     experiment = events.PluginTagToContent("hparams")["_hparams_/experiment"]
     metrics = {info.name.tag for info in HParamsPluginData.FromString(experiment).experiment.metric_infos}
-    assert {"error/own", "error/unseen", "error/median"} <= metrics
+    assert {"error_percent/own", "error_percent/unseen", "error_percent/median"} <= metrics
+
+
+def test_the_layout_of_custom_scalars_finds_what_the_run_logged(single):
+    _, events = single
+    (shown,) = events.Tensors("custom_scalars__config__")
+    layout = Layout.FromString(shown.tensor_proto.string_val[0])
+    patterns = [tag for part in layout.category for chart in part.chart for tag in chart.multiline.tag]
+    scalars = events.Tags()["scalars"]
+    # A fit by least squares has no validation.
+    assert [p for p in patterns if not any(re.fullmatch(p, tag) for tag in scalars)] == ["error_percent/validation"]
 
 
 def test_the_run_is_told_in_words(single):

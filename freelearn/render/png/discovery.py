@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from freelearn.inference.thresholds import CLEAR
-from freelearn.render.events import event_file
+from freelearn.render.events import SEARCHED, event_file
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure, save
 from freelearn.render.png.curves import curves
@@ -74,12 +74,12 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     paths = []
     with event_file(folder) as writer:
         for number, step in enumerate(findings.steps):
-            writer.add_scalar("error/fitted", step.E_train, number)
-            writer.add_scalar("error/held_out", step.E_heldout, number)
-            writer.add_scalar("error/noise_floor", step.floor, number)
+            for what, error in (("fitted", step.E_train), ("held_out", step.E_heldout), ("noise_floor", step.floor)):
+                writer.add_scalar(f"error_percent/{what}", 100 * error, number)
             for name, value in step.fit.values().items():
                 writer.add_scalar(f"parameter/{name}", value, number)
         writer.add_text("story", discovery_story(discovery))
+        writer.add_custom_scalars(SEARCHED)
         for name, (figure, table) in figures.items():
             paths.append(folder / f"{name}.png")
             writer.add_image(name, save(figure, table, paths[-1]), dataformats="HWC")

@@ -7,7 +7,7 @@ from typing import Any
 
 from torch.utils.tensorboard.summary import hparams
 
-from freelearn.render.events import event_file
+from freelearn.render.events import FITTED, event_file
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
 from freelearn.results.run_scores import scores
@@ -22,23 +22,26 @@ def log_run(run: Run, folder: Path, origin: Origin | None = None) -> None:
     with event_file(folder, go_on=wrote) as writer:
         if run.reused:
             for epoch, train, validation in run.history:
-                writer.add_scalar("error/train", train, epoch)
+                writer.add_scalar("error_percent/train", 100 * train, epoch)
                 if run.model.needs_validation:
-                    writer.add_scalar("error/validation", validation, epoch)
+                    writer.add_scalar("error_percent/validation", 100 * validation, epoch)
         for name, error in run.errors.items():
-            writer.add_scalar(f"test/{name}", error.E, 0)
+            writer.add_scalar(f"test_error_percent/{name}", 100 * error.E, 0)
+        # No more than five: TensorBoard's table hides what comes after these until it is ticked.
         settings: dict[str, str | int] = {
             "model": run.model.name,
             "train": run.train,
+            "effects": ",".join(e.name for e in run.model.effects) or "none",
             "fit": run.method,
-            "effects": ",".join(e.name for e in run.model.effects),
         }
-        known = {f"error/{name}": value for name, value in scores(run)._asdict().items() if value is not None}
-        metrics = {f"test/{name}": e.E for name, e in run.errors.items()} | known
+        known = scores(run)._asdict().items()
+        metrics = {f"error_percent/{name}": 100 * value for name, value in known if value is not None}
         if origin:
-            settings |= {"seed": origin.seed, "split": origin.split}
+            settings["fit"] = f"{run.method}, split by {origin.split}"
+            settings["seed"] = origin.seed
             writer.add_text("story", run_story(run, origin))
-        for name, value in known.items():
+        writer.add_custom_scalars(FITTED)
+        for name, value in metrics.items():
             writer.add_scalar(name, value, 0)
         # add_hparams would open a second event file in a folder of its own.
         file = writer._get_file_writer()
