@@ -52,12 +52,13 @@ class Strip:
 
 
 def spacing(values: pd.Series) -> float:
-    """The usual distance between neighboring values, a little less than which a state's mark is wide."""
+    """The distance between neighboring values, a little less than which a state's mark is wide: of the closest tenth,
+    so that marks of places at uneven distances do not lie on each other."""
     distinct = np.unique(np.round(values.to_numpy(dtype=np.float64), 6))
     apart = np.diff(distinct)
     apart = apart[apart > 1e-3 * max(float(np.ptp(distinct)), 1e-9)] if len(apart) else apart
     # A bed that creeps visits no length twice: marks then are as narrow as can still be seen and clicked.
-    return 0.94 * max(float(np.median(apart)), 0.025 * float(np.ptp(distinct))) if len(apart) else 1.0
+    return 0.94 * max(float(np.quantile(apart, 0.1)), 0.025 * float(np.ptp(distinct))) if len(apart) else 1.0
 
 
 def _range(values: pd.Series) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from freelearn.results.discovery_tables import (
     written_lines,
 )
 from freelearn.results.lab_note import discovery_note
+from freelearn.results.likeness import TWINS, likeness_table
 from freelearn.results.origin import Provenance
 from freelearn.results.proposals import file_of, proposal_source
 from freelearn.results.quantities import plane, told
@@ -51,6 +52,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
         *_failures(discovery),
         *_ranking(discovery, figures),
         *_classes(discovery),
+        *(_likeness(discovery) if figures else []),
         Section.of_table(final_parameters(discovery)),
     ]
     if figures:
@@ -163,6 +165,18 @@ def _ranking(discovery: Discovery, figures: bool) -> list[Section]:
         sections = [Section.of_table(table)]
     untested = untested_lines(candidates)
     return [*sections, Section("Not tested", untested)] if untested else sections
+
+
+def _likeness(discovery: Discovery) -> list[Section]:
+    alike = likeness_table(*discovery.findings.cosines)
+    if len(alike) < 2:
+        return []
+    from freelearn.render.html.charts.likeness import likeness_chart
+
+    said = f"The cosine of what two effects change, after refitting; = where it is above {TWINS:g}: these data "
+    said += "hardly tell the two apart."
+    chart = likeness_chart(alike)
+    return [Section("Effects that look alike on these data", [said], charts=[chart], numbers={"likeness.csv": alike})]
 
 
 def _classes(discovery: Discovery) -> list[Section]:

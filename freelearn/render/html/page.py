@@ -35,9 +35,14 @@ p { max-width: 100ch; overflow-wrap: anywhere; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
 th { border-bottom: 2px solid #888; } .words { text-align: left; } td.words { white-space: normal; }
+td.words:first-child { min-width: 11rem; }
 th button { all: inherit; padding: 0; border: 0; cursor: pointer; }
 th button::after { content: " \\2195"; color: #767676; } th[aria-sort=ascending] button::after { content: " \\2191"; }
 th[aria-sort=descending] button::after { content: " \\2193"; }
+@media screen and (min-width: 1600px) {
+main { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); column-gap: 3rem; align-items: start; }
+main > h1, main > p, section.broad { grid-column: 1 / -1; }
+}
 .charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide, .charts { overflow-x: auto; }
 pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
 .verdict { font-size: 1.1rem; font-weight: 600; } .hint { color: #555; }
@@ -46,7 +51,8 @@ a:focus, summary:focus, button:focus-visible { outline: 2px solid #0072B2; }
 @page { size: A4; margin: 14mm; }
 @media print {
 body { font-size: 10pt; margin: 0; } .charts { display: block; } .chart { display: inline-block; }
-h2 { break-after: avoid; margin-top: 1.2rem; }
+h2, section.charted > p { break-after: avoid; } h2 { margin-top: 1.2rem; } .charts.few { break-inside: avoid; }
+thead { display: table-header-group; } details, .wide { break-before: avoid; }
 th, td { padding: .1rem .35rem; } tr, p, .chart { break-inside: avoid; } .wide, .charts { overflow: visible; }
 th button::after { content: ""; } table { font-size: 8.5pt; } .download { display: none; } pre { font-size: 8pt; }
 .source { print-color-adjust: exact; } .chart { zoom: .78; } .chart.broad { zoom: .54; }
@@ -62,7 +68,7 @@ th button::after { content: ""; } table { font-size: 8.5pt; } .download { displa
 <p><span class="source {{ 'simulated' if simulated else 'measured' }}">
 {{ 'SIMULATED DATA: nothing here was measured' if simulated else 'measured data' }}</span></p>
 {% for section in sections %}
-<section>
+<section class="{{ 'broad' if section.broad }}{{ ' charted' if section.marks }}">
 <h2>{{ section.heading | minus }}</h2>
 {% for line in section.lines %}
 <p{% if section.kind %} class="{{ section.kind }}"{% endif %}>{{ line | minus }}</p>
@@ -99,7 +105,7 @@ th button::after { content: ""; } table { font-size: 8.5pt; } .download { displa
 </details>
 {% endif %}
 {% if section.marks %}
-<div class="charts">
+<div class="charts{{ ' few' if section.marks | length <= 3 }}">
 {% for mark in section.marks %}
 <div class="chart{{ ' broad' if mark.broad }}">{{ mark.place }}</div>
 {% endfor %}
@@ -141,6 +147,8 @@ addEventListener("beforeprint", () => document.querySelectorAll("details").forEa
 FOR_THE_LAB_BOOK = "In one paragraph, for the lab book"
 # Pixels of a chart from which it is made smaller in print, to fit the paper.
 BROAD = 700
+# Pixels of a chart, and columns of a table, that have room in half of a wide page; pixels of charts set two by two.
+HALF, MOST_COLUMNS, NARROW = 760, 8, 430
 
 
 @dataclass(frozen=True)
@@ -172,6 +180,7 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
     shown = [
         vars(section)
         | {
+            "broad": _broad(section),
             "marks": [{"place": Markup(next(places)), "broad": chart.width > BROAD} for chart in section.charts],
             "files": [{"name": name, "link": _link(table)} for name, table in section.numbers.items()],
         }
@@ -188,6 +197,14 @@ def write_page(path: Path, title: str, simulated: bool, sections: Sequence[Secti
         sorting=Markup(SORTING),
     )
     write_text(path, text)
+
+
+def _broad(section: Section) -> bool:
+    """Whether it needs the page's width, where that has room for two sections beside each other."""
+    widths = [chart.width for chart in section.charts]
+    if widths and (max(widths) > HALF or (sum(widths) > 3 * HALF / 2 and len(widths) > 2 and widths[0] > NARROW)):
+        return True
+    return bool(section.code) or any(len(table.columns) > MOST_COLUMNS for table in section.tables)
 
 
 def _library() -> str:

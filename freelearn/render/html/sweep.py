@@ -12,6 +12,7 @@ from freelearn.render.html.provenance import provenance_section
 from freelearn.results.error_map import WORST
 from freelearn.results.lab_note import sweep_note
 from freelearn.results.origin import Provenance
+from freelearn.results.published import PUBLISHED, beside_the_paper, where_they_differ
 from freelearn.results.summary import summary_table
 from freelearn.results.tables import DisplayTable
 
@@ -26,10 +27,16 @@ def report_sweep(
     data; command: the shell command that makes the sweep again."""
     failed = table[table["error"] != ""]
     labels = list(summary["label"])
-    maps = [heatmap_chart(cells, label) for label in labels[:MOST_MAPS]]
+    first = labels[:MOST_MAPS]
+    reports = _reports(table, folder)
+    # As in the paper: its three models beside each other, then what it lacks.
+    first = sorted(first, key=lambda label: list(PUBLISHED).index(label) if label in PUBLISHED else len(PUBLISHED))
+    maps = [heatmap_chart(cells, label, reports) for label in first]
     lines = [
         f"E in %, one color scale for all maps: small errors are bright, {WORST:g} % and more darkest; k: thousands."
     ]
+    if reports:
+        lines.append("A click on a cell opens the report of its run, with that run's curves where they were drawn.")
     if len(cells) < len(labels) * cells["train"].nunique() * cells["test"].nunique():
         lines.append("Blank: not evaluated.")
     if len(labels) > MOST_MAPS:
@@ -39,6 +46,8 @@ def report_sweep(
         Section(FOR_THE_LAB_BOOK, [sweep_note(summary, provenance)], kind="note"),
         Section("Each training set on each test set", lines, charts=maps, numbers={"cells.csv": cells}),
     ]
+    if (paper := beside_the_paper(summary)) is not None:
+        sections.append(Section.of_table(paper, where_they_differ(cells, summary, provenance.simulated)))
     if len(failed):
         jobs = failed.drop_duplicates("run")[["run", "label", "error"]]
         said = [f"{len(jobs)} of {table['run'].nunique()}."]
@@ -46,3 +55,12 @@ def report_sweep(
     facts = {"jobs": table["run"].nunique(), "seeds": ", ".join(map(str, sorted(table["seed"].dropna().unique())))}
     sections.append(provenance_section(provenance, command, facts))
     write_page(folder / "report.html", "Sweep: " + ", ".join(labels[:MOST_MAPS]), provenance.simulated, sections)
+
+
+def _reports(table: pd.DataFrame, folder: Path) -> dict[tuple[str, str, str], str]:
+    """Where each cell's run has its report, from the page on; of several seeds the first one's."""
+    found: dict[tuple[str, str, str], str] = {}
+    for row in table[table["error"] == ""].itertuples():
+        if (folder / str(row.run) / "report.html").exists():
+            found.setdefault((str(row.label), str(row.train), str(row.test)), f"{row.run}/report.html")
+    return found

@@ -11,12 +11,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from freelearn.render.palette import COLORS
 from freelearn.render.png.canvas import finish, heading, new_figure
-from freelearn.results.curve_bands import BAND, ends, strip
+from freelearn.results.curve_bands import BAND, ends, has_band, strip
 from freelearn.results.curve_panels import (
     LOOSE,
     SUSPECTED,
@@ -73,7 +74,13 @@ def curves(
     for number, panel in enumerate(panels, 1):
         axes = figure.add_subplot(1, len(panels), number)
         if draw_curves(axes, shown, named, panel, first=number == 1):
-            entries[BAND] = Patch(color="gray", alpha=2 * FILL, lw=0)
+            # In the color of each model that has one.
+            filled = zip(named.values(), cycle(COLORS), strict=False)
+            entries[BAND] = tuple(
+                Patch(facecolor=(color, 2 * FILL), edgecolor=color, lw=0.5)
+                for curve, color in filled
+                if has_band(curve, panel.line[1])
+            )
         # A suspected moment is in no panel of the force alone.
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
@@ -107,7 +114,13 @@ def _legend_below(figure: Figure, entries: dict[str, Any]) -> None:
     width, height = figure.get_size_inches() * figure.dpi
     for columns in range(len(entries), 0, -1):
         legend = figure.legend(
-            entries.values(), entries.keys(), loc="lower center", ncols=columns, frameon=False, fontsize=9
+            entries.values(),
+            entries.keys(),
+            loc="lower center",
+            ncols=columns,
+            frameon=False,
+            fontsize=9,
+            handler_map={tuple: HandlerTuple(None, pad=0.3)},
         )
         box = legend.get_window_extent()
         if box.width <= width or columns == 1:

@@ -41,7 +41,7 @@ def frame(strip: Strip, axes: Axes, bottom: bool) -> None:
 
 
 def marker_area(strip: Strip, axes: Axes) -> float:
-    """Area of a square marker [points²] that fills the usual distance between neighboring states."""
+    """Area of a square marker [points²] that fills the distance between the closest tenth of neighboring states."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     place = axes.get_position()
@@ -53,5 +53,5 @@ def marker_area(strip: Strip, axes: Axes) -> float:
         apart = np.abs(here[:, None] - here).max(axis=2)
         np.fill_diagonal(apart, np.inf)
         nearest.append(apart.min(axis=1))
-    distance = np.median(np.concatenate(nearest)) if nearest else LARGEST
+    distance = np.quantile(np.concatenate(nearest), 0.1) if nearest else LARGEST
     return float(np.clip(0.85 * distance, SMALLEST, LARGEST)) ** 2

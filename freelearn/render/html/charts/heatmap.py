@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 import pandas as pd
-from bokeh.models import BasicTickFormatter, ColorBar, FixedTicker, LogColorMapper
+from bokeh.models import BasicTickFormatter, ColorBar, CustomJS, FixedTicker, LogColorMapper
 from bokeh.palettes import Viridis256
 from bokeh.plotting import figure
 
 from freelearn.render.html.charts.canvas import chart, hover, source
 from freelearn.results.error_map import cell_text, error_range, mean_text, set_order
 
+# The report of the cell that was chosen, in a tab of its own.
+OPEN = "const link = source.data.link[source.selected.indices[0]]; if (link) window.open(link)"
 
-def heatmap_chart(cells: pd.DataFrame, label: str) -> figure:
-    """One label's map. cells: of summary.cells, of all labels: they share the order of sets and the color scale."""
+
+def heatmap_chart(
+    cells: pd.DataFrame, label: str, reports: Mapping[tuple[str, str, str], str] = MappingProxyType({})
+) -> figure:
+    """One label's map. cells: of summary.cells, of all labels: they share the order of sets and the color scale.
+    reports: where a click on a cell leads, by its label, training and test set."""
     low, high = error_range(cells)
     across, down = set_order(cells["train"]), set_order(cells["test"])
     part = cells[(cells["label"] == label) & cells["E"].notna()]
@@ -28,7 +37,13 @@ def heatmap_chart(cells: pd.DataFrame, label: str) -> figure:
     percent = 100 * part["E"]
     # As in the picture.
     dark = np.log(percent.clip(low, high) / low) > 0.58 * np.log(high / low)
-    columns = {"percent": percent, "text": percent.map(cell_text), "ink": np.where(dark, "white", "black")}
+    link = [reports.get((label, train, test), "") for train, test in zip(part["train"], part["test"], strict=True)]
+    columns = {
+        "link": link,
+        "percent": percent,
+        "text": percent.map(cell_text),
+        "ink": np.where(dark, "white", "black"),
+    }
     cells_shown = source(part.assign(**columns))
     squares = panel.rect(
         "train", "test", 0.97, 0.97, source=cells_shown,
@@ -40,6 +55,11 @@ def heatmap_chart(cells: pd.DataFrame, label: str) -> figure:
     )  # fmt: skip
     tips = [("trained on", "@train"), ("tested on", "@test"), ("E", "@percent{0.00} %"), ("seeds", "@seeds")]
     hover(panel, [*tips, ("rows scored", "@n{0}")], [squares])
+    if any(link):
+        open_it = CustomJS(args={"source": cells_shown}, code=OPEN)
+        cells_shown.selected.js_on_change("indices", open_it)
+        panel.add_tools("tap")
+        squares.nonselection_glyph = None
     panel.xaxis.major_label_orientation = 1.0
     panel.grid.visible = False
     ticks = [m * 10.0**e for e in range(-2, 4) for m in (1, 2, 5) if low <= m * 10.0**e <= high]

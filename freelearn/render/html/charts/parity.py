@@ -25,7 +25,7 @@ def parity_charts(shown: pd.DataFrame, quantities: Sequence[Quantity], imposed: 
     shown = shown[~loose_rows(shown)]
     for number, load in enumerate(quantities):
         tips = [*place, ("measured", f"@{load.column}"), ("predicted", f"@{load.predicted}")]
-        panel = chart("", f"measured {load.label}", f"predicted {load.label}", 480, 400)
+        panel = chart("", f"measured {load.label}", f"predicted {load.label}", 430, 380)
         for split, mark, color in zip(SPLITS, MARKS, COLORS, strict=False):
             part = shown[shown["split"] == split]
             if not len(part):

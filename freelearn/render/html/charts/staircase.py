@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import fill
+
 import numpy as np
 import pandas as pd
 from bokeh.models import BasicTickFormatter, ColumnDataSource, FixedTicker
@@ -13,6 +15,8 @@ from freelearn.results.staircase import staircase
 
 # By which an axis goes on below a label that stands under its mark.
 ROOM = 1.6
+# Letters to a line of a step's name.
+WIDEST = 22
 
 
 class StaircaseChart:
@@ -45,7 +49,8 @@ class StaircaseChart:
     def show(self, trail: pd.DataFrame) -> None:
         """trail: step, E_heldout, noise_floor (fractions; blank where it is not known), in order."""
         stairs = staircase(trail)
-        steps = [f"{number}. {name}" for number, name in enumerate(stairs.steps)]
+        # Long names take several lines: at an angle they would leave the chart no room.
+        steps = [fill(f"{number}. {name}", WIDEST, break_long_words=False) for number, name in enumerate(stairs.steps)]
         self.panel.x_range.factors = steps
         self.panel.y_range.start, self.panel.y_range.end = (
             stairs.low / (ROOM if np.any(stairs.under) else 1),
