@@ -162,7 +162,9 @@ def main(names: list[str]) -> None:
     console = Console()
     for folder in (FOLDER, PAGE):
         folder.mkdir(parents=True, exist_ok=True)
-    for effect in make_effects(names or list(EFFECTS), "continuum"):
+    # What acts along a log has no place on the plane.
+    still = [name for name, effect in EFFECTS.items() if effect.port != "history"]
+    for effect in make_effects(names or still, "continuum"):
         table = differences(effect.name)
         figure = picture(effect, table)
         save(figure, table, FOLDER / f"{effect.name}.png")

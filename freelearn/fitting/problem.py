@@ -13,6 +13,7 @@ from freelearn.measurements.near import Near
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Bound, Model
+from freelearn.models.history import log_jacobian
 from freelearn.work import tell
 
 # With more rows everything is made in pieces of so many, and nothing is kept of them: it would be 60 numbers a row.
@@ -36,7 +37,9 @@ class Problem:
         self.states = self._remembered(rows.states, Near() if near is None else near)
         self._copies: dict[int, States] = {1: self.states}
         self.scale = load_scale(rows.loads) if scale is None else scale
-        pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS else ()
+        # Whether rows hang together by the samples before them: they then are evaluated as whole recordings.
+        self.whole = model.remembers(rows.states)
+        pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS and not self.whole else ()
         self.begun = [slice(start, start + PIECE) for start in pieces]
         self.near = [Near() for _ in self.begun]
 
@@ -96,6 +99,8 @@ class Problem:
                 found[:, rows] = part.residuals(vectors).view(len(vectors), -1, 2)
             return found.view(len(vectors), -1)
         if len(vectors) > 1:
+            if self.whole and not recorded:
+                return torch.stack([self.residual(vector) for vector in vectors])
             if self.model.weights or recorded or self.model.bind(self.rows.states):
                 return torch.func.vmap(self.residual)(vectors)
             together = max(1, BLOCK // len(self.rows))
@@ -134,7 +139,10 @@ class Problem:
         return jacobian * self.rows.readings.felt(self.readings(vector))[..., None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
-        rates = self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
+        if self.whole:
+            rates: Tensor | None = log_jacobian(self.model, self.rows.states, vector.detach())
+        else:
+            rates = self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
         if rates is not None and self.model.known.fixed:
             rates = torch.where(self.model.free.to(rates.device), rates, 0.0)
         return rates

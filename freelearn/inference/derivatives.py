@@ -99,8 +99,10 @@ class _Carried(NamedTuple):
 
 
 def _carried(fit: WhiteFit, rows: Rows) -> _Carried | None:
-    """None where the state depends on the loads (a mount that gives way, a dead load), where loads are not all, and
-    where they work through a lever."""
+    """None where the state depends on the loads (a mount that gives way, a dead load) or on what was before, where
+    loads are not all, and where they work through a lever."""
+    if fit.model.remembers(rows.states):
+        return None
     if fit.model.yielding or fit.model.levers or not rows.states.bed.loads or rows.states.members:
         return None
     with torch.no_grad():

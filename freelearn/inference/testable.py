@@ -33,7 +33,8 @@ def candidates(
     present, known = set(columns), set(given)
     names, out = [], []
     for name, effect in EFFECTS.items():
-        if name in known:
+        # Along no log there is no history: nothing is said of it.
+        if name in known or (effect.port == "history" and rows.states.recording is None):
             continue
         missing = [c for c in effect.needs if c not in present]
         if missing:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import pandas as pd
 
 from freelearn.measurements.beds import FORCE, bed_of
+from freelearn.measurements.recording import is_log
 from freelearn.measurements.unit_checks import CHECKS, FORCE_NEEDS, force_unit
 from freelearn.measurements.usable import used_rows
 
@@ -40,7 +41,7 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
     # Beside a column that is suspected itself, the force tells nothing.
     if FORCE in bed_of(used).measured and set(FORCE_NEEDS) <= set(numbers) and not _about(found, FORCE_NEEDS):
         found += force_unit(numbers)
-    return [*map(UnitWarning, found), *_step(used)]
+    return [*map(UnitWarning, found), *([] if is_log(used) else _step(used))]
 
 
 def _about(sentences: Sequence[str], columns: Sequence[str]) -> bool:

@@ -13,6 +13,7 @@ from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
 from freelearn.measurements.limits import limit_rules
 from freelearn.measurements.members import DESIGN, SECOND
+from freelearn.measurements.recording import RUN, TIME
 
 # The standard atmosphere is 101.325 kPa; gauges err and weather changes little below it.
 VACUUM_KPA = -101.4
@@ -170,7 +171,7 @@ def find_faults(
     """
     known = columns.known
     # Numbers first, so that a cell without one is reported as that.
-    rules = [*number_rules(known, text, _may_be_blank(columns)), *_rules(columns)]
+    rules = [*number_rules(known, text, _may_be_blank(columns)), *_rules(columns, text)]
     types: dict[str, tuple[str | None, bool]] = {name: ("float64", name in columns.required) for name in known}
     faults = faults_by_rules(
         numbers, text, header_line, rules, types, lambda n, header: missing_column(n, header, known)
@@ -183,7 +184,7 @@ def faultless(numbers: pd.DataFrame, header: Sequence[str], columns: Columns) ->
     if not set(columns.required) <= set(header) or _nothing_measured(dict.fromkeys(header, ()), 1, columns):
         return False
     filled = [name for name in columns.known if name not in _may_be_blank(columns)]
-    rules = [*number_rules(filled, {}, ()), *_rules(columns)]
+    rules = [*number_rules(filled, {}, ()), *_rules(columns, header)]
     # Not as one table, which would take a mark for each cell.
     return not any(rule.bad(numbers).any() for rule in rules if set(rule.needs) <= set(numbers))
 
@@ -192,10 +193,12 @@ def _may_be_blank(columns: Columns) -> set[str]:
     return {*columns.measured, *columns.blank}
 
 
-def _rules(columns: Columns) -> list[Rule]:
+def _rules(columns: Columns, header: Collection[str]) -> list[Rule]:
     """What numbers may break."""
     rules = [*design_rules(), *RULES, *map(_below_vacuum, columns.pressures)]
-    return [*rules, *limit_rules(columns.known, columns.measured), _Repeats(columns).rule]
+    rules += limit_rules(columns.known, columns.measured)
+    # Recordings may begin alike; that their times do not repeat is looked at by itself.
+    return rules if {TIME, RUN} <= set(header) else [*rules, _Repeats(columns).rule]
 
 
 def number_rules(known: Sequence[str], text: Mapping[str, Sequence[str]], may_be_blank: Collection[str]) -> list[Rule]:

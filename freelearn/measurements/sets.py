@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.measurements.recording import is_log, pieces
 from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import usable_rows
 
@@ -72,12 +73,15 @@ def split_rows(table: pd.DataFrame, seed: int, by_states: bool, shares: tuple[fl
 
     Each sample is split on its own, with a generator of its own, so a sample's test rows are the same whatever
     else is in the table or the training set. by_states keeps the rows of one kinematic state together. shares: of
-    training and of validation.
+    training and of validation. Of a log whole recordings are held out, or blocks of time where there are few: the
+    sample before a held-out one would tell it.
     """
     usable = usable_rows(table)
     sample = table["sample"].to_numpy()
+    log = is_log(table)
+    by_states = by_states or log
     # Without them every row is one.
-    unit = kinematic_state(table) if by_states else np.empty(0)
+    unit = pieces(table) if log else kinematic_state(table) if by_states else np.empty(0)
     # The words themselves, each once: not a copy for every row.
     label = np.full(len(table), "", dtype=object)
     for number in np.unique(sample):

@@ -14,6 +14,8 @@ from torch import Tensor
 from freelearn.measurements.beds import DEAD_LOAD, KINEMATIC, Bed, bed_of
 from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
 from freelearn.measurements.near import Near
+from freelearn.measurements.recording import Recording, is_log, run_numbers
+from freelearn.measurements.scans import stopped
 from freelearn.units import DEG, KPA, MM, NMM
 
 # Time from one row to the next where the table has no time_s: the paper averages 20 readings at 1 Hz.
@@ -22,6 +24,8 @@ SECONDS_PER_ROW = 20.0
 # Nominal: their orders of magnitude are enough (of Ogden and Roxburgh's softening, severities of a third or of three
 # times these fibers leave 2 % unexplained, these 1 %; without fibers it would be 30 %).
 SHEAR_MODULUS, STIFFER = 1e6, 30.0
+# Share of a log's range of pressures below which it has not changed its direction: readings flicker.
+NOISE_BAND = 0.01
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
 LEAST_HOOP, MOST_HOOP, HOOP_ITERATIONS = 0.05, 9.0, 40
 
@@ -73,6 +77,9 @@ class States:
     the bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
     past_severity, the largest among the sample's rows so far, itself included. All zero unless given. memory: where
     those come from that are not given.
+
+    recording: of a log, all rows of its recordings as they were measured; place: each row's place in it (int64). None
+    of any other table.
     """
 
     fiber_angle: Tensor
@@ -98,6 +105,8 @@ class States:
     members: tuple[States, ...] = ()
     near: Near | None = None
     memory: Memory | None = None
+    recording: Recording[States] | None = None
+    place: Tensor | None = None
 
     def __post_init__(self) -> None:
         for name in ("force", "moment"):
@@ -131,7 +140,8 @@ class States:
 
     def to(self, device: torch.device | str) -> States:
         """The same states on a device."""
-        return self._each(lambda tensor: tensor.to(device))
+        moved = self._each(lambda tensor: tensor.to(device))
+        return moved if self.recording is None else moved.replace(recording=self.recording.to(device))
 
     def _each(self, change: Callable[[Tensor], Tensor]) -> States:
         """The same states with every tensor changed."""
@@ -196,7 +206,7 @@ class States:
         hung = bed is DEAD_LOAD
         second = column(SECOND, DEG) if SECOND in table else None
         some = second is not None and bool(second.isfinite().any())
-        return cls(
+        states = cls(
             fiber_angle=column("gamma_deg", DEG),
             reference_length=reference,
             inner_radius=column("inner_radius_mm", MM),
@@ -214,6 +224,9 @@ class States:
             members=tuple(_member(table, number) for number in members_in(table.columns)),
             memory=Memory(lambda: {name: torch.as_tensor(value) for name, value in _memory(table).items()}),
         )
+        if not is_log(table):
+            return states
+        return states.replace(recording=Recording.from_table(table, states), place=torch.arange(len(table)))
 
 
 def _zeros(like: Tensor) -> Tensor:
@@ -249,8 +262,11 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     position error. The length is left out of the comparison where the step keeps counting, because real beds
     creep while the pressure changes; a new count starts a new state.
 
-    Under a dead load a state is one load as hung: rows that share sample, force and moment while `step` counts up.
+    Under a dead load a state is one load as hung: rows that share sample, force and moment while `step` counts up. Of a
+    log a state is one recording: its rows share what was set when the actuator was mounted for it.
     """
+    if is_log(table):
+        return run_numbers(table)
     sample, step = table["sample"].to_numpy(), table["step"].to_numpy()
     new = np.ones(len(table), dtype=bool)
     counting = step[1:] > step[:-1]
@@ -273,8 +289,25 @@ def pressure_direction(table: pd.DataFrame) -> np.ndarray:
     """Sign of the pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step."""
     state = kinematic_state(table)
     pressure = table["pressure_kpa"].to_numpy(dtype=np.float64)
+    if is_log(table):
+        return log_direction(pressure, state)
     direction = np.zeros(len(table))
     direction[1:] = np.where(state[1:] == state[:-1], np.sign(np.diff(pressure)), 0.0)
+    return direction
+
+
+def log_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
+    """Direction in which the pressure (N,) of each recording last went by more than its noise, (N,) float64: 0 before
+    it has."""
+    if not len(pressure):
+        return np.zeros(0)
+    first = np.r_[True, run[1:] != run[:-1]]
+    band = torch.as_tensor(np.where(first, 0.0, NOISE_BAND * np.ptp(pressure)))
+    # A pointer that the pressure pushes along, with play.
+    pointer = pressure - stopped(torch.tensor(pressure), -band, band).numpy()
+    moved = np.where(first, 0.0, np.diff(pointer, prepend=pointer[0]))
+    last = np.maximum.accumulate(np.where(first | (moved != 0), np.arange(len(moved)), 0))
+    direction: np.ndarray = np.sign(moved[last])
     return direction
 
 

@@ -14,6 +14,7 @@ from freelearn.errors import UserError
 from freelearn.measurements.beds import BED, KINEMATIC, Bed
 from freelearn.measurements.columns import INTEGERS, OPTIONAL, Columns
 from freelearn.measurements.faults import TableError
+from freelearn.measurements.log_faults import log_faults
 from freelearn.measurements.members import with_members
 from freelearn.measurements.plain_table import read_plain
 from freelearn.measurements.plausibility import unit_warnings
@@ -68,6 +69,8 @@ def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | N
     if members is not None:
         frame = with_members(frame, members)
     _refuse_nothing_read(path, frame)
+    if wrong := log_faults(frame, read.lines):
+        raise TableError(path, wrong)
     warnings = [*_near_optional(header, columns), *_unmeasured(header, columns)]
     return TableFile(frame, read.lines, [*warnings, *unit_warnings(frame), *row_suspicions(frame, read.lines)])
 

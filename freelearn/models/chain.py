@@ -14,13 +14,16 @@ from freelearn.measurements.beds import DEAD_LOAD, INFLATION
 from freelearn.measurements.states import States
 from freelearn.models.effect import Effect
 from freelearn.models.hang import hang
+from freelearn.models.history import along
 from freelearn.models.mount import Settled, settle
 from freelearn.models.parameter import Parameter
 from freelearn.models.play import take_up
 from freelearn.models.ports import (
+    ACTED_ON,
     BoundaryEffect,
     DissipationEffect,
     GeometryEffect,
+    HistoryEffect,
     MeasurementEffect,
     MountEffect,
     PlayEffect,
@@ -59,6 +62,10 @@ class Chain(RawVector):
         self._wall = self._of(WallEffect)
         self._dissipation = self._of(DissipationEffect)
         self._measurement = self._of(MeasurementEffect)
+        remembering = self._of(HistoryEffect)
+        # Effects of the history by what they act on.
+        self.history = {name: [e for e in remembering if e.acts_on == name] for name in ACTED_ON}
+        self._remembering = bool(remembering)
 
     def _of(self, base: type[E]) -> list[E]:
         return [effect for effect in self.effects if isinstance(effect, base)]
@@ -66,7 +73,7 @@ class Chain(RawVector):
     def forward(self, states: States, values: Values | None = None) -> Prediction:
         """Loads of N states: States → loads (N, 2) N, N·m and status (N,)."""
         values = self.values() if values is None else values
-        if len(states) > BLOCK:
+        if len(states) > BLOCK and not self.remembers(states):
             blocks = [self.chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
             return Prediction(torch.cat([b.loads for b in blocks]), torch.cat([b.status for b in blocks]))
         return self.chain(states, values)
@@ -76,6 +83,14 @@ class Chain(RawVector):
 
         loads then is force and moment, or what else it measures (Bed.readings), (N, 2) SI.
         """
+        return along(self, states, values) if self.remembers(states) else self.steady(states, values)
+
+    def remembers(self, states: States) -> bool:
+        """Whether what these rows show depends on the samples before them: an effect of the history, and a log."""
+        return self._remembering and states.recording is not None
+
+    def steady(self, states: States, values: Values) -> Prediction:
+        """`chain` of every row by itself, without effects of the history."""
         if states.bed is DEAD_LOAD:
             return hang(states, values, lambda at, v: self._shown(at, v)[1], self.rows_of)
         settled, shown = self._shown(states, values)
@@ -85,12 +100,19 @@ class Chain(RawVector):
         readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
 
+    def unsensed(self, states: States, values: Values) -> Prediction:
+        """Force and moment (N, 2) on the mount of every row by itself, before the sensors."""
+        return self._reached(states, values).prediction
+
+    def _reached(self, states: States, values: Values) -> Settled:
+        """The state that the mount leaves, and force and moment there."""
+        if self._mounts:
+            return settle(states, values, self._mounted, self._rested, self.rows_of)
+        return Settled(states, self._rested(states, values))
+
     def _shown(self, states: States, values: Values) -> Settled:
         """The state that the mount leaves, and force and moment that the sensors show there."""
-        if self._mounts:
-            states, (loads, status) = settle(states, values, self._mounted, self._rested, self.rows_of)
-        else:
-            loads, status = self._rested(states, values)
+        states, (loads, status) = self._reached(states, values)
         return Settled(states, Prediction(self.sensed(loads, states, values), status))
 
     @property

@@ -15,7 +15,7 @@ from freelearn.models.parameter import Parameter
 from freelearn.models.parameters import P, Parameters, misnamed
 
 # The stops of the chain in the order in which effects are listed.
-PORTS = ("energy", "geometry", "boundary", "dissipation", "measurement")
+PORTS = ("energy", "geometry", "boundary", "dissipation", "measurement", "history")
 
 # Which stops each family of models has. A model of a user's own belongs to OWN unless it says otherwise.
 OWN = "own"

@@ -9,6 +9,7 @@ energy       EnergyEffect.psi        a further strain energy of the wall or its 
 dissipation  WallEffect.soften       the share of the wall's stresses that is left
              DissipationEffect.dissipate  what of the actuator's loads reaches the mount
 measurement  MeasurementEffect.sense      what the sensors show
+history      HistoryEffect.carry     what a pressure, a wall, loads or readings become by what was before, in a log
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor
 
+from freelearn.measurements.recording import Recording
 from freelearn.measurements.states import States
 from freelearn.mechanics.energy import Energy
 from freelearn.models.effect import Effect
@@ -180,6 +182,48 @@ class MeasurementEffect(Effect[P]):
         raise NotImplementedError
 
 
+class HistoryEffect(Effect[P]):
+    """Carries a state from sample to sample along each recording of a log; of rows without a recording it changes
+    nothing.
+
+    The state is updated exactly between samples, in which signals are straight lines, by a scan (measurements.scans)
+    and no loop over samples.
+    """
+
+    port = "history"
+    method = "carry"
+    needs = ("time_s", "run")
+    beds: ClassVar[tuple[str, ...]] = ("kinematic", "isometric", "dead_load")
+    of_each = False
+    # What of the chain it acts on. supply: the pressure, before all else. wall: the stresses of the wall, so that the
+    # pressure that the wall balances is `carry` undone, and the loads (or under a dead load, what hangs there, undone)
+    # are carried. loads: what reaches the mount. readings: what the sensors show.
+    acts_on: ClassVar[str] = "loads"
+
+    def carry(self, signal: Tensor, recording: Recording[States], p: P) -> Tensor:
+        """What the signal (M, c), SI, of all M samples of some recordings becomes: (M, c).
+
+        c is 1 for a pressure, and 2 for the loads or readings. Each entry of p is ().
+        """
+        raise NotImplementedError
+
+    def undo(self, signal: Tensor, recording: Recording[States], p: P) -> Tensor:
+        """The signal of which `carry` would make this one, (M, c): of effects on the wall."""
+        raise NotImplementedError
+
+    @classmethod
+    def problem(cls) -> str | None:
+        """As Effect.problem; it must act on something that there is."""
+        if cls.acts_on not in ACTED_ON:
+            return f"its acts_on {cls.acts_on!r} must be one of {', '.join(ACTED_ON)}"
+        if any(p.per_sample or p.per_member for p in cls.declared_parameters()):
+            return "the parameters of an effect of the history are shared by all samples, and one of them is not"
+        return super().problem()
+
+
+# What an effect of the history may act on, in the order of the chain.
+ACTED_ON = ("supply", "wall", "loads", "readings")
+
 # Every base class that an effect may derive from.
 BASES: tuple[type[Effect[Any]], ...] = (
     BoundaryEffect,
@@ -190,6 +234,7 @@ BASES: tuple[type[Effect[Any]], ...] = (
     WallEffect,
     DissipationEffect,
     MeasurementEffect,
+    HistoryEffect,
 )
 
 

@@ -11,8 +11,9 @@ from freelearn.models.effects.registry import EFFECTS
 HEAD = """# The effects
 
 Each is a part that plugs into one place of the chain: *boundary* (what state was really imposed) → *geometry* (what
-actuator it really is) → *energy* (wall and fiber) → *dissipation* → *measurement*. With its parameters at no effect the
-model is unchanged to the last bit (with an energy: to rounding). Which models have which of these places:
+actuator it really is) → *energy* (wall and fiber) → *dissipation* → *measurement*; *history* acts along a
+log. With its parameters at no effect the model is unchanged to the last bit (with an energy: to rounding). Which models
+have which of these places:
 
 {families}
 
@@ -32,6 +33,9 @@ of each row: a table without `time_s` is taken to have 20 s from row to row, and
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
 `viscoelasticity` needs the times too, and states in the order in which the bed went to them, buckled and left-out ones
 included. It knows the last move alone: where states last less than τ, earlier ones are felt, and not told.
+
+Effects of the *history* act in [logs](logs.md) alone, tables with `time_s` and `run`: on the pressure, on the wall's
+stresses, on the loads or on the readings, as their docstrings say. They carry a state from sample to sample.
 
 An effect of one's own at the boundary writes `impose`, the state of the actuator from that of the table. Where the
 actuator then moves otherwise than its mount (a lever, a gear) it also writes `hand_on`: the loads on the mount from the
@@ -58,7 +62,8 @@ def effects_page() -> str:
     families = "\n".join(f"- {_family(name)}: {', '.join(ports)}" for name, ports in FAMILIES.items())
     library = [effect for effect in EFFECTS.values() if in_library(effect)]
     table = "".join(map(_row, library))
-    return HEAD.format(families=families) + table + PICTURES + "".join(map(_picture, library))
+    pictures = [_picture(effect) for effect in library if effect.port != "history"]
+    return HEAD.format(families=families) + table + PICTURES + "".join(pictures)
 
 
 def in_library(effect: type[Effect[Any]] | Effect[Any]) -> bool:

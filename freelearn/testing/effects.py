@@ -33,7 +33,7 @@ from freelearn.testing.checks import (
     reciprocal,
     state_derivatives,
 )
-from freelearn.testing.tables import visits
+from freelearn.testing.tables import recordings, visits
 from freelearn.testing.units import factor, rescaled
 
 Kind = type[Effect[Any]]
@@ -92,8 +92,14 @@ class EffectContract:
         return [self.family] if self.family else [name for name in TRUTH if name in self.effect.families()]
 
     def states(self) -> States:
-        """The states that the tests look at: four pressures at each of four kinematic states of two samples."""
-        return States.from_table(visits())
+        """The states that the tests look at: four pressures at each of four kinematic states of two samples; of an
+        effect of the history a recording of each."""
+        return States.from_table(recordings() if self.remembers else visits())
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it is an effect of the history."""
+        return self.effect.port == "history"
 
     def build(
         self,
@@ -151,9 +157,10 @@ class EffectContract:
             parameter_derivatives(model, self.states(), steps)
 
     def test_derivatives_by_the_state_are_those_of_differences(self) -> None:
-        """By length, twist and pressure."""
+        """By length, twist and pressure; along a log, of the steady change that a row by itself would show."""
+        states = self.states()
         for model in self.models():
-            state_derivatives(model, self.states())
+            state_derivatives(model, states)
 
     def test_a_batch_is_its_rows(self) -> None:
         """No row's loads depend on another row."""

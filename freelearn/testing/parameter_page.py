@@ -53,6 +53,9 @@ def _row(name: str, p: Parameter) -> str:
         # A share of the largest load, or of that in a second.
         unit, of = ("1/s" if p.unit.endswith("/s") else "1"), f" of the {prior.of}"
         ends = prior.middle - p.far * prior.deviation, prior.middle + p.far * prior.deviation
+        if p.log:
+            factor = math.exp(p.far * prior.deviation)
+            ends = prior.middle / factor, prior.middle * factor
     deviation = f"×÷ {math.exp(prior.deviation):.2g}" if p.log else f"{prior.deviation:.3g}{of}"
     shown = f"{ends[0]:.2g} … {ends[1]:.2g}"
     return f"| `{name}` | {unit} | {prior.middle:.3g} | {deviation} | {shown} | {prior.source} |\n"

@@ -46,3 +46,27 @@ def visits(count: int = 4, seed: int = 0, samples: tuple[int, ...] = (3, 5)) -> 
                 rows.append((sample, *DESIGNS[sample - 1], step, *place, pressure, time))
     head = ["sample", "gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "step", "elongation_mm"]
     return pd.DataFrame(rows, columns=[*head, "twist_deg", "pressure_kpa", "time_s"])
+
+
+def recordings(samples: tuple[int, ...] = (3, 5)) -> pd.DataFrame:
+    """A log: two recordings of each sample, unevenly sampled, in which pressure, length and twist go up and down at
+    rates of their own, without loads."""
+    parts = []
+    for sample in samples:
+        design = dict(
+            zip(("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm"), DESIGNS[sample - 1], strict=True)
+        )
+        for run, (rate, count) in enumerate(((1.3, 14), (0.7, 11)), start=1):
+            time = np.cumsum(np.r_[0.0, 0.15 + 0.1 * (np.arange(count - 1) % 3)])
+            moved = {
+                "sample": sample,
+                **design,
+                "step": np.arange(count),
+                "elongation_mm": 1.5 * np.sin(0.9 * rate * time) - 1.0,
+                "twist_deg": 60.0 + 25.0 * np.cos(1.1 * rate * time),
+                "pressure_kpa": 36.0 - 33.0 * np.cos(2.3 * rate * time),
+                "time_s": time,
+                "run": run,
+            }
+            parts.append(pd.DataFrame(moved))
+    return pd.concat(parts, ignore_index=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from freelearn.measurements.recording import Recording
 from freelearn.measurements.states import States
 
 # Exponents of length, force and time.
@@ -56,4 +57,8 @@ def rescaled(states: States) -> States:
     lengths = ("reference_length", "inner_radius", "outer_radius", "length", "moved_length")
     changed = {name: length * getattr(states, name) for name in lengths}
     changed |= {"pressure": pressure * states.pressure, "clock": time * states.clock, "dwell": time * states.dwell}
-    return states.replace(**changed)
+    other = states.replace(**changed)
+    if states.recording is None:
+        return other
+    whole = states.recording
+    return other.replace(recording=Recording(rescaled(whole.states), whole.run, time * whole.time))

@@ -159,7 +159,7 @@ def outside(size):
     return extra
 
 
-OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families()]
+OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families() and effect.port != "history"]
 
 
 @pytest.mark.parametrize("size", [3, 10, 30])

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from freelearn.errors import UserError
+from freelearn.measurements.recording import Recording
 from freelearn.measurements.states import States
 from freelearn.models.effect import Effect
 from freelearn.models.material import Material
@@ -17,6 +18,7 @@ from freelearn.models.ports import (
     DissipationEffect,
     EnergyEffect,
     GeometryEffect,
+    HistoryEffect,
     MeasurementEffect,
     MountEffect,
     PlayEffect,
@@ -77,6 +79,11 @@ def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> 
         return [("loads", effect.dissipate(loads, states, p), (count, 2))]
     if isinstance(effect, MeasurementEffect):
         return [("loads", effect.sense(loads, states, p), (count, 2))]
+    if isinstance(effect, HistoryEffect):
+        time = torch.arange(count, dtype=loads.dtype)
+        recording = Recording(states, torch.zeros(count, dtype=torch.int64), time)
+        signal = time[:, None].expand(-1, 1 if effect.acts_on == "supply" else 2)
+        return [("signals", effect.carry(signal, recording, p), tuple(signal.shape))]
     if isinstance(effect, WallEffect):
         return [("factors", effect.soften(states, p), (count,))]
     if isinstance(effect, PlayEffect):

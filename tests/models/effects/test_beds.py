@@ -16,12 +16,13 @@ from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.effects import TRUTH, labels_of
 from freelearn.testing.tables import visits
 
+HISTORY = {name for name, kind in EFFECTS.items() if kind.port == "history"}
 # Which effects are refused where.
 REFUSED = {
     "kinematic": set(),
     "isometric": {"moment_offset", "moment_gain"},
-    "dead_load": {"twist_slack", "viscoelasticity"},
-    "inflation": {"moment_offset", "moment_gain"},
+    "dead_load": {"twist_slack", "viscoelasticity", "maxwell_slip", "contact_slip"},
+    "inflation": {"moment_offset", "moment_gain", *HISTORY},
 }
 READINGS = ("force_n", "moment_nmm", "elongation_mm", "twist_deg", "outer_diameter_mm")
 
@@ -47,7 +48,10 @@ def test_an_effect_shows_on_every_bed_that_it_names(name, bed):
     """Its readings are finite and settled, and it moves some of those that the bed has."""
     if EFFECTS[name].untold(bed):
         return
-    states = States.from_table(table(bed))
+    frame = table(bed)
+    if name in HISTORY:
+        frame = frame.assign(run=frame["sample"], time_s=np.arange(len(frame), dtype=float))
+    states = States.from_table(frame)
     with torch.no_grad():
         bare = build_model("continuum", TRUTH["continuum"])(states)
         shown = build_model("continuum", TRUTH["continuum"] | labels_of(name, "scale"), [name])(states)

@@ -65,7 +65,8 @@ def check(rows: Rows, effects: list[str], values: dict[str, float], samples: tup
     return dict(zip(found.names, found.stderr, strict=True))
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+# Effects of the history act along logs: tests/models/test_history.py.
+@pytest.mark.parametrize("name", [name for name, effect in EFFECTS.items() if effect.port != "history"])
 def test_the_fit_finds_the_effect_that_made_the_data(name):
     values = labels_of(name, "scale")
     table = truth_table(50, (4,), seed=1)
