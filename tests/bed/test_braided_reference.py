@@ -36,7 +36,9 @@ CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | TOGETHER
 
 
 def test_every_effect_of_the_library_can_be_hidden():
-    assert {*UNIT, *BRAIDED, *MOVED} == set(EFFECTS)
+    # Those of the history act along logs, which this bed does not record.
+    still = {name for name, effect in EFFECTS.items() if effect.port != "history"}
+    assert {*UNIT, *BRAIDED, *MOVED} == still
 
 
 @pytest.mark.parametrize("make", DESIGNS)

@@ -63,14 +63,14 @@ def question_of(source: Source, seed: int) -> Question:
     """What the run's search was asked; of a run of train, what it would be."""
     given = list(source.content.get("given_effects", source.effects))
     tried = [str(entry["effect"]) for entry in source.content.get("candidates", []) if entry["step"] == 0]
-    still = source.rows.states.recording is None
+    known = source.known
+    still = known.rows.states.recording is None
     fitting = [
         name
         for name, effect in EFFECTS.items()
         if source.model.family in effect.families() and not (still and effect.port == "history")
     ]
     candidates = [name for name in tried or fitting if name not in given and name in EFFECTS]
-    known = source.known
     return Question(lambda names: source.build(list(names)), candidates, known.rows, _stated(source), seed, given)
 
 
