@@ -18,7 +18,6 @@ from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.beds import FORCE, MOMENT, bed_of
 from freelearn.measurements.states import kinematic_state
-from freelearn.models.own import load_own_code
 from freelearn.render.png.admissible import admissible
 from freelearn.render.png.canvas import save
 from freelearn.render.png.curves import curves
@@ -48,7 +47,6 @@ def draw_folder(
     elongation [mm] and twist [deg], or the loads [N, N·mm] under a dead load, None for the middling one. banded: the
     curves with the 95 % bands of those models that the state's sample was compared with. Raises UserError.
     """
-    load_own_code()
     records = _records(folder)
     check_folder(out)
     table = pd.read_csv(records[0].folder / "predictions.csv")

@@ -14,8 +14,6 @@ from freelearn.measurements.text_file import missing_file
 if TYPE_CHECKING:
     from rich.console import Console
 
-ANSWERS, SOLUTIONS = "answers.csv", "solutions.csv"
-
 
 def predict_app() -> None:
     """`predict`, from the words of the command line."""
@@ -51,21 +49,13 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
 
 
 def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Console) -> None:
-    from freelearn.csv_text import csv_text
-    from freelearn.files import write_text
     from freelearn.measurements.questions import read_questions
     from freelearn.render.terminal.answers import show_answers
     from freelearn.render.terminal.long_work import LongWork
-    from freelearn.results.run_files import begin_results
 
     assert settings.data.path is not None
     asked = read_questions(settings.data.path, fitted.columns)
     with LongWork(console, "answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
-    # Of an earlier run into the same folder.
-    for name in (ANSWERS, SOLUTIONS):
-        begin_results(folder, name)
-    if len(answers.every):
-        write_text(folder / SOLUTIONS, csv_text(answers.every, "%.10g"))
-    write_text(folder / ANSWERS, csv_text(answers.table(), "%.10g"))
+    answers.save(folder)
     show_answers(console, answers, fitted, asked.warnings, folder)

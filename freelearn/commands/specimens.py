@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-import torch
 from rich.console import Console
 
+from freelearn.api.tasks.specimens import NEO_HOOKEAN, compared_specimens, fitted_specimens
 from freelearn.commands.command_line import program
 from freelearn.commands.ending import one_sentence
 from freelearn.files import write_whole
-from freelearn.fitting.rubber import fit_rubber
-from freelearn.inference.rubber import NEO_HOOKEAN, compare, conclusion
 from freelearn.measurements.specimen_modes import mode_name
 from freelearn.measurements.specimen_table import Specimens, read_specimens
-from freelearn.models.rubber import Rubber
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.run_files import check_folder
 from freelearn.results.specimen import write_result
@@ -30,8 +27,7 @@ def fit_specimens(
 ) -> None:
     """Fits, writes specimen.json, curves.png and curves.csv to `out`, and prints a short table. Raises UserError."""
     check_folder(out)
-    fit = fit_rubber(Rubber(effects), data.table, held_out)
-    alone = fit_rubber(Rubber(), data.table, held_out) if effects else fit
+    fit, alone = fitted_specimens(data, effects, held_out)
     write_result(out / "specimen.json", fit, data.files)
     # matplotlib costs a second to import: only here.
     from freelearn.render.png.canvas import save
@@ -51,10 +47,10 @@ def fit_specimens(
 def compare_specimens(data: Specimens, out: Path, console: Console) -> None:
     """Prints the comparison of all combinations of effects and writes comparison.csv to `out`. Raises UserError."""
     check_folder(out)
-    compared = compare(data.table, data.modes)
+    compared, said = compared_specimens(data)
     write_whole(out / "comparison.csv", lambda p: compared.to_csv(p, index=False, float_format="%.6g"))
     console.print(rich_table(combination_table(compared)))
-    console.print(conclusion(compared), markup=False, highlight=False)
+    console.print(said, markup=False, highlight=False)
     for warning in data.warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(f"table: {out / 'comparison.csv'}", markup=False, highlight=False, soft_wrap=True)
@@ -90,7 +86,6 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.compare and (arguments.effects or arguments.held_out):
         parser.error("--compare tries all effects and holds out each mode in turn: drop --effects and --held-out")
-    torch.set_num_threads(1)
     out = arguments.out or Path("outputs/specimens") / datetime.now().strftime("%Y-%m-%d/%H-%M-%S-%f")
     with one_sentence("interrupted before there was a result.", out):
         data = read_specimens(arguments.table)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,13 @@ from torch import Tensor
 from freelearn.answer.answered import Answered
 from freelearn.answer.found import UNANSWERED
 from freelearn.answer.system import System
+from freelearn.csv_text import csv_text
+from freelearn.files import write_text
 from freelearn.measurements.beds import ELONGATION
 from freelearn.models.prediction import Status
+from freelearn.results.run_files import begin_results
 
+ANSWERS_FILE, SOLUTIONS_FILE = "answers.csv", "solutions.csv"
 # What an answer is extended by, besides its bands.
 SOLUTIONS, STATUS, EXTRAPOLATED, NOTE = "solutions", "status", "extrapolated", "note"
 OTHER_DESIGN = "an actuator that the model was not fitted on"
@@ -49,6 +54,18 @@ class Answers:
     def frame(self) -> pd.DataFrame:
         """The questions with their answers."""
         return self.filled.copy()
+
+    def save(self, folder: str | Path) -> Path:
+        """Writes answers.csv and, where rows have several solutions, solutions.csv, as the command does. Raises
+        UserError."""
+        place = Path(folder)
+        # Of earlier questions in the same folder.
+        for name in (ANSWERS_FILE, SOLUTIONS_FILE):
+            begin_results(place, name)
+        if len(self.every):
+            write_text(place / SOLUTIONS_FILE, csv_text(self.every, "%.10g"))
+        write_text(place / ANSWERS_FILE, csv_text(self.table(), "%.10g"))
+        return place
 
     def __repr__(self) -> str:
         return repr(self.filled)
