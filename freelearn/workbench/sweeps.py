@@ -7,7 +7,8 @@ from pathlib import Path
 import panel as pn
 
 from freelearn.errors import UserError
-from freelearn.workbench.words import say, words
+from freelearn.results.digests import read_document
+from freelearn.workbench.words import heading, say, table, words
 
 MOST_MAPS = 6
 
@@ -20,10 +21,12 @@ class Sweeps:
         self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
         self.again = pn.widgets.Button(name="Look again", width=120, align="end")
         self.note = words()
-        self.maps = pn.GridBox(ncols=2)
+        self.maps = pn.FlexBox()
+        self.paper, self.differ = words(), words()
+        self.published = pn.Column(heading("Beside the paper's maps"), self.differ, self.paper, visible=False)
         self.again.on_click(lambda _: self.look())
         self.choice.param.watch(lambda _: self._draw(), "value")
-        self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps)
+        self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps, self.published)
 
     def look(self) -> None:
         """Looks for finished sweeps anew."""
@@ -41,17 +44,35 @@ class Sweeps:
         # Bokeh's plotting takes a second to import: not before the page is there.
         from freelearn.render.html.charts.heatmap import heatmap_chart
         from freelearn.results.collect import read_gathered
-        from freelearn.results.summary import cells
+        from freelearn.results.published import PUBLISHED, beside_the_paper, where_they_differ
+        from freelearn.results.summary import cells, summary
 
         self.maps.clear()
+        self.published.visible = False
         if self.choice.value is None:
             return
         try:
-            shown = cells(read_gathered(self.choice.value))
+            gathered = read_gathered(self.choice.value)
+            shown, numbers = cells(gathered), summary(gathered)
         except UserError as problem:
             say(self.note, [str(problem)], "bad")
             return
-        labels = list(dict.fromkeys(shown["label"]))
+        # As in the paper: its models first.
+        order = list(PUBLISHED)
+        labels = sorted(dict.fromkeys(shown["label"]), key=lambda n: order.index(n) if n in order else len(order))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
         say(self.note, [f"Error E of every training set on every test set; one color scale.{more}"], "quiet")
         self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label)) for label in labels[:MOST_MAPS]]
+        paper = beside_the_paper(numbers)
+        self.published.visible = paper is not None
+        table(self.paper, paper)
+        simulated = _simulated(self.choice.value.parent, str(gathered["run"].iloc[0]))
+        say(self.differ, where_they_differ(shown, numbers, simulated))
+
+
+def _simulated(sweep: Path, run: str) -> bool:
+    """Whether the sweep's data were simulated, as one of its runs says; no where that is gone."""
+    try:
+        return bool(read_document(sweep / run / "results.json")["data"]["simulated"])
+    except (UserError, KeyError, TypeError):
+        return False
