@@ -13,3 +13,9 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 # Links from the pages into the code are for those who read the pages in the repository.
 suppress_warnings = ["myst.xref_missing"]
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+# In the reference what a user types, not the rooms that it lives in.
+add_module_names = False
+python_use_unqualified_type_names = True
+autodoc_typehints_format = "short"
