@@ -86,7 +86,10 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
         # Of n alike, one less is free.
         spread = (residual[several] - residual[several].mean(0)) * np.sqrt(len(several) / (len(several) - 1))
         apart.update(zip(several.tolist(), spread, strict=True))
-    scale = np.where(there, np.median(np.abs(list(apart.values())), axis=0).clip(1e-300), 1.0)
+    typical = np.median(np.abs(list(apart.values())), axis=0)
+    # Of readings that are rounded coarsely most repeats do not differ at all.
+    scale = np.where(typical > 0, typical, _resolution(rows).numpy())
+    scale = np.where(there & (scale > 0), scale, 1.0)
     position = sensitivity.numpy()[:, :, :2] * shared(like, bed).numpy() * there[:, None]
     by_visit: dict[int, list[int]] = {}
     for row in apart:

@@ -29,8 +29,8 @@ PROGRESS, PATIENCE = 0.01, 16
 SOFTEST = 1e-3
 # Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.
 RANGE = ((0.2, 4.0), (-25.0, 25.0))
-# Steps with the stiffness of a place nearby, before derivatives are taken.
-CHORDS = 6
+# Steps with the stiffness of a place nearby, before derivatives are taken, which cost three times as much a step.
+CHORDS = 10
 # By these names States.near keeps q and the stiffness.
 PLACE, STIFFNESS = "rest", "rest stiffness"
 

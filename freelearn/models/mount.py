@@ -22,8 +22,8 @@ EARLY = 5
 TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 0.3)
-# Steps with the stiffness of a place nearby, before derivatives are taken.
-CHORDS = 6
+# Steps with the stiffness of a place nearby, before derivatives are taken, which cost three times as much a step.
+CHORDS = 10
 # By these names States.near keeps q and A.
 PLACE, STIFFNESS = "mount", "mount stiffness"
 

@@ -1,5 +1,7 @@
 """How well the bed measured, judged from the data: from repeats, from the smooth part, with slips and heavy tails."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -146,3 +148,16 @@ def test_a_repeat_is_another_visit_of_the_same_place():
         assert made.state[one] != made.state[other]
         assert (places.iloc[one] == places.iloc[other]).all()
     assert len(repeats(places.iloc[:120], made.state[:120])) == 0
+
+
+def test_repeats_that_are_the_same_to_the_last_digit_shown_err_by_its_rounding():
+    """Most repeats then do not differ at all: their median is zero, and nothing may be divided by it."""
+    made = twice(0, true=Accuracy(0.0, 0.0, 0.0, 1e-12, 1e-12))
+    model = LinearBed(stiffness=TRUE[0], torsion=TRUE[1], area=TRUE[2], turn=TRUE[3])
+    digit = torch.tensor([0.5, 0.01], dtype=torch.float64)
+    value = (made.rows.loads / digit).round() * digit
+    rows = dataclasses.replace(made.rows, readings=dataclasses.replace(made.rows.readings, value=value))
+    found, repeated = estimate(evaluated(model, rows, model.vector().detach()), rows, ACCURACY)
+    assert repeated
+    np.testing.assert_allclose([found.force, found.moment], digit / 12**0.5, rtol=1e-6)
+    assert found.length == found.twist == 0
