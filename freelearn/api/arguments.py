@@ -13,6 +13,7 @@ from freelearn.api.settings.configuration import composed, offer_own_models
 from freelearn.api.settings.parse import Chosen, parse
 from freelearn.api.table import TableFile
 from freelearn.errors import UserError, unknown
+from freelearn.package import CONF
 
 # One of several files of the configuration, by its name, with options of its own or without.
 Group: TypeAlias = "str | Mapping[str, Any]"
@@ -36,9 +37,9 @@ def options_of(arguments: Mapping[str, Any]) -> dict[str, Any]:
 def settings_of(kind: type[Chosen], name: str, place: TableFile, arguments: Mapping[str, Any]) -> Chosen:
     """The settings of a command. name: of its configuration file. arguments: by name, without the table; one with a dot
     in its name is nested, as on the command line. Raises UserError with every mistake."""
-    offer_own_models()
+    own = offer_own_models()
     given = {option: _plain(value) for option, value in arguments.items()}
-    groups = {group: _group(given.pop(group)) for group in GROUPS if group in given}
+    groups = {group: _group(group, given.pop(group), own) for group in GROUPS if group in given}
     content = composed(
         name, [f"data={place.name}", *(f"{group}={chosen}" for group, (chosen, _) in groups.items() if chosen)]
     )
@@ -54,13 +55,16 @@ def settings_of(kind: type[Chosen], name: str, place: TableFile, arguments: Mapp
     return parse(kind, content)
 
 
-def _group(value: Any) -> tuple[str, dict[str, Any]]:
-    """The name of a group's file, "" for the usual one, and what else is set of it."""
-    if isinstance(value, str):
-        return value, {}
-    if isinstance(value, Mapping):
-        return str(value.get("name", "")), {str(name): each for name, each in value.items() if name != "name"}
-    raise UserError(f"{value!r} is neither a name nor a mapping of options: give one of them.")
+def _group(group: str, value: Any, own: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    """The name of a group's file, "" for the usual one, and what else is set of it. own: models of the user's own."""
+    if not isinstance(value, str | Mapping):
+        raise UserError(f"{group} = {value!r} is neither a name nor a mapping of options: give one of them.")
+    name = value if isinstance(value, str) else str(value.get("name", ""))
+    known = [*sorted(path.stem for path in (CONF / group).glob("*.yaml")), *(own if group == "model" else ())]
+    if name and name not in known:
+        raise unknown(group, name, known)
+    more = {} if isinstance(value, str) else {str(key): each for key, each in value.items() if key != "name"}
+    return name, more
 
 
 def _data(place: TableFile, given: dict[str, Any], usual: Mapping[str, Any]) -> dict[str, Any]:

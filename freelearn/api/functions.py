@@ -158,7 +158,7 @@ def load(folder: str | Path) -> FittedRun | Found:
     from freelearn.api.found import Found
     from freelearn.results.run_folder import read_run
 
-    run = read_run(folder)
+    run = read_run(folder_of(folder))
     fitted = FittedRun.of(run)
     return Found(run.folder, dict(run.content), read=fitted) if "verdict" in run.content else fitted
 

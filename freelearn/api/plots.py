@@ -7,6 +7,7 @@ quantity; `ax` then is as many of them, or one with `quantity` to say which. Not
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 import numpy as np
@@ -14,8 +15,10 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.results.curve import StateCurves, state_curves
+from freelearn.results.curve_bands import BAND
 from freelearn.results.curve_panels import CurvePanel, measured_points, panels_of
 from freelearn.results.discovery import trail_numbers
+from freelearn.results.formats import MINUS
 from freelearn.results.plan_tables import place_table
 from freelearn.results.quantities import plane, told
 from freelearn.results.ranking import ranking_numbers
@@ -34,6 +37,8 @@ Panel = TypeVar("Panel")
 Given = Any
 # Inches of a panel.
 WIDE, HIGH = 4.75, 4.2
+# Letters of a heading to an inch.
+LETTERS = 11
 STATES = ("best", "middling", "worst")
 
 
@@ -84,7 +89,7 @@ class RunPlots:
         place = picked[min(STATES.index(state), len(picked) - 1)]
         run = self._run
         ((measured, lines),) = state_curves({run.title: run.model}, self._own, [place], bands={run.title: run.bands})
-        return _curves(measured, lines, ax, panel, f"{self._title}: {state_title(measured)}")
+        return _curves(measured, lines, ax, panel, self._named(f"{self._what}: {state_title(measured)}"))
 
     def heatmap(self, ax: Given = None) -> Axes:
         """E on each test set: the column of a sweep's map that this run is."""
@@ -110,8 +115,15 @@ class RunPlots:
         return rows_of_set(run.table, str(run.content["train"])).reset_index(drop=True) if fitted else run.table
 
     @property
+    def _what(self) -> str:
+        return f"{self._run.title} fitted on {self._run.run.content['train']}"
+
+    @property
     def _title(self) -> str:
-        return _heading(f"{self._run.title} fitted on {self._run.run.content['train']}", self._run.run.content)
+        return self._named(self._what)
+
+    def _named(self, title: str) -> str:
+        return _heading(title, self._run.run.content)
 
 
 class FoundPlots:
@@ -213,14 +225,25 @@ def _residuals(table: pd.DataFrame, ax: Given, quantity: str | None, title: str,
 
 
 def _curves(measured: pd.DataFrame, lines: Mapping[str, pd.DataFrame], ax: Given, panel: str | None, title: str) -> Any:
+    from matplotlib.patches import Patch
+
     from freelearn.render.png.curves import draw_curves
 
     panels: Sequence[CurvePanel] = _chosen(panels_of(measured), lambda each: each.title, panel)
     axes = _axes(ax, len(panels), title)
     shown = measured_points(measured)
-    for number, (one, each) in enumerate(zip(axes, panels, strict=True)):
-        draw_curves(one, shown, lines, each, first=number == 0)
-    axes[0].legend(frameon=False, fontsize=8)
+    banded = [
+        draw_curves(one, shown, lines, each, first=each is panels[0]) for one, each in zip(axes, panels, strict=True)
+    ]
+    handles, labels = axes[0].get_legend_handles_labels()
+    if any(banded):
+        handles, labels = [*handles, Patch(color="gray", alpha=0.3, lw=0)], [*labels, BAND]
+    if ax is None:
+        # Below: inside the panels every corner may hold data.
+        figure: Any = axes[0].get_figure()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    else:
+        axes[0].legend(handles, labels, frameon=False, fontsize=8)
     return _returned(axes)
 
 
@@ -239,7 +262,7 @@ def _axes(ax: Given, count: int, title: str, wide: float = WIDE, high: float = H
         from matplotlib import pyplot
 
         figure = pyplot.figure(figsize=(wide * count, high), layout="constrained")
-        figure.suptitle(title, fontsize=11)
+        figure.suptitle("\n".join(wrap(title.replace("-", MINUS), int(LETTERS * wide * count))), fontsize=11)
         return list(np.ravel(figure.subplots(1, count)))
     axes = list(np.ravel(ax))
     if len(axes) != count:

@@ -13,8 +13,9 @@ from typing import TypeAlias
 import pandas as pd
 
 from freelearn.api.session import new_folder, session_folder
-from freelearn.errors import UserError
+from freelearn.errors import UserError, unknown
 from freelearn.measurements.beds import BED, BEDS, KINEMATIC
+from freelearn.measurements.members import DESIGN
 from freelearn.package import CONF, example
 
 # A measurement table: its rows, its file, or the name of a data set that comes with the package.
@@ -66,7 +67,9 @@ def read_table(
 
     place = table_file(table, None, design, recipe)
     if place.path is None:
-        return _data_set(place.name)
+        if design:
+            raise UserError(f"{place.name} has its design: leave design out.")
+        return _data_set(place.name, bed, members)
     chosen, block = bed or place.bed or KINEMATIC.name, members or place.members
     if chosen not in BEDS:
         raise UserError(f"Unknown bed {chosen!r}: choose among {', '.join(BEDS)}.")
@@ -87,8 +90,18 @@ def table_file(
         return _converted(table, recipe, folder)
     if isinstance(table, str) and table in data_sets():
         return TableFile(table, None)
+    if not isinstance(table, pd.DataFrame | str | Path):
+        raise UserError(f"A {type(table).__name__} is no table: give a DataFrame, a file, or a data set's name.")
     if not isinstance(table, pd.DataFrame):
         path = example(str(table))
+        if (
+            isinstance(table, str)
+            and path == Path(table)
+            and len(path.parts) == 1
+            and not path.suffix
+            and not path.exists()
+        ):
+            raise unknown("file or data set", table, data_sets())
         if not design:
             return TableFile("csv", path)
         return TableFile("csv", _written(_with(_plain(path), design), folder))
@@ -116,6 +129,7 @@ def said_of(place: TableFile) -> Iterator[None]:
             return f"row {labels[number]!r}" if 0 <= number < len(labels) else "columns"
 
         text = re.sub(r"\bline (\d+)", row, str(mistake).replace(str(place.path), "The DataFrame"))
+        text = re.sub(rf"({'|'.join(DESIGN)})(: column is missing: add it)", r"\1\2, or give design={'\1': …}", text)
         raise UserError(text) from None
 
 
@@ -124,13 +138,14 @@ def data_sets() -> list[str]:
     return sorted(path.stem for path in (CONF / "data").glob("*.yaml") if path.stem != "csv")
 
 
-def _data_set(name: str) -> pd.DataFrame:
+def _data_set(name: str, bed: str | None, members: str | Path | None) -> pd.DataFrame:
     # Here, not above: the simulated bed needs torch, a file does not.
     from freelearn.api.settings.configuration import settings
     from freelearn.api.settings.settings import TrainSettings
     from freelearn.api.tasks.tables import load_table
 
-    data = settings(TrainSettings, [f"data={name}"]).data
+    more = [f"data.{option}={value}" for option, value in (("bed", bed), ("members", members)) if value is not None]
+    data = settings(TrainSettings, [f"data={name}", *more]).data
     loaded = load_table(data)
     table = loaded.table.copy()
     if data.accuracy is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.measurements.faults import Fault
-from freelearn.measurements.recording import RUN, TIME, is_log
+from freelearn.measurements.log import RUN, TIME, is_log
 
 # A recording with fewer samples shows nothing of what was before.
 FEWEST = 8

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import pandas as pd
 
 from freelearn.measurements.beds import FORCE, bed_of
-from freelearn.measurements.recording import is_log
+from freelearn.measurements.log import is_log
 from freelearn.measurements.unit_checks import CHECKS, FORCE_NEEDS, force_unit
 from freelearn.measurements.usable import used_rows
 

@@ -12,8 +12,8 @@ from freelearn.measurements.columns import MARKS, Columns
 from freelearn.measurements.design import design_rules
 from freelearn.measurements.faults import Fault, Rule, faults_by_rules, no_number
 from freelearn.measurements.limits import limit_rules
+from freelearn.measurements.log import RUN, TIME
 from freelearn.measurements.members import DESIGN, SECOND
-from freelearn.measurements.recording import RUN, TIME
 
 # The standard atmosphere is 101.325 kPa; gauges err and weather changes little below it.
 VACUUM_KPA = -101.4

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
-from freelearn.measurements.recording import is_log, pieces
+from freelearn.measurements.log import is_log, pieces
 from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import usable_rows
 

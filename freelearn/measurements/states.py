@@ -12,9 +12,10 @@ import torch
 from torch import Tensor
 
 from freelearn.measurements.beds import DEAD_LOAD, KINEMATIC, Bed, bed_of
+from freelearn.measurements.log import is_log, run_numbers
 from freelearn.measurements.members import DESIGN, SECOND, design_column, members_in, pressure_column
 from freelearn.measurements.near import Near
-from freelearn.measurements.recording import Recording, is_log, run_numbers
+from freelearn.measurements.recording import Recording
 from freelearn.measurements.scans import stopped
 from freelearn.units import DEG, KPA, MM, NMM
 

@@ -68,3 +68,18 @@ def test_a_raw_file_with_its_recipe(tmp_path):
 def test_columns_without_names_are_refused():
     with pytest.raises(fl.UserError, match="named by texts"):
         fl.read_table(pd.DataFrame([[1, 2], [3, 4]]))
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ("dmsp21", "Did you mean 'dmsp20'"),
+        ("nowhere.csv", "no file nowhere.csv"),
+        (None, "A NoneType is no table"),
+        (pd.DataFrame({"a": [1]}), r"gamma_deg: column is missing: add it, or give design=\{'gamma_deg'"),
+    ],
+)
+def test_what_is_no_table_is_told(table, says):
+    for read in (fl.read_table, fl.fit):
+        with pytest.raises(fl.UserError, match=says):
+            read(table)

@@ -6,7 +6,7 @@ import pytest
 
 import freelearn as fl
 from freelearn.errors import UserError
-from freelearn.measurements.recording import pieces
+from freelearn.measurements.log import pieces
 from freelearn.measurements.sets import split_rows
 from freelearn.measurements.states import States, log_direction
 from freelearn.testing.tables import recordings
