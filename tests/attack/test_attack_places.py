@@ -9,19 +9,12 @@ from pathlib import Path
 import pytest
 from attack_place import make_place, of
 from ended import Ended
-from forked_commands import Commands
 from nightly import chosen
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory) -> Path:
     return make_place(tmp_path_factory.mktemp("places"))
-
-
-@pytest.fixture(scope="module")
-def commands(tmp_path_factory):
-    with Commands(tmp_path_factory.mktemp("commands")) as commands:
-        yield commands
 
 
 def unfinished(folder: Path) -> list[Path]:

@@ -37,12 +37,11 @@ def found(tmp_path_factory):
     return folder
 
 
-def test_the_command_plans_rows_that_can_be_measured_and_appended(found, tmp_path):
+def test_the_command_plans_rows_that_can_be_measured_and_appended(found, commands, tmp_path):
     out = tmp_path / "out"
-    command = [sys.executable, ROOT / "plan.py", f"run={found}", "rows=6", f"hydra.run.dir={out}"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "What to measure next" in done.stdout
+    done = commands.run("plan", f"run={found}", "rows=6", f"hydra.run.dir={out}", cwd=tmp_path)
+    assert done.status == 0, done.told
+    assert "What to measure next" in done.out
     assert {p.name for p in out.iterdir()} == {"plan.csv", "plan.json", "plan_places.png", "plan_places.csv"}
     rows, content = pd.read_csv(out / "plan.csv"), json.loads((out / "plan.json").read_text())
     assert list(rows) == [*Columns(KINEMATIC).listed, "expected_z"]

@@ -1,11 +1,8 @@
 """`python referee.py`: the checks of what a run claims, of runs of discover and of train."""
 
 import json
-import subprocess
-import sys
 
 import pytest
-from conftest import ROOT
 from hidden_tables import table
 from rich.console import Console
 from small_runs import make_csv, run
@@ -30,13 +27,11 @@ def named(tmp_path_factory):
     return folder
 
 
-def test_the_command_says_of_a_discovery_what_the_search_said(named):
+def test_the_command_says_of_a_discovery_what_the_search_said(named, commands):
     before = json.loads((named / "referee.json").read_text())
-    ended = subprocess.run(
-        [sys.executable, str(ROOT / "referee.py"), f"run={named}"], capture_output=True, text=True, cwd=ROOT
-    )
-    assert ended.returncode == 0, ended.stderr
-    assert "Does the claim stand" in ended.stdout
+    ended = commands.run("referee", f"run={named}")
+    assert ended.status == 0, ended.told
+    assert "Does the claim stand" in ended.out
     after = json.loads((named / "referee.json").read_text())
     assert (after["claimed"], after["verdict"]) == (before["claimed"], before["verdict"])
     assert {c["name"]: c["result"] for c in after["checks"]} == {c["name"]: c["result"] for c in before["checks"]}

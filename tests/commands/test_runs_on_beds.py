@@ -150,6 +150,7 @@ def test_figures_of_a_run(fitted, tmp_path):
     assert pictures == {"admissible", "curves"}
 
 
+@pytest.mark.nightly
 def test_few_moments_name_nothing_else(tmp_path):
     overrides = beds.write("dead_load", HIDDEN["dead_load"], tmp_path)
     with open(tmp_path / "terminal.txt", "w") as file:

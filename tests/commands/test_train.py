@@ -31,11 +31,6 @@ def csv(tmp_path: Path) -> Path:
     return make_csv(tmp_path / "table.csv", rows=1200)
 
 
-def command(folder: Path, *overrides: str, **options) -> subprocess.CompletedProcess:
-    line = [sys.executable, "train.py", "fits=null", *overrides, f"hydra.run.dir={folder}"]
-    return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False, **options)
-
-
 @pytest.mark.parametrize("model", ["continuum", "linear", "mlp"])
 def test_every_file_of_the_contract(model, csv, tmp_path):
     folder = tmp_path / "run"
@@ -227,16 +222,18 @@ def test_every_set_means_those_that_have_test_rows(csv, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_command_itself(csv, tmp_path):
-    good = command(tmp_path / "good", "train=sample3", "data=csv", f"data.path={csv}")
+def test_the_command_itself(csv, commands, tmp_path):
+    asked = ["fits=null", "train=sample3", "data=csv", f"data.path={csv}", f"hydra.run.dir={tmp_path / 'good'}"]
+    line = [sys.executable, "train.py", *asked]
+    good = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert good.returncode == 0, good.stderr
     assert "C1" in good.stdout
     assert str(tmp_path / "good") in good.stdout
     for overrides in (("model=contnuum",), ("train=nothing",), ("no_such_key=1",), ("data=csv",)):
-        bad = command(tmp_path / "bad", *overrides)
-        assert bad.returncode != 0
-        assert "Traceback" not in bad.stderr + bad.stdout, overrides
-        assert len(bad.stderr.strip()) > 20
+        bad = commands.run("train", "fits=null", *overrides, f"hydra.run.dir={tmp_path / 'bad'}")
+        assert bad.status != 0
+        assert "Traceback" not in bad.told, overrides
+        assert len(bad.err.strip()) > 20
 
 
 @pytest.mark.slow

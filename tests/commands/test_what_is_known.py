@@ -1,12 +1,8 @@
 """What a user knows of parameters, from the command line to the reports."""
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
-from conftest import ROOT
 from hidden_tables import table
 from rich.console import Console
 from small_runs import make_csv, run
@@ -83,21 +79,18 @@ def test_a_search_holds_what_is_fixed_and_believes_what_is_known(tmp_path):
     assert "fixed" in (tmp_path / "terminal.txt").read_text(encoding="utf-8")
 
 
-def test_the_command_takes_a_value_with_an_error_and_tells_mistakes(csv, tmp_path):
+def test_the_command_takes_a_value_with_an_error_and_tells_mistakes(csv, commands, tmp_path):
     def command(*words):
-        start = [sys.executable, "train.py", "data=csv", f"data.path={csv}", "fits=null", "train=all"]
-        there = [f"hydra.run.dir={tmp_path / 'run'}", "figures=false"]
-        return subprocess.run(
-            [*start, *there, *words], cwd=ROOT, capture_output=True, text=True, env=os.environ, check=False
-        )
+        asked = ["data=csv", f"data.path={csv}", "fits=null", "train=all", "figures=false"]
+        return commands.run("train", *asked, f"hydra.run.dir={tmp_path / 'run'}", *words)
 
     ended = command("model.C1=1e6±2e5")
-    assert ended.returncode == 0, ended.stderr
-    assert "1e+06 ± 2e+05" in ended.stdout
+    assert ended.status == 0, ended.told
+    assert "1e+06 ± 2e+05" in ended.out
     ended = command("fix=[C3]", "material=ecoflex_30")
-    assert ended.returncode == 1
-    assert "Unknown parameter of model continuum: 'C3'" in ended.stderr
-    assert "Traceback" not in ended.stderr
+    assert ended.status == 1
+    assert "Unknown parameter of model continuum: 'C3'" in ended.err
+    assert "Traceback" not in ended.err
 
 
 MISTAKES = {

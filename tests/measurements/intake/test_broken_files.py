@@ -4,8 +4,6 @@ import gzip
 import io
 import os
 import pickle
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -311,15 +309,12 @@ def test_the_output_never_takes_the_place_of_something_else(tmp_path):
     assert out.read_bytes() == before
 
 
-def test_a_recipe_that_is_absent_or_the_data(tmp_path):
+def test_a_recipe_that_is_absent_or_the_data(commands, tmp_path):
     (tmp_path / "mine.yaml").write_text(RECIPE)
     raw = tmp_path / "raw.csv"
     raw.write_text(raw_text())
-    command = [sys.executable, "intake.py", f"data.path={raw}", f"recipe={tmp_path / 'mine.yml'}"]
-    done = subprocess.run(
-        command, cwd=Path(__file__).parents[3], capture_output=True, text=True, timeout=120, check=False
-    )
-    assert done.returncode == 1
-    assert "did you mean mine.yaml?" in done.stderr
+    done = commands.run("intake", f"data.path={raw}", f"recipe={tmp_path / 'mine.yml'}")
+    assert done.status == 1
+    assert "did you mean mine.yaml?" in done.err
     with pytest.raises(UserError, match="is no recipe"):
         recipe_of(raw_text(), "raw.csv")
