@@ -83,7 +83,7 @@ class Asker:
         out.solutions[rows] = found.count
         for row, status, why in zip(rows.tolist(), found.status, found.why, strict=True):
             out.status[row], out.why[row] = status, why
-        slack = self._slack(system)
+        slack = self.slack(system)
         out.extrapolated[rows] = self.span.outside(system, found.x, slack).any(-1)
         if self.banded and self.miss is not None:
             half_x, half_y = self.miss.half_width(
@@ -102,7 +102,7 @@ class Asker:
         several = found.every
         return replace(several, row=rows[several.row])
 
-    def _slack(self, system: System) -> Tensor:
+    def slack(self, system: System) -> Tensor:
         """What an input may lie beyond those measured by their accuracy alone, (m,)."""
         accuracy = self.miss.accuracy if self.miss else None
         if accuracy is None:
