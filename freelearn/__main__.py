@@ -15,6 +15,11 @@ COMMANDS = {
     "predict": ("fill in the blanks of a table with a fitted model", "freelearn.commands.predict", "predict_app"),
     "plan": ("which rows to measure next", "freelearn.commands.plan", "plan_app"),
     "referee": ("whether what a run claims stands", "freelearn.commands.referee", "referee_app"),
+    "export": (
+        "a fitted model for other software: onnx or c",
+        "freelearn.commands.export",
+        "export_app",
+    ),
     "intake": ("a laboratory's raw file as a measurement table", "freelearn.commands.intake", "intake_app"),
     "gather": ("the results of finished sweeps as a table and heat maps", "freelearn.commands.gather", "main"),
     "figures": ("the paper's other figures and tables from a sweep or a run", "freelearn.commands.figures", "main"),

@@ -14,6 +14,7 @@ import torch
 from freelearn.api.copied import copied
 from freelearn.api.plots import RunPlots
 from freelearn.errors import UserError
+from freelearn.export.certificate import Certificate
 from freelearn.measurements.error import set_error
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.usable import usable_rows
@@ -113,6 +114,29 @@ class FittedRun(FittedModel):
         """Copies the run's files, those of `freelearn train`, to a folder, from which `load` takes it up again. Raises
         UserError."""
         return copied(self.folder, Path(folder))
+
+    def export(
+        self,
+        path: str | Path,
+        to: str | None = None,
+        *,
+        name: str | None = None,
+        sample: int | None = None,
+        force: bool = False,
+        license: str | None = None,
+    ) -> Certificate:
+        """Writes the actuator for other software, and its certificate (export.json, export.html) beside it.
+
+        path: a file, which names actuator and format by its ending (.onnx, .c), or a folder with `to`: onnx or c.
+        sample: of a run that was fitted on several. force: whether to export what the data do not determine. license:
+        of the data. Raises UserError.
+        """
+        from freelearn.export.export import export
+        from freelearn.export.options import Options, asked_for
+
+        folder, to, named = asked_for(path, to)
+        options = Options(to, name or named, sample, force, license)
+        return export(self, folder, options)
 
     def _estimates(self) -> list[Estimate]:
         entries = self.run.content.get("parameters", {})

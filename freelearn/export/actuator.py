@@ -151,13 +151,21 @@ class Actuator:
         out = [
             *answered,
             Port("status", "1", f"what the model says of the row: {STATUS}"),
-            Port("inside", "1", "1 where the data that the model was fitted on reach, 0 beyond: nothing is promised there"),
+            Port(
+                "inside",
+                "1",
+                "1 where the data that the model was fitted on reach, 0 beyond: nothing is promised there",
+            ),
             *(
                 Port(f"d_{y.name}_by_{x.name}", f"{y.unit}/({x.unit})", f"derivative of the {y.name} by the {x.name}")
                 for y in answered
                 for x in self.imposed
             ),
-            *(Port(f"{y.name}_half_band", y.unit, f"half of the 95 % band of the {y.name}") for y in answered if banded is not None),
+            *(
+                Port(f"{y.name}_half_band", y.unit, f"half of the 95 % band of the {y.name}")
+                for y in answered
+                if banded is not None
+            ),
             Port("worst_severity_next", "1", "worst_severity of the next call"),
         ]
         remembers = any(_depends(graph, some, len(ports) - 1) for some in nodes[:-1])
@@ -165,7 +173,9 @@ class Actuator:
         if not remembers:
             flat, nodes, out = flat[:-1], nodes[:-1], out[:-1]
         inputs = pruned(graph, nodes, ports, len(self.imposed))
-        return Function("forward", "loads, derivatives, bands and flags at a state", inputs, tuple(out), graph, tuple(flat))
+        return Function(
+            "forward", "loads, derivatives, bands and flags at a state", inputs, tuple(out), graph, tuple(flat)
+        )
 
     @property
     def functions(self) -> list[Function]:
@@ -177,7 +187,11 @@ class Actuator:
         bands = [p.name for p in whole.outputs if p.name.endswith("_half_band")]
         found = [
             whole.part("loads", f"{' and '.join(loads)} at a state", [*loads, *flags, *after]),
-            whole.part("stiffness", "their derivatives: the stiffness, its sign turned, and what pressure adds", [*rates, *flags]),
+            whole.part(
+                "stiffness",
+                "their derivatives: the stiffness, its sign turned, and what pressure adds",
+                [*rates, *flags],
+            ),
         ]
         if bands:
             found.append(whole.part("band", "half of the 95 % band for a new measurement", [*bands, *flags]))
@@ -185,7 +199,7 @@ class Actuator:
 
     @cached_property
     def inverses(self) -> list[Function]:
-        """The pressure for a force, and for a moment; none where several pressures, or no load, would have to be told."""
+        """The pressure for a force, and for a moment; none where there are several pressures, or no loads."""
         if not self.system.mechanical or self.states.members:
             return []
         return [self._inverse(i) for i in (0, 1)]
@@ -197,7 +211,7 @@ class Actuator:
 
     @cached_property
     def edges(self) -> tuple[Tensor, Tensor]:
-        """Least and largest of each input, (m,) each, that still lie within the data: as predict says it of an answer."""
+        """Least and largest of each input, (m,) each, that still lie within the data: as predict says it."""
         asker, size = self.fitted.asker, self._sizes
         (low, high), slack = asker.span.measured, asker.slack(self.system)
         return low * size - slack, high * size + slack

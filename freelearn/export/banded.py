@@ -14,8 +14,8 @@ from freelearn.answer.system import System
 
 @dataclass(frozen=True)
 class Banded:
-    """own (2, 2): covariance that is the same everywhere, of the readings and of what the model misses. errors (m,): one
-    standard deviation of each input. matrix (p, p): of the model's raw vector, None where nothing is known of it.
+    """own (2, 2): covariance that is the same everywhere, of the readings and of what the model misses. errors (m,):
+    one standard deviation of each input. matrix (p, p): of the model's raw vector, None where nothing is known of it.
     unknown (u,) int64: its numbers that nobody knows. outputs (2,): standard deviations in a half band of each output;
     inverse (2,): the same of a pressure, for each load given."""
 

@@ -16,7 +16,7 @@ def c_source(name: str, title: str, functions: Sequence[Function]) -> str:
     head = [
         title,
         "Double precision, no allocations, no state: a call takes a fixed number of operations, whatever its inputs.",
-        "Each function returns 0 where its answer stands. Bit 0 (1): beyond the data that the model was fitted on, where "
+        "Each function returns 0 where its answer stands. Bit 0 (1): beyond the data that the model was fitted on: "
         "nothing is promised. Bit 1 (2): no equilibrium, the tube balloons. Bit 2 (4): fibers at a singular angle. "
         "Bit 3 (8): fibers overstretched. Bit 4 (16): no pressure gives that load. Inputs and outputs are SI.",
         "Compile with: cc -std=c99 -O2 -c; link with -lm.",

@@ -1,7 +1,7 @@
 """Straight-line arithmetic in float64: what every exported function is made of, whatever it is written as.
 
-A number is a node; a node is an operation on earlier nodes. There are no branches (`where` picks), and loops run a fixed
-number of times, so that the work of a call never depends on what it is called with.
+A number is a node; a node is an operation on earlier nodes. There are no branches (`where` picks), and loops run a
+fixed number of times, so that the work of a call never depends on what it is called with.
 """
 
 from __future__ import annotations

@@ -103,8 +103,10 @@ class Lowering:
             return self._computed(node, target)
         if name in PLAIN:
             return self._plain(name, args, kwargs, str(target))
-        if (rule := getattr(self, f"on_{name}", None)) is not None:
-            return rule(*args, **{k: v for k, v in kwargs.items() if k not in ("dtype", "layout", "device", "pin_memory")})
+        if (rule := getattr(self, f"_on_{name}", None)) is not None:
+            return rule(
+                *args, **{k: v for k, v in kwargs.items() if k not in ("dtype", "layout", "device", "pin_memory")}
+            )
         raise NotArithmetic(f"{target} of shape {tuple(node.meta['val'].shape)}")
 
     def _resolved(self, value: Any) -> Any:
@@ -170,43 +172,45 @@ class Lowering:
         return _shaped(flat, starts)
 
     def _end(self, carried: list[Ids], nexts: list[Ids], times: int) -> list[Ids]:
-        flat = [[i for t in some for i in t.reshape(-1).tolist()] for some in (carried, nexts)]
-        return _shaped(self.graph.end(*flat, times), nexts)
+        begun, after = ([i for t in some for i in t.reshape(-1).tolist()] for some in (carried, nexts))
+        return _shaped(self.graph.end(begun, after, times), nexts)
 
     # Rules of single operations, by torch's own names.
 
-    def on_reciprocal(self, x: Ids) -> Ids:
+    def _on_reciprocal(self, x: Ids) -> Ids:
         return self._each("div", 1.0, x)
 
-    def on_rsqrt(self, x: Ids) -> Ids:
+    def _on_rsqrt(self, x: Ids) -> Ids:
         return self._each("div", 1.0, self._each("sqrt", x))
 
-    def on_square(self, x: Ids) -> Ids:
+    def _on_square(self, x: Ids) -> Ids:
         return self._each("mul", x, x)
 
-    def on__to_copy(self, x: Ids) -> Ids:
+    def _on__to_copy(self, x: Ids) -> Ids:
         return x
 
-    def on_sigmoid(self, x: Ids) -> Ids:
+    def _on_sigmoid(self, x: Ids) -> Ids:
         return self._each("div", 1.0, self._each("add", 1.0, self._each("exp", self._each("neg", x))))
 
-    def on_clamp(self, x: Ids, min: Any = None, max: Any = None) -> Ids:
+    def _on_clamp(self, x: Ids, min: Any = None, max: Any = None) -> Ids:
         x = x if min is None else self._each("max", x, min)
         return x if max is None else self._each("min", x, max)
 
-    def on_clamp_min(self, x: Ids, min: Any) -> Ids:
-        return self.on_clamp(x, min)
+    def _on_clamp_min(self, x: Ids, min: Any) -> Ids:
+        return self._on_clamp(x, min)
 
-    def on_addcmul(self, x: Ids, a: Ids, b: Ids, value: float = 1) -> Ids:
+    def _on_addcmul(self, x: Ids, a: Ids, b: Ids, value: float = 1) -> Ids:
         return self._each("add", x, self._each("mul", self._each("mul", float(value), a), b))
 
-    def on_addcdiv(self, x: Ids, a: Ids, b: Ids, value: float = 1) -> Ids:
+    def _on_addcdiv(self, x: Ids, a: Ids, b: Ids, value: float = 1) -> Ids:
         return self._each("add", x, self._each("mul", float(value), self._each("div", a, b)))
 
-    def on_nan_to_num(self, x: Ids, nan: float | None = None, posinf: float | None = None, neginf: float | None = None) -> Ids:
+    def _on_nan_to_num(
+        self, x: Ids, nan: float | None = None, posinf: float | None = None, neginf: float | None = None
+    ) -> Ids:
         most = torch.finfo(torch.float64).max
         x = self._each("where", self._each("isnan", x), float(nan or 0.0), x)
-        return self.on_clamp(x, -most if neginf is None else neginf, most if posinf is None else posinf)
+        return self._on_clamp(x, -most if neginf is None else neginf, most if posinf is None else posinf)
 
     def _reduced(self, operation: str, x: Ids, dims: Any, keep: bool) -> Ids:
         every = range(x.ndim) if dims is None or dims == [] else [dims] if isinstance(dims, int) else dims
@@ -216,70 +220,74 @@ class Lowering:
             x = reduce(lambda a, b: self._each(operation, a, b), parts).unsqueeze(d)
         return x if keep else x.squeeze(tuple(every)) if every else x
 
-    def on_sum(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_sum(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         if not x.numel():
             return self._each("add", torch.zeros(0, dtype=torch.int64).new_full((), self.graph.constant(0.0)), 0.0)
         return self._reduced("add", x, dims, keepdim)
 
-    def on_mean(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_mean(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         total = self._reduced("add", x, dims, keepdim)
         return self._each("div", total, float(x.numel() // total.numel()))
 
-    def on_prod(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_prod(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         return self._reduced("mul", x, dims, keepdim)
 
-    def on_amax(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_amax(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         return self._reduced("max", x, dims, keepdim)
 
-    def on_amin(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_amin(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         return self._reduced("min", x, dims, keepdim)
 
-    def on_any(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_any(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         return self._reduced("or", x, dims, keepdim)
 
-    def on_all(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_all(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         return self._reduced("and", x, dims, keepdim)
 
-    def on_linalg_vector_norm(self, x: Ids, ord: float = 2, dims: Any = None, keepdim: bool = False) -> Ids:
+    def _on_linalg_vector_norm(self, x: Ids, ord: float = 2, dims: Any = None, keepdim: bool = False) -> Ids:
         if ord != 2:
             raise NotArithmetic(f"a norm of order {ord}")
-        return self._each("sqrt", self._reduced("add", self.on_square(x), dims, keepdim))
+        return self._each("sqrt", self._reduced("add", self._on_square(x), dims, keepdim))
 
-    def on_mm(self, a: Ids, b: Ids) -> Ids:
-        return self.on_sum(self._each("mul", a[..., :, :, None], b[..., None, :, :]), -2)
+    def _on_mm(self, a: Ids, b: Ids) -> Ids:
+        return self._on_sum(self._each("mul", a[..., :, :, None], b[..., None, :, :]), -2)
 
-    def on_bmm(self, a: Ids, b: Ids) -> Ids:
-        return self.on_mm(a, b)
+    def _on_bmm(self, a: Ids, b: Ids) -> Ids:
+        return self._on_mm(a, b)
 
-    def on_mv(self, a: Ids, b: Ids) -> Ids:
-        return self.on_sum(self._each("mul", a, b), -1)
+    def _on_mv(self, a: Ids, b: Ids) -> Ids:
+        return self._on_sum(self._each("mul", a, b), -1)
 
-    def on_dot(self, a: Ids, b: Ids) -> Ids:
-        return self.on_sum(self._each("mul", a, b), -1)
+    def _on_dot(self, a: Ids, b: Ids) -> Ids:
+        return self._on_sum(self._each("mul", a, b), -1)
 
-    def on_addmm(self, c: Ids, a: Ids, b: Ids) -> Ids:
-        return self._each("add", c, self.on_mm(a, b))
+    def _on_addmm(self, c: Ids, a: Ids, b: Ids) -> Ids:
+        return self._each("add", c, self._on_mm(a, b))
 
-    def on_full_like(self, x: Ids, value: Any, **_: Any) -> Ids:
+    def _on_full_like(self, x: Ids, value: Any, **_: Any) -> Ids:
         return self._ids(value).expand(x.shape)
 
-    def on_zeros_like(self, x: Ids, **_: Any) -> Ids:
+    def _on_zeros_like(self, x: Ids, **_: Any) -> Ids:
         return self._ids(0.0).expand(x.shape)
 
-    def on_ones_like(self, x: Ids, **_: Any) -> Ids:
+    def _on_ones_like(self, x: Ids, **_: Any) -> Ids:
         return self._ids(1.0).expand(x.shape)
 
-    def on_new_zeros(self, x: Ids, size: list[int]) -> Ids:
+    def _on_new_zeros(self, x: Ids, size: list[int]) -> Ids:
         return self._ids(0.0).expand(size)
 
-    def on_fill(self, x: Ids, value: Any) -> Ids:
+    def _on_fill(self, x: Ids, value: Any) -> Ids:
         return self._ids(value).expand(x.shape)
 
-    def on_index_put(self, x: Ids, places: list[Any], values: Ids, accumulate: bool = False) -> Ids:
-        where = [None if p is None else self._whole(p) for p in places]
-        if accumulate:
-            raise NotArithmetic("sums at chosen places")
-        return aten.index_put.default(x, where, values.expand_as(x[tuple(w for w in where)]))
+    def _on_index_put(self, x: Ids, places: list[Any], values: Ids, accumulate: bool = False) -> Ids:
+        where = tuple(slice(None) if p is None else self._whole(p) for p in places)
+        numbers = torch.arange(x.numel()).reshape(x.shape)[where]
+        flat = x.reshape(-1).tolist()
+        for place, value in zip(
+            numbers.reshape(-1).tolist(), values.expand_as(numbers).reshape(-1).tolist(), strict=True
+        ):
+            flat[place] = self.graph.apply("add", flat[place], value) if accumulate else value
+        return torch.tensor(flat, dtype=torch.int64).reshape(x.shape)
 
     def _running(self, operation: str, x: Ids, dim: int) -> Ids:
         parts = list(x.unbind(dim))
@@ -287,16 +295,16 @@ class Lowering:
             parts[i] = self._each(operation, parts[i - 1], parts[i])
         return torch.stack(parts, dim)
 
-    def on_cumprod(self, x: Ids, dim: int) -> Ids:
+    def _on_cumprod(self, x: Ids, dim: int) -> Ids:
         return self._running("mul", x, dim)
 
-    def on_cumsum(self, x: Ids, dim: int) -> Ids:
+    def _on_cumsum(self, x: Ids, dim: int) -> Ids:
         return self._running("add", x, dim)
 
-    def on_log2(self, x: Ids) -> Ids:
+    def _on_log2(self, x: Ids) -> Ids:
         return self._each("div", self._each("log", x), math.log(2.0))
 
-    def on_tanh_backward(self, gradient: Ids, y: Ids) -> Ids:
+    def _on_tanh_backward(self, gradient: Ids, y: Ids) -> Ids:
         return self._each("mul", gradient, self._each("sub", 1.0, self._each("mul", y, y)))
 
 

@@ -1,7 +1,7 @@
 """The searches inside a model with a fixed number of turns, for the time of a trace.
 
-The model's own searches stop when all rows have settled, which is a branch. These go on, from the same starts by the same
-steps, and end in the same places: what they find is polished by the models' own differentiable steps.
+The model's own searches stop when all rows have settled, which is a branch. These go on, from the same starts by the
+same steps, and end in the same places: what they find is polished by the models' own differentiable steps.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import torch
 from torch import Tensor, addcmul
 
 from freelearn.export.loops import repeated
+from freelearn.measurements.states import States
 from freelearn.mechanics import equilibrium
 from freelearn.mechanics.wall import Wall
 from freelearn.models import hang, mount
@@ -88,7 +89,7 @@ def _bracketed(
 
 
 def _mounted(
-    states: mount.States, values: mount.Values, impose: mount.Impose, loads: mount.Loads, rows_of: mount.RowsOf
+    states: States, values: mount.Values, impose: mount.Impose, loads: mount.Loads, rows_of: mount.RowsOf
 ) -> mount._Solution:
     """As mount._solve."""
     size = mount._size(states)
@@ -113,7 +114,7 @@ def _mounted(
     return mount._Solution(q, jacobian, stiffness, settled & (determinant(jacobian) > 0))
 
 
-def _hung(states: hang.States, values: hang.Values, loads: hang.Loads, rows_of: hang.RowsOf) -> hang._Rest:
+def _hung(states: States, values: hang.Values, loads: hang.Loads, rows_of: hang.RowsOf) -> hang._Rest:
     """As hang._solve."""
     size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
     largest = torch.tensor(hang.LARGEST, dtype=size.dtype).expand_as(size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -27,11 +28,13 @@ def traced(function: Callable[..., Sequence[Tensor]], inputs: int, what: str) ->
     rows = [mode.from_tensor(torch.ones(1, dtype=torch.float64)) for _ in range(inputs)]
     try:
         with fixed_searches(), torch.no_grad():
-            module = make_fx(function, decomposition_table=core_aten_decompositions())(*rows)
+            # A mapping, whatever its declared type says.
+            simpler: Any = core_aten_decompositions()
+            module = make_fx(function, decomposition_table=simpler)(*rows)
         outputs = Lowering(graph, module).outputs(places)
     except (NotArithmetic, RuntimeError, TypeError) as problem:
         first = str(problem).strip().splitlines()[0] if str(problem).strip() else type(problem).__name__
         raise UserError(
-            f"{what} cannot be exported: it does what no straight-line arithmetic can ({first}); predict answers with it."
+            f"{what} cannot be exported: it does what no straight-line arithmetic can ({first}); use predict."
         ) from problem
     return graph, [t.reshape(-1).tolist() for t in outputs]

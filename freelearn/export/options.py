@@ -1,0 +1,57 @@
+"""What an export is asked for."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from freelearn.errors import UserError, unknown
+
+# By the ending of their file.
+FORMATS = {"onnx": ".onnx", "c": ".c"}
+IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+
+
+@dataclass(frozen=True)
+class Options:
+    """to: one of FORMATS. name: of the actuator, as code may name it. sample: of a run with several. force: whether to
+    export what the data do not determine. license: of the data, in words."""
+
+    to: str
+    name: str = "actuator"
+    sample: int | None = None
+    force: bool = False
+    license: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.to not in FORMATS:
+            raise unknown("format of export:", self.to, FORMATS)
+        if not IDENTIFIER.fullmatch(self.name):
+            raise UserError(f"name={self.name} cannot name code: choose letters, digits and _, a letter first.")
+
+
+def asked_for(path: str | Path, to: str | None = None) -> tuple[Path, str, str]:
+    """Folder, format and name of the actuator that a path asks for: a file's by its ending, or a folder with `to`.
+    Raises UserError.
+
+    >>> asked_for("arm/left.onnx")
+    (PosixPath('arm'), 'onnx', 'left')
+    >>> asked_for("c")
+    (PosixPath('.'), 'c', 'actuator')
+    """
+    path = Path(path)
+    told = {ending: name for name, ending in FORMATS.items()}.get(path.suffix.lower())
+    if told is not None:
+        if to not in (None, told):
+            raise UserError(
+                f"{path.name} is no file of to={to}: name a folder, or a file that ends in {FORMATS.get(str(to), '?')}."
+            )
+        return path.parent, told, re.sub(r"\W", "_", path.stem)
+    if to is None and str(path) in FORMATS:
+        return Path(), str(path), "actuator"
+    if to is None:
+        raise UserError(
+            f"{path} does not say the format: add to={'|'.join(FORMATS)}, or name a file, such as {path}/muscle.c."
+        )
+    return path, to, "actuator"

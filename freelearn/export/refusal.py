@@ -1,0 +1,21 @@
+"""Which runs are not exported: those whose claim, or whose parameters, the data do not determine."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from freelearn.results.fitted_model import FittedModel
+
+
+def doubts(fitted: FittedModel) -> list[str]:
+    """Why the model should not be relied on elsewhere, a sentence each; none where it may."""
+    found, content = [], fitted.run.content
+    if content.get("verdict") == "undecided":
+        found.append("The verdict of the run is undecided: the table cannot tell what the actuator is.")
+    variance, declared = np.diagonal(fitted.covariance), list(fitted.model.declared.items())
+    lost = [name for (name, p), v in zip(declared, variance, strict=True) if not p.fixed and not np.isfinite(v)]
+    if lost:
+        nothing = len(lost) == len(declared)
+        which = "Nothing was fitted to the data, or nothing of it is known" if nothing else "The data do not determine"
+        found.append(f"{which}: {', '.join(lost)}." if nothing else f"{which} {', '.join(lost)}.")
+    return found

@@ -1,0 +1,148 @@
+"""Every export beside the model itself."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+from exported import actuator
+from fitted_folders import folder_of, grid, shown
+
+import freelearn
+from freelearn.export.actuator import Actuator
+from freelearn.export.c_file import run, write_c
+from freelearn.export.compiled import compiler
+from freelearn.export.options import Options
+from freelearn.measurements.rows import Rows
+from freelearn.measurements.states import States
+from freelearn.models.build import build_model
+from freelearn.units import DEG, KPA, MM, NMM
+
+needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
+THREE = {"end_clamps": {"clamp_length": 2e-3}, "friction_hysteresis": {"force": 0.3, "moment": 2e-3},
+         "stress_softening": {"depth": 0.1, "severity": 0.02}}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory):
+    fitted = actuator(tmp_path_factory.mktemp("three"), THREE)
+    found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
+    # Traced once: that takes the most time of all.
+    return fitted, found, {f.name: f for f in Actuator.of(fitted).functions}, run(found.files[0], "left")
+
+
+@needs_compiler
+def test_c_answers_as_the_model_does_at_ten_thousand_states(three):
+    _, found, *_ = three
+    trip = found.content["round_trip"]
+    assert found.held
+    assert (trip["states"], trip["settled"], trip["outside"]["flagged"]) == (10_000, 10_000, 1.0)
+    assert max(trip["largest_difference"].values()) < 1e-9
+    assert [p.name for p in found.folder.iterdir() if p.suffix == ".c"] == ["left.c"]
+
+
+@needs_compiler
+def test_c_answers_a_table_in_the_order_of_measuring_as_predict_does(three):
+    """Through `predict`, which knows nothing of exports; the state is handed on from call to call."""
+    fitted, _, functions, library = three
+    rows = fitted.table()
+    answer = fitted.predict(rows)
+    loads = functions["loads"]
+    assert [p.name for p in loads.inputs] == ["elongation", "twist", "pressure", "direction", "worst_severity"]
+    directions = np.sign(rows["pressure_kpa"].diff().fillna(0.0)) * (rows["step"] > 0)
+    worst, got = 0.0, []
+    for (_, row), direction in zip(rows.iterrows(), directions, strict=True):
+        state = [row["elongation_mm"] * MM, row["twist_deg"] * DEG, row["pressure_kpa"] * KPA, direction, worst]
+        out, flags = library.answers(loads, np.array([state]))
+        assert flags[0] == 0
+        worst = out[0, -1]
+        got.append(out[0, :2])
+    np.testing.assert_allclose(got, answer.loads, rtol=0, atol=1e-9 * np.ptp(answer.loads, axis=0).min())
+
+
+@needs_compiler
+def test_c_tells_bands_and_the_pressure_for_a_force_as_the_model_does(three):
+    fitted, _, functions, library = three
+    rows = fitted.table().iloc[2:60:7].reset_index(drop=True)[["sample", "elongation_mm", "twist_deg", "pressure_kpa"]]
+    state = np.column_stack([rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA])
+    blank = np.zeros((len(rows), 2))
+    table = fitted.invert(rows.assign(force_n=np.nan, moment_nmm=np.nan)).table()
+    bands, _ = library.answers(functions["band"], np.c_[state, blank])
+    half = (table["force_n_high"] - table["force_n_low"]) / 2
+    np.testing.assert_allclose(bands[:, 0], half, rtol=1e-6)
+    half = (table["moment_nmm_high"] - table["moment_nmm_low"]) / 2 * NMM
+    np.testing.assert_allclose(bands[:, 1], half, rtol=1e-6)
+    asked = fitted.invert(
+        table[["sample", "elongation_mm", "twist_deg", "force_n"]].assign(pressure_kpa=np.nan)
+    ).table()
+    wanted = np.c_[state[:, :2], table["force_n"], blank]
+    pressures, flags = library.answers(functions["pressure_for_force"], wanted)
+    assert not flags.any()
+    np.testing.assert_allclose(pressures[:, 0], asked["pressure_kpa"] * KPA, rtol=0, atol=1e-3)
+
+
+@needs_compiler
+def test_a_load_that_no_pressure_makes_is_flagged(three):
+    *_, functions, library = three
+    _, flags = library.answers(functions["pressure_for_force"], np.array([[0, 0, 1e4, 0, 0]]))
+    assert flags[0] & 16
+
+
+@needs_compiler
+def test_a_ballooned_tube_is_flagged(tmp_path):
+    """At its own pressures a soft wall without stiff fibers has no equilibrium; the C says so, as the model does."""
+    model = build_model("continuum", {"C1": 8e4, "C2": 1e3}, [])
+    fitted = freelearn.load(folder_of(tmp_path / "run", model, grid().assign(force_n=0.0, moment_nmm=0.0)))
+    actuator = Actuator.of(fitted)
+    write_c(actuator, tmp_path, Options("c", "soft"))
+    rows = grid()
+    with torch.no_grad():
+        status = model(States.from_table(rows)).status.numpy()
+    state = np.column_stack([rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA])
+    out, flags = run(tmp_path / "soft.c", "soft").answers(actuator.functions[0], state)
+    assert 0 < status.sum() < len(rows)
+    np.testing.assert_array_equal(out[:, 2], status)
+    np.testing.assert_array_equal((flags & 2) > 0, status == 1)
+
+
+@pytest.mark.parametrize("name", ["linear", "mlp"])
+def test_onnx_answers_as_the_model_does(tmp_path, name):
+    pytest.importorskip("onnxruntime")
+    values = {"ka": 900.0, "kb": 0.1, "kc": 2.0} if name == "linear" else {}
+    model = build_model(name, values, [])
+    table = shown(build_model("linear", {"ka": 900.0, "kb": 0.1, "kc": 2.0}, []), grid())
+    if name == "mlp":
+        model.prepare(Rows.from_table(table))
+        generator = np.random.default_rng(0)
+        model.set_vector(torch.tensor(generator.normal(size=62)))
+    fitted = freelearn.load(
+        folder_of(tmp_path / "run", model, table, covariance=np.diag([1.0, 1e-6, 1e-4][: 3 * (name == "linear")]))
+    )
+    found = fitted.export(tmp_path / "out", "onnx")
+    assert found.held
+    assert max(found.content["round_trip"]["largest_difference"].values()) < 1e-12
+
+
+def test_onnx_takes_many_rows_and_says_where_the_data_end(tmp_path):
+    onnxruntime = pytest.importorskip("onnxruntime")
+    fitted = actuator(tmp_path / "run", {"force_gain": {"gain": 0.02}})
+    found = fitted.export(tmp_path / "out" / "arm.onnx")
+    session = onnxruntime.InferenceSession(str(found.files[0]))
+    rows = fitted.table().iloc[:5]
+    given = {"elongation": rows["elongation_mm"].to_numpy(copy=True) * MM, "twist": rows["twist_deg"].to_numpy() * DEG,
+             "pressure": rows["pressure_kpa"].to_numpy() * KPA}  # fmt: skip
+    given["elongation"][4] = 20 * MM
+    force, inside = session.run(["force", "inside"], given)
+    assert inside.tolist() == [1, 1, 1, 1, 0]
+    np.testing.assert_allclose(force[:4], rows["force_pred_n"][:4], rtol=1e-6)
+
+
+def test_a_certificate_says_what_it_was_made_of(three):
+    fitted, found, *_ = three
+    content = json.loads((found.folder / "export.json").read_text())
+    assert content["data"]["license"] == "CC-BY-4.0"
+    assert content["domain"]["elongation"]["most"] == pytest.approx(fitted.table()["elongation_mm"].max() * MM)
+    assert set(content["files"]) == {"left.c"}
+    assert content["versions"]["freelearn"] == freelearn.__version__
+    page = (found.folder / "export.html").read_text()
+    assert page.count("data:image/png;base64,") == 2
