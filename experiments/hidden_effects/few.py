@@ -148,7 +148,7 @@ def plan(tables: int, seed: int = 2030) -> list[dict]:
 
 
 def make(job: Mapping[str, Any]) -> Few:
-    """The table of a job, and its states in between."""
+    """The table of a job, and its states in between. A job may ask for another draw of the noise on the same design."""
     generator = np.random.default_rng(job["seed"])
     return _muscle(job, generator) if job["tubes"] == "muscle" else _hung(job, generator)
 
@@ -225,7 +225,7 @@ def _few(
     hidden: dict[str, dict[str, float]], material: tuple[float, float], bed: str, shown: tuple[str, ...],
 ) -> Few:  # fmt: skip
     quiet = dict.fromkeys(true, 0.0)
-    noisy, exact = table(places, job["seed"], true), table(between, 0, quiet)
+    noisy, exact = table(places, job.get("draw", job["seed"]), true), table(between, 0, quiet)
     without = {name: table(places, 0, quiet, name) for name in hidden}
     squares = []
     for draw in range(DRAWS):

@@ -79,12 +79,12 @@ def tally(tables: Sequence[Searched]) -> dict[str, Any]:
     found = {}
     for name in names:
         there = [table for table in tables if name in table.hidden]
-        found[name] = _rate(sum(name in table.found for table in there), len(there))
-    return {"wrong": _rate(wrong, len(tables)), "found": found}
+        found[name] = rate(sum(name in table.found for table in there), len(there))
+    return {"wrong": rate(wrong, len(tables)), "found": found}
 
 
-def _rate(count: int, of: int) -> dict[str, float]:
-    """Limits by Clopper & Pearson (1934)."""
+def rate(count: int, of: int) -> dict[str, float]:
+    """A rate with its count, of how many, and its 95 % limits (fractions), by Clopper & Pearson (1934)."""
     low = float(beta.ppf((1 - SURE) / 2, count, of - count + 1)) if count else 0.0
     high = float(beta.ppf(1 - (1 - SURE) / 2, count + 1, of - count)) if count < of else 1.0
     return {"count": count, "of": of, "rate": count / of if of else float(np.nan), "low": low, "high": high}
