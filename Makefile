@@ -1,7 +1,8 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
-# One file says what is installed, so that a second `make` finds nothing to do.
+# One file says what is installed, so that a second `make` finds nothing to do. Python compiles what it imports as it
+# goes, a small part of what is installed.
 READY := $(VENV)/.installed
 
 .PHONY: setup demo test nightly attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
@@ -10,8 +11,8 @@ setup: $(READY)
 
 $(READY): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
-	$(RUN) -m pip install --quiet -c constraints.txt torch
-	$(RUN) -m pip install --quiet -c constraints.txt -e ".[workbench,test]"
+	$(RUN) -m pip install --quiet --no-compile -c constraints.txt torch
+	$(RUN) -m pip install --quiet --no-compile -c constraints.txt -e ".[workbench,test]"
 	touch $@
 
 # A hidden effect explained, a real muscle, and a plain fit.
@@ -33,10 +34,10 @@ PYTEST := $(RUN) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 test: setup
 	$(PYTEST)
 
-# All tests: every seed, bed, launcher and attack of which `make test` takes a sample. With the wheel, notebooks, audit.
+# All tests: every seed, bed, launcher, notebook and attack of which `make test` takes a sample; the wheel, the audit.
 nightly: setup
 	FREELEARN_TESTS=all $(PYTEST)
-	$(MAKE) installed notebooks audit
+	$(MAKE) installed audit
 
 # Every attack of tests/attack alone.
 attack: setup
@@ -69,7 +70,7 @@ pictures: setup
 
 # The documentation as a site, outputs/site/index.html. A warning, a page that no other names among them, is an error.
 docs: setup
-	$(RUN) -m pip install --quiet -c constraints.txt -e ".[docs]"
+	$(RUN) -m pip install --quiet --no-compile -c constraints.txt -e ".[docs]"
 	$(RUN) -m sphinx -W --keep-going -q -b html docs outputs/site
 	@echo "site: outputs/site/index.html"
 
