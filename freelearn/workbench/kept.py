@@ -57,6 +57,7 @@ class _State:
     confirmed: dict[str, list[str]] = field(default_factory=dict)
     banded: bool = True
     added: dict[str, dict[str, str]] = field(default_factory=dict)
+    asides: dict[str, _Run] = field(default_factory=dict)
 
 
 class Kept:
@@ -67,7 +68,7 @@ class Kept:
     made of it, see Session. confirmed: name of a stored table → suspicions about its units that the user knows better.
     runs: each {folder, question}, in the order of fitting. search: {folder, question} of the latest discovery. banded:
     whether curves are shown with their 95 % bands. added: name of an effect that a search of the session wrote and the
-    user has added → its {file, formula}.
+    user has added → its {file, formula}. asides: by their kind, the latest answer and plan, each {folder, question}.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -81,6 +82,7 @@ class Kept:
         self.search: Run | None = None
         self.banded = True
         self.added: dict[str, dict[str, str]] = {}
+        self.asides: dict[str, Run] = {}
         self._load()
 
     def _load(self) -> None:
@@ -101,6 +103,7 @@ class Kept:
         self.question, self.table, self.problem = kept.question, kept.table, kept.problem
         self.raw, self.made = {**kept.raw}, {**kept.made}
         self.confirmed, self.banded, self.added = kept.confirmed, kept.banded, kept.added
+        self.asides = {kind: {**vars(aside)} for kind, aside in kept.asides.items()}
         self.runs, self.search = [{**vars(run)} for run in kept.runs], {**vars(kept.search)} if kept.search else None
 
     def save(self) -> None:
@@ -117,6 +120,7 @@ class Kept:
             "search": _plain(self.search),
             "banded": self.banded,
             "added": self.added,
+            "asides": {kind: _plain(aside) for kind, aside in self.asides.items()},
         }
         self.folder.mkdir(parents=True, exist_ok=True)
         write_text(self.folder / "state.json", json.dumps(content, indent=1) + "\n")

@@ -11,6 +11,8 @@ import panel as pn
 from freelearn.errors import UserError
 from freelearn.workbench.made import Made
 from freelearn.workbench.mapping import Mapping
+from freelearn.workbench.planning import Planning
+from freelearn.workbench.predicting import Predicting
 from freelearn.workbench.session import Session
 from freelearn.workbench.steps import Steps
 from freelearn.workbench.sweeps import Sweeps
@@ -41,7 +43,14 @@ class Page:
         say(self.welcome, WELCOME, "quiet")
         wide = {"sizing_mode": "stretch_width"}
         self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
-        self.tabs = pn.Tabs(("Model and measurement", self.main), ("Finished sweeps", self.sweeps.view), **wide)
+        self.predicting, self.planning = Predicting(session), Planning(session)
+        self.tabs = pn.Tabs(
+            ("Model and measurement", self.main),
+            ("Predict and command", self.predicting.view),
+            ("Plan", self.planning.view),
+            ("Study", self.sweeps.view),
+            **wide,
+        )
         self.tabs.param.watch(self._turned, "active")
         self.view = pn.Column(
             heading("freelearn workbench", 1),
@@ -63,6 +72,8 @@ class Page:
         say(self.problem, [])
         try:
             self._show()
+            self.predicting.refresh()
+            self.planning.refresh()
         except Exception as problem:
             # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
             log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))
@@ -87,5 +98,5 @@ class Page:
             self.results.refresh()
 
     def _turned(self, event: Any) -> None:
-        if event.new == 1:
+        if event.new == len(self.tabs) - 1:
             self.sweeps.look()

@@ -26,6 +26,8 @@ VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
 KINEMATIC = "kinematic"
 LM = "levenberg_marquardt"
 FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
+# Kinds of jobs that ask something of a finished run.
+ASIDES = ("predict", "plan")
 SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
@@ -39,7 +41,8 @@ class Question:
     one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see api.settings;
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
     or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
-    effects that a search of the session wrote, as far as these are in the model."""
+    effects that a search of the session wrote, as far as these are in the model; run, asks, rows: of what is asked of a
+    finished run: its folder, the file of a table with blanks, and how many rows to plan."""
 
     data: str = "virtual"
     seed: int = SEED
@@ -58,6 +61,9 @@ class Question:
     own: tuple[str, ...] = ()
     fit: str = LM
     fit_seed: int = 0
+    run: str = ""
+    asks: str = ""
+    rows: int = 0
 
     @property
     def measured(self) -> bool:
@@ -95,13 +101,27 @@ class Question:
         if kind == "intake":
             options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
             return command_line(["python", "intake.py"], options)
+        if kind in ASIDES:
+            options = [f"run={_quoted(self.run)}"]
+            options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
+            with named(self.own):
+                return command_line(["python", f"{kind}.py"], options)
         with named(self.own):
             return command_line(["python", f"{kind}.py"], self.overrides(kind))
+
+    def python(self, kind: str) -> str:
+        """The lines of Python with the same result, for a question to a finished run."""
+        if kind == "predict":
+            lines = ["import freelearn as fl, pandas as pd", f"blanks = pd.read_csv({self.asks!r})"]
+            return "\n".join([*lines, f"fl.load({self.run!r}).invert(blanks).frame()"])
+        return f"import freelearn as fl\nfl.plan({self.run!r}, rows={self.rows}).frame()"
 
     def about(self, kind: str) -> Question:
         """The part of the question that a job of this kind depends on; a `check` reads the data only."""
         if kind in ("check", "convert"):
             return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
+        if kind in ASIDES:
+            return Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_data(self, other: Question) -> bool:

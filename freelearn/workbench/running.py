@@ -11,7 +11,7 @@ from typing import Any
 from freelearn.workbench.job import Job
 from freelearn.workbench.kept import Kept
 from freelearn.workbench.phrases import as_on_the_page
-from freelearn.workbench.question import VIRTUAL_SETS, Question
+from freelearn.workbench.question import ASIDES, VIRTUAL_SETS, Question
 
 
 class Running(Kept):
@@ -91,6 +91,8 @@ class Running(Kept):
             self._heard()
         elif self.job.status == "done" and self.job.kind == "train":
             self.runs = [r for r in self.runs if r["folder"] != ended["folder"]] + [ended]
+        elif self.job.status == "done" and self.job.kind in ASIDES:
+            self.asides[self.job.kind] = ended
         elif self.job.status == "done":
             self.search = ended
         self.save()

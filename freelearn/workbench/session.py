@@ -150,6 +150,14 @@ class Session(Running):
         self.choose(effects=(*(e for e in self.question.effects if e != name), name))
         self.save()
 
+    def ask(self, kind: str, asks: str = "", rows: int = 0) -> None:
+        """Asks something of the latest fit: a `predict` of a stored table with blanks, or a `plan` of so many rows."""
+        runs = self.comparable()
+        if self.busy or not runs:
+            return
+        folder = str((self.folder / runs[-1]["folder"]).resolve())
+        self.begin(kind, Question(own=runs[-1]["question"].own, run=folder, asks=asks, rows=rows))
+
     def adopt(self) -> None:
         """Goes on with the model that the latest search found, as the search fitted it: with the error it promised."""
         effects = self.found()

@@ -21,12 +21,14 @@ class Sweeps:
         self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
         self.again = pn.widgets.Button(name="Look again", width=120, align="end")
         self.note = words()
-        self.maps = pn.FlexBox()
+        self.maps = pn.FlexBox(sizing_mode="stretch_width")
         self.paper, self.differ = words(), words()
         self.published = pn.Column(heading("Beside the paper's maps"), self.differ, self.paper, visible=False)
         self.again.on_click(lambda _: self.look())
         self.choice.param.watch(lambda _: self._draw(), "value")
-        self.view = pn.Column(pn.Row(self.choice, self.again), self.note, self.maps, self.published)
+        self.view = pn.Column(
+            pn.Row(self.choice, self.again), self.note, self.maps, self.published, sizing_mode="stretch_width"
+        )
 
     def look(self) -> None:
         """Looks for finished sweeps anew."""

@@ -25,7 +25,7 @@ h3 { font-size: 14px; margin: 4px 0 0; }
 table { border-collapse: collapse; font-size: 13px; margin: 4px 0; }
 th, td { padding: 2px 10px 2px 0; text-align: right; white-space: nowrap; }
 th { font-weight: 600; border-bottom: 1px solid #999; }
-th.left, td.left { text-align: left; white-space: normal; overflow-wrap: anywhere; }
+th.left, td.left { text-align: left; white-space: normal; overflow-wrap: anywhere; min-width: 5.5em; }
 pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0; overflow-wrap: anywhere; }
 """
 

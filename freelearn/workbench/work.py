@@ -11,8 +11,12 @@ from typing import Any
 import lightning as L
 from rich.console import Console
 
+from freelearn.api.settings.plan_settings import plan_settings
+from freelearn.api.settings.predict_settings import PredictSettings, QuestionsData
 from freelearn.api.tasks.discover import discover
+from freelearn.api.tasks.plan_run import planned, write_plan
 from freelearn.api.tasks.train import train
+from freelearn.commands.predict import predict
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
 from freelearn.results.formats import error_in_words
@@ -87,4 +91,18 @@ class _Epochs(L.Callback):
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 
-JOBS = {"check": check, "convert": convert, "train": _train, "discover": _discover}
+def _predict(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    pipe.send(("progress", {"text": "answering"}))
+    settings = PredictSettings(run=Path(question.run), data=QuestionsData(Path(question.asks)))
+    with open(folder / "answers.txt", "w", encoding="utf-8") as file:
+        predict(settings, folder, Console(file=file, width=110))
+
+
+def _plan(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    pipe.send(("progress", {"text": "choosing rows"}))
+    write_plan(planned(plan_settings({"run": question.run, "rows": question.rows})), folder, figures=False)
+
+
+JOBS = {
+    "check": check, "convert": convert, "train": _train, "discover": _discover, "predict": _predict, "plan": _plan,
+}  # fmt: skip

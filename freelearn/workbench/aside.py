@@ -1,0 +1,93 @@
+"""A tab that asks something of the latest fit, and shows the answer with the command and the Python that give it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import panel as pn
+
+from freelearn.workbench.controls import download
+from freelearn.workbench.part import Part
+from freelearn.workbench.session import Session
+from freelearn.workbench.words import heading, say, table, words
+
+# Rows of a long answer that are shown; all of them are in the file.
+MOST_ROWS = 60
+FIRST = "Fit a model first: it is the latest fit that answers."
+# Of every row alike, or for the program alone: in the file.
+UNTOLD = ("gamma_deg", "gamma2_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "buckled", "step")
+OLD = "This answer is of an earlier fit: ask again."
+
+
+class Aside(Part):
+    """kind: of the job; file: of its folder, the answer as a table. Those that derive from it put what is asked into
+    `asking`."""
+
+    kind: str
+    file: str
+    title: str
+
+    def __init__(self, session: Session, label: str) -> None:
+        super().__init__(session)
+        self.asking = pn.Column()
+        self.go = pn.widgets.Button(name=label, button_type="primary", width=220)
+        self.go.on_click(lambda _: self.asked())
+        self.wrong, self.said, self.answer, self.lines = words(), words(), words(), words()
+        self.save = download(f"Save {self.file}", 220, self.file)
+        self.view = pn.Column(
+            heading(self.title), self.asking, self.go, self.wrong, self.said, self.answer, self.save, self.lines,
+            sizing_mode="stretch_width",
+        )  # fmt: skip
+
+    def asked(self) -> None:
+        """Begins the job."""
+        raise NotImplementedError
+
+    def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
+        """Sentences above the answer."""
+        return []
+
+    def refresh(self) -> None:
+        """Shows the session as it is."""
+        runs, latest = self.session.comparable(), self.session.asides.get(self.kind)
+        self.go.disabled = self.session.busy or not runs
+        job = self.session.job
+        failed = job is not None and job.kind == self.kind and job.status == "failed"
+        say(self.wrong, [job.text] if job is not None and failed else [], "bad")
+        if latest is None:
+            say(self.said, [] if runs else [FIRST], "quiet")
+            return
+        self._show(latest["question"].run, self.session.folder / latest["folder"])
+        question = latest["question"]
+        say(self.lines, [question.command(self.kind), question.python(self.kind)], code=True)
+
+    def _show(self, run: str, folder: Path) -> None:
+        # Pandas' table and torch come with it: not before there is an answer.
+        from freelearn.results.tables import DisplayTable
+
+        path = folder / self.file
+        if not path.exists():
+            say(self.said, [f"{path} is gone: ask again."], "bad")
+            return
+        answer = pd.read_csv(path)
+        runs = self.session.comparable()
+        old = not runs or run != str((self.session.folder / runs[-1]["folder"]).resolve())
+        more = [f"First {MOST_ROWS} of {len(answer)} rows."] if len(answer) > MOST_ROWS else []
+        say(self.said, [*([OLD] if old else []), *self.told(folder, answer), *more], "quiet")
+        table(self.answer, DisplayTable.from_frame(_shown(answer.head(MOST_ROWS))))
+        self.save.param.update(file=str(path), visible=True)
+
+
+def _shown(answer: pd.DataFrame) -> pd.DataFrame:
+    """The columns that a reader looks at, under names with their units."""
+    # torch is imported with it: not before there is an answer.
+    from freelearn.measurements.beds import BEDS
+    from freelearn.results.quantities import pressures
+
+    known = [q for bed in BEDS.values() for q in (*bed.imposed, *bed.measured)]
+    names = {q.column: f"{q.name} {q.unit}" for q in (*known, *pressures(answer))}
+    names |= {f"{column}_{end}": f"{name} {end}" for column, name in names.items() for end in ("low", "high")}
+    shown = answer.drop(columns=[*UNTOLD], errors="ignore").dropna(axis="columns", how="all")
+    numbers = dict.fromkeys(shown.select_dtypes("number"), float)
+    return shown.astype(numbers).rename(columns=names)

@@ -1,0 +1,115 @@
+"""What is asked of a finished run on the page is what the commands answer."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import fitted_folders as folders
+import pandas as pd
+import pytest
+
+import freelearn
+from freelearn.workbench import work
+from freelearn.workbench.planning import Planning
+from freelearn.workbench.predicting import Predicting
+from freelearn.workbench.sessions import Sessions
+
+# What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
+pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
+
+
+class InProcess:
+    """A job that is done here, at once."""
+
+    def __init__(self, kind, question, folder, fits):
+        self.kind, self.folder, self.status, self.text, self.share = kind, folder, "running", "", None
+        folder.mkdir(parents=True, exist_ok=True)
+        work.JOBS[kind](question, folder, fits, SimpleNamespace(send=lambda told: None))
+
+    def poll(self):
+        self.status = "done"
+        return True
+
+    def cancel(self):
+        pass
+
+
+@pytest.fixture
+def session(sessions, monkeypatch):
+    monkeypatch.setattr("freelearn.workbench.running.Job", InProcess)
+    session = sessions.get("")[1]
+    table = folders.shown(folders.continuum(), folders.grid())
+    folders.folder_of(session.folder / "train_x", folders.continuum(), table)
+    session.runs = [{"folder": "train_x", "question": session.question}]
+    return session
+
+
+def test_a_blank_is_filled_as_the_command_fills_it(session, tmp_path):
+    page = Predicting(session)
+    page.refresh()
+    assert (page.sample.value, list(page.fields)[:3]) == (3, ["elongation_mm", "twist_deg", "pressure_kpa"])
+    for name, text in {"elongation_mm": "−2,5", "twist_deg": "10", "pressure_kpa": " 30 "}.items():
+        page.fields[name].value = text
+    page.asked()
+    session.poll()
+    page.refresh()
+    answer = pd.read_csv(page.save.file)
+    row = {"sample": [3], "elongation_mm": [-2.5], "twist_deg": [10.0], "pressure_kpa": [30.0]}
+    expected = freelearn.load(session.folder / "train_x").invert(pd.DataFrame(row)).frame()
+    assert answer["status"].tolist() == ["ok"]
+    assert answer["force_n"][0] == pytest.approx(expected["force_n"][0], rel=1e-6)
+    assert "moment N·mm" in page.answer.object
+    assert "1 of 1 answered" in page.said.object
+    for words in (f"run={session.folder.resolve() / 'train_x'}", "python predict.py", "fl.load("):
+        assert words in page.lines.object.replace("&#39;", "'")
+    # It outlives the page.
+    again = Sessions(session.folder.parent).get(session.folder.name)[1]
+    assert again.asides["predict"]["question"].asks == session.asides["predict"]["question"].asks
+
+
+def test_what_is_no_number_is_said(session):
+    page = Predicting(session)
+    page.refresh()
+    page.fields["twist_deg"].value = "<b>ten"
+    page.asked()
+    assert session.asides == {}
+    assert "twist" in page.wrong.object
+    assert "<b>ten" not in page.wrong.object
+
+
+def test_nothing_is_asked_before_a_fit(sessions):
+    session = sessions.get("")[1]
+    for page in (Predicting(session), Planning(session)):
+        page.refresh()
+        assert page.go.disabled
+        assert "Fit a model first" in page.said.object
+    session.ask("plan", rows=3)
+    assert session.job is None
+
+
+def test_a_plan_has_as_many_rows_as_were_asked_for(session, monkeypatch):
+    # How rows are chosen is tested where it is done.
+    def four(question, folder, *_):
+        folders.grid().head(question.rows).to_csv(folder / "plan.csv", index=False)
+        (folder / "plan.json").write_text(json.dumps({"says": "4 rows <b>tell</b>", "certificate_says": "Most of it."}))
+
+    monkeypatch.setitem(work.JOBS, "plan", four)
+    page = Planning(session)
+    page.refresh()
+    page.rows.value = 4
+    page.asked()
+    session.poll()
+    page.refresh()
+    assert len(pd.read_csv(Path(page.save.file))) == 4
+    assert "rows=4" in page.lines.object
+    assert "4 rows &lt;b&gt;" in page.said.object
+    # What every row has alike is in the file alone.
+    assert "gamma" not in page.answer.object
+    assert "pressure kPa" in page.answer.object
+    # Of a later fit it is no answer.
+    folders.folder_of(
+        session.folder / "train_y", folders.continuum(), folders.shown(folders.continuum(), folders.grid())
+    )
+    session.runs = [{"folder": "train_y", "question": session.question}]
+    page.refresh()
+    assert "earlier fit" in page.said.object
