@@ -9,6 +9,7 @@ import pandas as pd
 
 from freelearn.measurements.beds import bed_of
 from freelearn.measurements.columns import Columns
+from freelearn.measurements.recording import is_log
 from freelearn.measurements.usable import usable_rows
 
 # Nearly all readings are below this quantile of their sizes; the largest may have slipped.
@@ -26,6 +27,9 @@ def row_suspicions(table: pd.DataFrame, lines: np.ndarray) -> list[str]:
 def _backwards(table: pd.DataFrame, lines: np.ndarray) -> Iterator[str]:
     """Time that runs backwards in a sample, buckled rows and those left out included: the rubber remembers them."""
     if "time_s" not in table or table["time_s"].isna().any():
+        return
+    if is_log(table):
+        # Each recording has a time of its own.
         return
     back = table.groupby("sample", sort=False)["time_s"].diff().to_numpy() < 0
     if back.any():
