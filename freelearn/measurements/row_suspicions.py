@@ -9,7 +9,7 @@ import pandas as pd
 
 from freelearn.measurements.beds import bed_of
 from freelearn.measurements.columns import Columns
-from freelearn.measurements.recording import is_log
+from freelearn.measurements.log import is_log
 from freelearn.measurements.usable import usable_rows
 
 # Nearly all readings are below this quantile of their sizes; the largest may have slipped.

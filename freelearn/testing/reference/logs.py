@@ -92,14 +92,16 @@ def pressures(time: Array, seconds: float, generator: np.random.Generator) -> Ar
         corners += [now + ramp, now + ramp + hold + 1e-6]
         values += [level, level]
         now += ramp + hold + 1e-6
-    return np.interp(time, corners, values)
+    found: Array = np.interp(time, corners, values)
+    return found
 
 
 def bent(time: Array, seconds: float, most: float, moves: bool, generator: np.random.Generator) -> Array:
     """A length or twist (n,), held or going to another one and back on slow ramps, within ± most."""
     one, other = generator.uniform(-most, most, 2)
     corners = np.sort(generator.uniform(0.1, 0.9, 4)) * seconds
-    return np.interp(time, corners, [one, other, other, one] if moves else [one] * 4)
+    found: Array = np.interp(time, corners, [one, other, other, one] if moves else [one] * 4)
+    return found
 
 
 def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Array, effects: Effects) -> Array:
