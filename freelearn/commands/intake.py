@@ -19,7 +19,7 @@ from freelearn.commands.command_line import program
 from freelearn.commands.small_app import small_app
 from freelearn.files import remove_unfinished, write_text
 from freelearn.measurements.intake.draft import draft
-from freelearn.measurements.intake.guess import guess
+from freelearn.measurements.intake.joined import guess_file
 from freelearn.measurements.intake.recipe import Recipe
 from freelearn.measurements.intake.sources import is_folder, table_files
 from freelearn.render.terminal.intake import show_guess, show_intake
@@ -37,25 +37,29 @@ def _intake(content: Any, folder: Path) -> None:
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
     """Writes the table and its provenance, or without a recipe the draft of one to `folder`. Raises UserError."""
     if settings.recipe is None:
-        _draft(settings.data.path, folder, console)
+        _draft(settings, folder, console)
     else:
         _table(settings, settings.recipe, folder, console)
 
 
-def _draft(data: Path, folder: Path, console: Console) -> None:
+def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
+    data = settings.data.path
     files = table_files(data) if is_folder(data) else []
-    found = guess(data / files[0] if files else data)
+    found, joined = guess_file(data / files[0] if files else data, settings.design)
     path = folder / f"{_stem(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     remove_unfinished(folder)
-    write_text(path, draft(found, files))
-    command = _command([*program("intake"), _option("data.path", data), _option("recipe", path)])
+    write_text(path, draft(found, files, joined))
+    words = [_option("data.path", data), _option("recipe", path)]
+    # What was asked for this time is asked for the next time, too.
+    words += [_option(name, value) for name in ("out", "design") if (value := getattr(settings, name)) is not None]
+    command = _command([*program("intake"), *words])
     show_guess(console, found, path, command)
 
 
 def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: Console) -> None:
     data = settings.data.path
-    made = taken_in(data, recipe_path, settings.out or folder / f"{_stem(data)}_table.csv")
+    made = taken_in(data, recipe_path, settings.out or folder / f"{_stem(data)}_table.csv", settings.design)
     members = [] if made.members is None else [made.members]
     files = [made.path, *members, beside(made.path, PROVENANCE)]
     show_intake(console, made.intake, files, _next(made.recipe, made.path, members))

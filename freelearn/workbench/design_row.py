@@ -19,6 +19,7 @@ DESIGN = {
     "inner_radius_mm": "inner radius [mm]",
     "outer_radius_mm": "outer radius [mm]",
 }
+HOLD = "0 if it was held at 0"
 ANGLES = "fiber angles of the actuators [°], in the order of their pressures"
 
 
@@ -29,7 +30,7 @@ class DesignRow:
         imposed = {q.column: q for bed in BEDS.values() for q in bed.imposed}
         names = DESIGN | {name: f"{q.name} [{q.unit}], held" for name, q in imposed.items()}
         self.numbers = {
-            name: pn.widgets.FloatInput(name=text, value=None if name in DESIGN else 0.0, width=220)
+            name: pn.widgets.FloatInput(name=text, value=None, width=220, placeholder="" if name in DESIGN else HOLD)
             for name, text in names.items()
         }
         self.each = pn.widgets.TextInput(name=ANGLES, placeholder="40, -40", width=452, visible=False)
@@ -52,6 +53,11 @@ class DesignRow:
         lacking = [self.numbers[name].name for name in NEEDED_DESIGN if name in shown and shown[name] is None]
         if lacking:
             raise UserError(f"A table needs the whole design: give the {', the '.join(lacking)}, here or as a column.")
+        held = [self.numbers[name].name for name in shown if name not in DESIGN and shown[name] is None]
+        if held:
+            raise UserError(
+                f"No column is the {', nor the '.join(held)}: choose its column, or give the number ({HOLD})."
+            )
         return {name: float(value) for name, value in shown.items() if value is not None}
 
     def angles(self) -> list[float]:

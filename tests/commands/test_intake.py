@@ -45,7 +45,9 @@ def test_from_a_raw_file_to_a_table_by_its_own_next_commands(command, tmp_path):
     text = recipe.read_text(encoding="utf-8")
     for name, value in {"gamma_deg": 60, "length_mm": 90, "inner_radius_mm": 4.77, "outer_radius_mm": 6.35}.items():
         text = re.sub(rf"{name}:   # TODO.*", f"{name}: {value}", text)
-    recipe.write_text(text, encoding="utf-8")
+    # The heading Zeit says no unit, and so none is taken for granted.
+    assert "{from: Zeit, unit: }" in text
+    recipe.write_text(text.replace("{from: Zeit, unit: }", "{from: Zeit, unit: s}"), encoding="utf-8")
     second = command(*words[2:], f"hydra.run.dir={tmp_path / 'second'}")
     assert second.status == 0, second.err
     table = tmp_path / "second" / "Prüfung 3 (b, neu)_table.csv"

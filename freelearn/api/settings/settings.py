@@ -314,11 +314,13 @@ class IntakeData:
 
 @dataclass(frozen=True, config=STRICT)
 class IntakeSettings:
-    """What one run of intake.py does. recipe: None to guess and draft one. out: the table; None: in the run folder."""
+    """What one run of intake.py does. recipe: None to guess and draft one. out: the table; None: in the run folder.
+    design: the designs of the actuators, joined by name; None: none, or where the recipe says."""
 
     data: IntakeData
     recipe: OptionalPath
     out: OptionalPath
+    design: OptionalPath = None
 
 
 def plain(settings: Settings) -> dict[str, Any]:

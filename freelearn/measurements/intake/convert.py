@@ -12,6 +12,7 @@ from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.assemble import Intake, assembled
 from freelearn.measurements.intake.chosen_rows import chosen_rows
+from freelearn.measurements.intake.designs import with_designs
 from freelearn.measurements.intake.evaluate import Evaluation
 from freelearn.measurements.intake.plateaus import over_plateaus
 from freelearn.measurements.intake.quantities import at_rest, quantities
@@ -29,12 +30,14 @@ class Tally:
     warnings: list[str] = field(default_factory=list)
 
 
-def convert(recipe: Recipe, sources: Mapping[str, bytes]) -> Intake:
-    """The table that a recipe makes of files. sources: name → bytes: one file, or those that the recipe lists.
+def convert(recipe: Recipe, sources: Mapping[str, bytes], designs: bytes | None = None) -> Intake:
+    """The table that a recipe makes of files. sources: name → bytes: one file, or those that the recipe lists. designs:
+    the file of the actuators' designs, where the recipe has one.
 
     Raises UserError where something in them cannot be turned into what the bed's table needs. Nothing is read from disk
     and nothing executed.
     """
+    recipe = with_designs(recipe, sources, designs)
     parts = _parts(recipe, sources)
     tally = Tally()
     tables = [_rows(recipe, part, sources[part.name], tally) for part in parts]

@@ -39,6 +39,16 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     return Grid(name, rows, notes=_hidden(sheet, [i for i, _ in rows], name))
 
 
+def filled_sheets(content: bytes, name: str) -> list[str]:
+    """The names of the sheets that hold something. Raises UserError."""
+    _check_archive(content, name)
+    return list(_filled(_workbook(content, name)))
+
+
+def _filled(book: Workbook) -> dict[str, Worksheet]:
+    return {s.title: s for s in book.worksheets if any(c.value is not None for row in s.iter_rows() for c in row)}
+
+
 def _hidden(sheet: Worksheet, lines: list[int], name: str) -> list[str]:
     """Rows that a filter hides are read all the same, and said."""
     hidden = [line for line in lines if line in sheet.row_dimensions and sheet.row_dimensions[line].hidden]
@@ -79,7 +89,7 @@ def _workbook(content: bytes, name: str, values: bool = True) -> Workbook:
 
 
 def _sheet(book: Workbook, name: str, reading: Reading) -> Worksheet:
-    filled = {s.title: s for s in book.worksheets if any(c.value is not None for row in s.iter_rows() for c in row)}
+    filled = _filled(book)
     if reading.sheet is not None:
         if reading.sheet not in filled:
             raise UserError(f"{name} has no filled sheet {reading.sheet!r}: it has {', '.join(map(repr, filled))}.")

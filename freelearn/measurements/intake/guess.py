@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from freelearn.measurements.beds import BEDS
-from freelearn.measurements.intake.headings import Confidence, heading
+from freelearn.measurements.intake.headings import INNER_DIAMETER, Confidence, heading
 from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.recipe import DESIGN, MARKS
-from freelearn.measurements.intake.suspicious import raw_suspicions
+from freelearn.measurements.intake.suspicious import SCATTERED, raw_suspicions
 from freelearn.measurements.text_file import read_bytes
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
@@ -22,6 +24,8 @@ ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
 HELD = "held_length"
 # What a heading says that the table has only after a conversion.
 LENGTHS = ("elongation_mm", HELD, "stretch", "strain")
+# More words than this name no actuators.
+MOST_SAMPLES = 50
 # What a column of marks holds.
 MARKED = {"0", "1", "0.0", "1.0", ""}
 
@@ -52,6 +56,14 @@ class Guess:
     columns: tuple[ColumnGuess, ...]
     pressures: tuple[str, ...]
     notes: tuple[str, ...]
+    # Of which actuator the rows are: the words of the column that says so, in their order.
+    samples: tuple[str, ...] = ()
+    # A column that may say so, although its heading does not.
+    perhaps: str = ""
+    # Columns by which the rows of one state come to stand together, where they lie sorted by pressure.
+    order_by: tuple[str, ...] = ()
+    # Of a workbook with several.
+    sheet: str = ""
 
     def of(self, quantity: str) -> ColumnGuess | None:
         """The column chosen for a quantity."""
@@ -67,7 +79,7 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
 
 def guess_table(raw: RawTable) -> Guess:
     """The guess for a table that was read."""
-    columns = _told_apart(raw, [_column(raw, name) for name in raw.columns])
+    columns = _told_apart(raw, [column_guess(raw, name) for name in raw.columns])
     pressures = _pressures(columns)
     chosen = _chosen(columns, pressures)
     columns = [replace(c, chosen=c.name in chosen or c.name in pressures) for c in columns]
@@ -77,15 +89,20 @@ def guess_table(raw: RawTable) -> Guess:
     measured = [quantity.column for quantity in BEDS[bed].measured]
     readings = [c.name for c in columns if c.chosen and c.quantity in measured]
     notes = [*raw.notes, *raw_suspicions(raw, readings, time)]
-    return Guess(raw.name, len(raw), bed, tuple(columns), pressures, tuple(notes))
+    found = Guess(raw.name, len(raw), bed, tuple(columns), pressures, tuple(notes))
+    return replace(found, **several_actuators(raw, found), order_by=order_wanted(raw, found))
 
 
-def _column(raw: RawTable, name: str) -> ColumnGuess:
+def column_guess(raw: RawTable, name: str) -> ColumnGuess:
+    """What one column says by itself."""
     said = heading(name, raw.units.get(name, ""))
     values = raw.maybe_numbers(name)
     example = next((cell.strip() for cell in raw.columns[name] if cell.strip()), "")
     finite = np.zeros(0) if values is None else values[~np.isnan(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+    if said.quantity == "stretch" and not said.unit and not 0.2 < low <= high < 5:
+        # No ratio of lengths: an elongation, whose unit is asked for.
+        said = replace(said, quantity="elongation_mm", confidence="likely")
     usable = len(finite) > 0 or said.quantity == "sample"
     return ColumnGuess(name, said.quantity if usable else None, said.unit, said.confidence, example, low, high)
 
@@ -127,6 +144,8 @@ def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...]) -> set[s
             best[column.quantity] = column
     for quantity in [q for q in LENGTHS if q in best][1:]:
         del best[quantity]
+    if "inner_radius_mm" in best:
+        best.pop(INNER_DIAMETER, None)
     return {column.name for column in best.values()}
 
 
@@ -142,3 +161,39 @@ def _bed(quantities: set[str | None]) -> str:
     if "force_n" in quantities and "moment_nmm" not in quantities:
         return "isometric"
     return "kinematic" if "force_n" in quantities else "dead_load"
+
+
+def several_actuators(raw: RawTable, found: Guess) -> dict[str, Any]:
+    """The words of the column that says which actuator a row is of, or a column that may say so."""
+    column = found.of("sample")
+    if column is not None:
+        return {"samples": tuple(dict.fromkeys(word for word in raw.text(column.name) if word))}
+    for other in found.columns:
+        words = raw.text(other.name)
+        kinds = set(words) - {""}
+        text = not other.chosen and other.low != other.low
+        # Each word in several rows: no remarks.
+        if text and 2 <= len(kinds) <= MOST_SAMPLES and min(words.count(word) for word in kinds) > 1:
+            return {"perhaps": other.name}
+    return {}
+
+
+def order_wanted(raw: RawTable, found: Guess) -> tuple[str, ...]:
+    """Columns to order by, () where the rows of a state stand together: of rows sorted by pressure they do not."""
+    pressure, time = found.of("pressure_kpa"), found.of("time_s")
+    state = [c for q in (*LENGTHS, "twist_deg") if (c := found.of(q)) is not None]
+    sample = found.of("sample")
+    if pressure is None or time is not None or not state or found.bed == "dead_load":
+        return ()
+    values = raw.maybe_numbers(pressure.name)
+    keys = pd.DataFrame({c.name: raw.text(c.name) for c in [*([sample] if sample else []), *state]})
+    runs = int((keys != keys.shift()).any(axis=1).sum())
+    if values is None or runs <= SCATTERED * len(keys.drop_duplicates()) or not _rises(values, keys, sample):
+        return ()
+    return tuple(keys.columns)
+
+
+def _rises(values: np.ndarray, keys: pd.DataFrame, sample: ColumnGuess | None) -> bool:
+    """Whether the pressure never falls, in the rows of each actuator."""
+    parts = [values] if sample is None else [values[g.index] for _, g in keys.groupby(sample.name)]
+    return all((np.diff(part[~np.isnan(part)]) >= 0).all() for part in parts)

@@ -6,19 +6,23 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
+from freelearn.measurements.intake.languages import FULL_WIDTH, plain, words_of
 from freelearn.measurements.intake.units import dimension
 
 Confidence = Literal["sure", "likely", "unsure"]
+# No quantity of the table: half of it is the inner radius.
+INNER_DIAMETER = "inner_diameter"
 
 # Words → quantity. The first whose words fit counts; a unit of another kind rules a quantity out.
-WORDS: tuple[tuple[str, str], ...] = (
+ENGLISH: tuple[tuple[str, str], ...] = (
+    (INNER_DIAMETER, r"id|inner ?diameter|inside ?diameter|bore"),
     ("outer_diameter_mm", r"od|outer ?diameter|outside ?diameter|diameter"),
     ("inner_radius_mm", r"ir|inner ?radius|ri"),
     ("outer_radius_mm", r"or|outer ?radius|ro|radius"),
     ("gamma2_deg", r"gamma ?2"),
     ("gamma_deg", r"gamma|fib(er|re) ?angle|braid ?angle|winding ?angle"),
     ("elongation_mm", r"d ?l|delta ?l(ength)?|elongation|extension|displacement|disp|stroke|travel|s|z|dz"),
-    ("length_mm", r"(held ?)?length|l|len|gauge ?length"),
+    ("length_mm", r"(held ?|unloaded ?|rest ?|initial ?|free ?)?length|l ?0?|len|gauge ?length"),
     ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
     ("strain", r"strain|contraction|eps(ilon)?"),
     ("twist_deg", r"d ?phi|phi|twist|rotation|rot\d*|angle|w|theta|turn"),
@@ -33,7 +37,11 @@ WORDS: tuple[tuple[str, str], ...] = (
     ("left_out", r"left ?out"),
     ("sample", r"sample|specimen|muscle|actuator|tube"),
 )
+# A stretch or a strain with a unit of length is an elongation; an elongation in percent is a strain.
+BY_UNIT = {"elongation_mm": "strain", "strain": "elongation_mm", "stretch": "elongation_mm"}
+WORDS = tuple((quantity, words_of(quantity, pattern)) for quantity, pattern in ENGLISH)
 KIND = {
+    INNER_DIAMETER: "length",
     "outer_diameter_mm": "length",
     "inner_radius_mm": "length",
     "outer_radius_mm": "length",
@@ -80,11 +88,11 @@ def heading(name: str, unit: str = "") -> Heading:
     stem, written = _split(name)
     unit = unit.strip().strip("[]()") or written
     kind = dimension(unit) if unit else None
-    words = [word for word in re.split(r"[\s_.\-]+", _spaced(stem).lower()) if word]
+    words = [word for word in re.split(r"[\s_.\-]+", plain(_spaced(stem))) if word]
     if BESIDE & set(words) and len(words) > 1:
         return Heading(None, unit if kind else "", "unsure")
     spoken = " ".join(word for word in words if word not in TREATED)
-    whole = [q for q, pattern in WORDS if re.fullmatch(pattern, spoken)]
+    whole = _with_units([q for q, pattern in WORDS if pattern.fullmatch(spoken)], kind)
     fits = [q for q in whole or _containing(spoken) if kind is None or KIND.get(q) in (kind, None)]
     if fits:
         agrees = bool(whole) and (kind is not None or KIND.get(fits[0], "ratio") == "ratio")
@@ -95,15 +103,21 @@ def heading(name: str, unit: str = "") -> Heading:
     return Heading(None, unit if kind else "", "unsure")
 
 
+def _with_units(whole: list[str], kind: str | None) -> list[str]:
+    """The quantities, and what those of them are that have another name with a unit of another kind."""
+    return whole + [BY_UNIT[q] for q in whole if q in BY_UNIT and kind == KIND[BY_UNIT[q]] and BY_UNIT[q] not in whole]
+
+
 def _split(name: str) -> tuple[str, str]:
     """The words of a heading and the unit that it ends with."""
-    bare = re.sub(r" \[\d+\]$", "", name.strip())
+    bare = re.sub(r" \[\d+\]$", "", name.translate(FULL_WIDTH).strip())
     if match := re.fullmatch(r"(.*?)[\s_]*[(\[]([^()\[\]]*)[)\]]\s*", bare):
         return match.group(1) or match.group(2), match.group(2)
-    for separator in ("_", " in ", "/", " ", "."):
+    for separator in ("_", " in ", " en ", ", ", "/", " ", "."):
         stem, found, last = bare.rpartition(separator)
         # One letter after a point or a space is a name rather than a unit.
-        if found and stem and dimension(last) not in (None, "ratio") and (separator == "_" or len(last) > 1):
+        known = found and stem and dimension(last) not in (None, "ratio")
+        if known and (separator not in (" ", ".") or len(last) > 1):
             return stem, last.strip()
     return bare, ""
 
@@ -117,6 +131,6 @@ def _containing(spoken: str) -> list[str]:
     """Quantities one of whose longer names stands among the words."""
     found = []
     for quantity, pattern in WORDS:
-        if any(len(word) > 3 and re.fullmatch(pattern, word) for word in spoken.split()):
+        if any(len(word) > 3 and pattern.fullmatch(word) for word in spoken.split()):
             found.append(quantity)
     return found

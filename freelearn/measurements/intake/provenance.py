@@ -13,14 +13,21 @@ from freelearn.package import VERSION
 
 
 def provenance(
-    intake: Intake, recipe: Recipe, data: Path, sources: Mapping[str, bytes], recipe_path: Path, recipe_text: str
+    intake: Intake,
+    recipe: Recipe,
+    data: Path,
+    sources: Mapping[str, bytes],
+    recipe_path: Path,
+    recipe_text: str,
+    designs: Mapping[Path, bytes] | None = None,
 ) -> dict[str, Any]:
-    """Plain values for JSON. data: the file or folder that was taken in."""
+    """Plain values for JSON. data: the file or folder that was taken in. designs: the file of designs, if any."""
     folder = data if data.is_dir() else data.parent
     raw = [{"path": str(folder / name), "sha256": _digest(content)} for name, content in sources.items()]
     return {
         "program": f"freelearn {VERSION}",
         "raw": raw,
+        "designs": [{"path": str(path), "sha256": _digest(content)} for path, content in (designs or {}).items()],
         "recipe": {"path": str(recipe_path), "sha256": _digest(recipe_text.encode()), "content": recipe_text},
         "about": recipe.about,
         "bed": recipe.bed,

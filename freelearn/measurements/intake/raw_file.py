@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from freelearn.errors import UserError
-from freelearn.measurements.intake.excel_grid import excel_grid
+from freelearn.measurements.intake.excel_grid import excel_grid, filled_sheets
 from freelearn.measurements.intake.grid_table import table_of
 from freelearn.measurements.intake.matlab_table import matlab_table, version_73
 from freelearn.measurements.intake.raw_table import RawTable
@@ -47,6 +47,11 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     if name.lower().endswith((".xlsx", ".xlsm")):
         raise UserError(f"{name} is no .xlsx workbook in spite of its name: save it as .xlsx again, or rename it.")
     return table_of(text_grid(content, name, reading), reading)
+
+
+def sheet_names(content: bytes, name: str) -> list[str]:
+    """The filled sheets of a workbook; of other files none. Raises UserError where it cannot be read."""
+    return filled_sheets(content, name) if content.startswith(b"PK\x03\x04") else []
 
 
 def _is_json(content: bytes) -> bool:

@@ -124,6 +124,17 @@ class Steps:
 
 
 @dataclass(frozen=True)
+class Design:
+    """Where the designs of the actuators stand: file: beside the data, "" for a sheet of the data's own workbook. by:
+    its column of names, which are those of `sample`. columns: of the table, each from one of its columns."""
+
+    by: str
+    columns: Mapping[str, Column]
+    file: str = ""
+    sheet: str = ""
+
+
+@dataclass(frozen=True)
 class Recipe:
     """bed: a name of BEDS. files: () where there is one. samples: number → constants of that actuator. keep, drop: rows
     of the file (drop: any of the conditions). order_by: columns of the file. rest: "first" row of each sample and file,
@@ -137,6 +148,7 @@ class Recipe:
     sample: Sample = field(default_factory=lambda: Sample(number=1))
     constants: Constants = field(default_factory=dict)
     samples: Mapping[int, Constants] = field(default_factory=dict)
+    design: Design | None = None
     members: tuple[Member, ...] = ()
     keep: Condition | None = None
     drop: tuple[Condition, ...] = ()

@@ -27,6 +27,7 @@ def _columns(recipe: Recipe) -> Iterator[str]:
         where = f" for {part.name}" if part.name else ""
         given = {*recipe.columns_for(part), *recipe.constants_for(part)}
         per_sample = set.intersection(*map(set, recipe.samples.values())) if recipe.samples else set()
+        per_sample |= set(recipe.design.columns) if recipe.design else set()
         for name in needed(recipe):
             if name not in given | per_sample:
                 place = "constants" if name in NEEDED_DESIGN else "columns or constants"

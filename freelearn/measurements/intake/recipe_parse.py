@@ -12,12 +12,19 @@ from freelearn.measurements.intake.recipe_check import lacking
 from freelearn.measurements.intake.recipe_columns import columns_of
 from freelearn.measurements.intake.recipe_conditions import condition_of, conditions_of
 from freelearn.measurements.intake.recipe_constants import constants_of
-from freelearn.measurements.intake.recipe_parts import files_of, members_of, reading_of, sample_of, samples_of
+from freelearn.measurements.intake.recipe_parts import (
+    design_of,
+    files_of,
+    members_of,
+    reading_of,
+    sample_of,
+    samples_of,
+)
 from freelearn.measurements.intake.section import Section
 
 KEYS = (
-    *("about", "bed", "read", "files", "sample", "samples", "constants", "columns", "members", "keep", "drop"),
-    *("order_by", "plateaus", "rest", "state_tolerance", "step", *MARKS, "carry"),
+    *("about", "bed", "read", "files", "sample", "samples", "design", "constants", "columns", "members"),
+    *("keep", "drop", "order_by", "plateaus", "rest", "state_tolerance", "step", *MARKS, "carry"),
 )
 
 
@@ -36,6 +43,7 @@ def parse_recipe(content: Any, name: str) -> Recipe:
         sample=sample_of(root) or Sample(number=1),
         constants=constants_of(root.section("constants")),
         samples=samples_of(root.section("samples")),
+        design=design_of(root),
         members=members_of(root),
         keep=condition_of(root.section("keep")) if "keep" in root else None,
         drop=conditions_of(root, "drop"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from freelearn.measurements.intake.reading import Reading
-from freelearn.measurements.intake.recipe import DESIGN, Column, Constants, Member, Part, Sample
+from freelearn.measurements.intake.recipe import DESIGN, Column, Constants, Design, Member, Part, Sample
 from freelearn.measurements.intake.recipe_columns import column_of, columns_of
 from freelearn.measurements.intake.recipe_conditions import conditions_of
 from freelearn.measurements.intake.recipe_constants import constants_of
@@ -39,6 +39,8 @@ def reading_of(section: Section) -> Reading:
 def sample_of(section: Section) -> Sample | None:
     """Which actuator rows are of; None where the section does not say."""
     if "sample" not in section:
+        if "sample" in section.content:
+            section.say("is blank: write 1 if all rows are of one actuator, or {from: COLUMN}", "sample")
         return None
     if not isinstance(section.content["sample"], Mapping):
         return Sample(number=section.integer("sample", 1))
@@ -81,6 +83,25 @@ def samples_of(section: Section) -> dict[int, Constants]:
         if not key.isdigit():
             section.say("is no number of a sample", key)
     return {int(key): constants_of(section.section(key)) for key, _ in section.items() if key.isdigit()}
+
+
+def design_of(root: Section) -> Design | None:
+    """Where the actuators' designs stand, joined by name."""
+    if "design" not in root:
+        return None
+    section = root.section("design")
+    section.only(("file", "sheet", "by", "columns"))
+    file = section.text("file")
+    if "/" in file or "\\" in file or file in (".", ".."):
+        section.say(f"is {file!r}: give the name of a file beside the data, or design=FILE to intake", "file")
+    if "by" not in section:
+        section.say("says no column of names: add by: COLUMN")
+    if not file and "sheet" not in section:
+        section.say("says no file: add file: NAME, or sheet: of the data's own workbook")
+    inner = section.section("columns")
+    inner.only(DESIGN, "part of the design")
+    columns = {name: column_of(inner.section(name), name) for name, _ in inner.items() if name in DESIGN}
+    return Design(section.text("by"), columns, file, section.text("sheet"))
 
 
 def members_of(root: Section) -> tuple[Member, ...]:

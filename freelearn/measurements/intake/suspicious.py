@@ -9,6 +9,7 @@ import pandas as pd
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.cells import is_blank
+from freelearn.measurements.intake.pull_sign import pull_signs
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.recipe import NEEDED_DESIGN
 from freelearn.measurements.intake.scale_jumps import scale_jumps
@@ -24,6 +25,8 @@ LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
 LEAST_VALUES = 20
 # A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
 REST_KPA = 20.0
+# Rows whose states change so many times as often as there are states do not stand by states.
+SCATTERED = 1.5
 # States, and levels of each, that are alike only where the pressures were set.
 SET_STATES, SET_LEVELS = 3, 6
 
@@ -96,9 +99,24 @@ def table_suspicions(table: pd.DataFrame, bed: str) -> list[str]:
     """Sentences about a table that was made: scales that jump, gauges that read too much at rest, units and
     signs that look wrong."""
     measured = [q.column for q in BEDS[bed].measured if q.column in table]
-    checks = (scale_jumps(table, measured), _gauge(table))
+    checks = (scale_jumps(table, measured), _gauge(table), _scattered(table, bed), pull_signs(table))
     sentences = [sentence for check in checks for sentence in check]
     return sentences + (unit_warnings(table) if set(UNITS_JUDGED_BY) <= set(table) else [])
+
+
+def _scattered(table: pd.DataFrame, bed: str) -> Iterator[str]:
+    """States whose rows do not stand together, because the rows are sorted by the pressure."""
+    state = [q.column for q in BEDS[bed].state if q.column in table]
+    if "pressure_kpa" not in table or "time_s" in table or len(state) < 2:
+        return
+    keys = table[["sample", *state]]
+    runs, states = int((keys != keys.shift()).any(axis=1).sum()), len(keys.drop_duplicates())
+    falls = table.groupby("sample", sort=False)["pressure_kpa"].diff().lt(0).any()
+    if runs > SCATTERED * states and not falls and (keys["sample"].diff() != 0).sum() == keys["sample"].nunique():
+        yield (
+            f"the rows are sorted by the pressure, so that {states} states fall into {runs}: put each state's rows "
+            f"together with order_by: [the columns of {' and '.join(state)}], or read the log as it was measured."
+        )
 
 
 def _gauge(table: pd.DataFrame) -> Iterator[str]:

@@ -49,7 +49,12 @@ def filled(text: str) -> str:
     """A draft with its blanks filled in."""
     for name, value in DESIGN.items():
         text = re.sub(rf"{name}:   # TODO.*", f"{name}: {value}", text)
-    return text
+    text = re.sub(r"sample:   # TODO.*", "sample: 1", text)
+    text = re.sub(
+        r"(samples|constants)(:.*)\n((?:  \d+: .*\n)+)", lambda m: m[0].replace("length_mm: ", "length_mm: 90"), text
+    )
+    text = re.sub(r"  (\w+): (.*), unit: ([,}].*)the table's is (.*)\)", r"  \1: \2, unit: \4\3\4", text)
+    return re.sub(r"(_\w+):   # TODO: no column says it.*", r"\1: 0", text)
 
 
 @pytest.mark.parametrize("name", HEADINGS)

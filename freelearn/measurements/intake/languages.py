@@ -1,0 +1,56 @@
+"""Headings of the usual quantities in German, French, Italian, Spanish and Japanese."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+# Words as `plain` leaves them, without accents: German, French, Italian, Spanish, Japanese.
+ABROAD: dict[str, str] = {
+    "inner_diameter": r"innendurchmesser|diametre (interieur|interne)|diametro (interno|interior)|内径",
+    "outer_diameter_mm": r"aussendurchmesser|durchmesser|diametre( (exterieur|externe))?"
+    r"|diametro( (esterno|exterior|externo))?"
+    r"|外径|直径",
+    "inner_radius_mm": r"innenradius|rayon (interieur|interne)|raggio interno|radio (interior|interno)|内半径",
+    "outer_radius_mm": r"aussenradius|rayon (exterieur|externe)|raggio esterno|radio (exterior|externo)|外半径",
+    "gamma_deg": r"faserwinkel|flechtwinkel|wickelwinkel|angle (des fibres|de fibre|de tressage|d'enroulement)"
+    r"|angolo (delle fibre|di fibra|di avvolgimento)|angulo (de (la )?fibra|de (las )?fibras|de trenzado)"
+    r"|繊維角度?|編み角度?",
+    "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
+    r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
+    r"|伸び|変位|ストローク",
+    "length_mm": r"lange|laenge|longueur|lunghezza|longitud|長さ|全長",
+    "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction|deformazione"
+    r"|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
+    "stretch": r"streckung|verstreckung|elongation relative|伸長比",
+    "twist_deg": r"verdrehung|drehwinkel|verdrehwinkel|torsionswinkel|winkel|drehung|rotation|torsion"
+    r"|angle de (torsion|rotation)|rotazione|torsione|angolo( di (torsione|rotazione))?"
+    r"|rotacion|giro|angulo( de (torsion|giro|rotacion))?|角度|ねじれ角?|ねじり角?|回転角?",
+    "pressure_kpa": r"(innen|uber|ueber|luft)?druck|pression|pressione|presion|圧力|内圧",
+    "moment_nmm": r"drehmoment|torsionsmoment|couple|moment de torsion|coppia|momento( torcente)?|par( de torsion)?"
+    r"|momento torsor|トルク|モーメント",
+    "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
+    r"|力|荷重|張力|軸力",
+    "time_s": r"zeit|messzeit|temps|tempo|tiempo|時間|時刻",
+    "temperature_c": r"temperatur|temperatura|温度",
+    "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
+    r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
+}
+
+# Latin letters, digits and brackets as Japanese keyboards write them; not NFKC, for which ² is 2.
+FULL_WIDTH = {0xFF01 + i: 0x21 + i for i in range(94)} | {0x3000: 0x20}
+
+
+def plain(text: str) -> str:
+    """Lower case, full-width signs as plain ones, Latin letters without accents.
+
+    >>> plain("Länge（ｍｍ）"), plain("Außendurchmesser"), plain("圧力")
+    ('lange(mm)', 'aussendurchmesser', '圧力')
+    """
+    folded = text.translate(FULL_WIDTH).casefold()
+    return "".join(unicodedata.normalize("NFD", c)[0] if c.isalpha() and c < "\u0250" else c for c in folded)
+
+
+def words_of(quantity: str, english: str) -> re.Pattern[str]:
+    """The words of a quantity in all languages."""
+    return re.compile("|".join(filter(None, (english, ABROAD.get(quantity, "")))))
