@@ -84,7 +84,7 @@ def test_rows_sorted_by_pressure_are_said_and_their_order_drafted():
 
 def test_six_muscles_are_not_one():
     rows = [f"{name},{p},{-p}" for name in "abcdef" for p in (0, 50)]
-    for column, says in (("Muskel", "samples.6.length_mm is blank"), ("Serie", "sample is blank")):
+    for column, says in (("Muskel", "samples.6.length_mm is blank"), ("Reihe", "sample is blank")):
         text = draft(guess("\n".join([f"{column},P [kPa],F [N]", *rows]).encode(), "raw.csv"))
         with pytest.raises(UserError, match=says):
             recipe_of(text, "draft.yaml")
