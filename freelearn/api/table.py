@@ -21,8 +21,8 @@ from freelearn.package import CONF, example
 # A measurement table: its rows, its file, or the name of a data set that comes with the package.
 Table: TypeAlias = pd.DataFrame | str | Path
 # In `attrs` of a checked table: sentences about it, the file of an end block's actuators, and of a data set of the
-# package how accurate its bed was, in engineering units.
-WARNINGS, MEMBERS, ACCURACY = "warnings", "members", "accuracy"
+# package how accurate its bed was, in engineering units, and its name with the digest of its rows.
+WARNINGS, MEMBERS, ACCURACY, DATA_SET = "warnings", "members", "accuracy", "data_set"
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,9 @@ def table_file(
         return TableFile("csv", _written(_with(_plain(path), design), folder))
     if not isinstance(table.columns, pd.Index) or not all(isinstance(name, str) for name in table.columns):
         raise UserError("The DataFrame's columns must be named by texts, as those of a measurement table are.")
+    if table.attrs.get(DATA_SET, ("", ""))[1] == _digest(table.to_csv(index=False)):
+        # Nothing was changed: it is the data set still, and what is simulated says so.
+        return TableFile(str(table.attrs[DATA_SET][0]), None)
     frame = _with(table, design or {})
     bed = str(frame[BED].iloc[0]) if BED in frame and len(frame) else None
     block = table.attrs.get(MEMBERS)
@@ -150,6 +153,8 @@ def _data_set(name: str, bed: str | None, members: str | Path | None) -> pd.Data
     table = loaded.table.copy()
     if data.accuracy is not None:
         table.attrs[ACCURACY] = dict(vars(data.accuracy))
+    if bed is None and members is None:
+        table.attrs[DATA_SET] = (name, _digest(table.to_csv(index=False)))
     table.attrs[WARNINGS] = [str(warning) for warning in loaded.warnings]
     return table
 
@@ -168,16 +173,16 @@ def _with(frame: pd.DataFrame, design: Mapping[str, float]) -> pd.DataFrame:
 def _written(frame: pd.DataFrame, folder: Path | None) -> Path:
     """The file of a DataFrame: in this session by its content, so that the same rows are the same table."""
     text = frame.to_csv(index=False)
-    if folder is None:
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-        path = session_folder("tables") / f"{digest}.csv"
-    else:
-        path = folder / "table.csv"
+    path = session_folder("tables") / f"{_digest(text)}.csv" if folder is None else folder / "table.csv"
     from freelearn.files import write_text
 
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, text)
     return path
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _converted(raw: Table, recipe: str | Path, folder: Path | None) -> TableFile:

@@ -94,6 +94,18 @@ def test_a_mistake_is_one_error_that_says_what_to_do(table, options, says):
         freelearn.fit(table, **options)
 
 
+def test_the_first_page_as_written(table, tmp_path, monkeypatch):
+    """CSV → what is missing → picture → prediction of a new row → what to measure next, in ten lines."""
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "index.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert code.count("\n") <= 10
+    monkeypatch.chdir(tmp_path)
+    table.assign(sample=1).to_csv("mine.csv", index=False)
+    names = {}
+    exec(code, names)
+    assert names["found"].effects == ["force_offset"]
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.csv"}
+
+
 @pytest.mark.slow
 def test_the_page_in_python_as_written(tmp_path):
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")

@@ -8,6 +8,7 @@ import pytest
 from face_runs import hidden_table
 
 import freelearn as fl
+from freelearn.api.table import table_file
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +38,10 @@ def test_a_data_set_brings_its_bed_and_its_accuracy():
     table = fl.read_table("dmsp20")
     assert set(table["bed"]) == {"isometric"}
     assert table.attrs["accuracy"]["force_n"] == 3.0
+    # Unchanged it is the data set still; a part of it is a table of its own, with the same accuracy.
+    assert table_file(table, None).name == "dmsp20"
+    part = table_file(table.head(60), None)
+    assert (part.name, part.bed, part.accuracy["force_n"]) == ("csv", "isometric", 3.0)
 
 
 def test_a_fault_of_a_data_frame_names_its_row(table):

@@ -7,6 +7,7 @@ import beds
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib import pyplot
 from rich.console import Console
 from small_runs import run
 
@@ -139,6 +140,17 @@ def test_a_fitted_model_is_taken_up_again(fitted):
     imposed = [q.column for q in model.bed.state] + [c for c in rows if re.fullmatch(r"pressure(_\d)?_kpa", c)]
     short = model.predict(rows[["sample", *imposed]])
     np.testing.assert_allclose(short.loads, answer.loads, rtol=1e-9, atol=1e-12)
+
+
+def test_a_notebook_draws_what_the_bed_measures(fitted):
+    bed, folder = fitted
+    model = freelearn.load(folder)
+    for draw in (model.plot.parity, model.plot.residuals):
+        for part in WORDS[bed][1]:
+            assert draw(quantity=part.replace("_", " ")).has_data()
+    # Of the worst state, at which a reading may be blank.
+    assert all(axes.has_data() for axes in np.ravel(model.plot.curves()))
+    pyplot.close("all")
 
 
 def test_figures_of_a_run(fitted, tmp_path):
