@@ -33,10 +33,18 @@ START = {
     "C2": 3e7,
     "off_axis.squared_distance": 5e-4,
     "fiber_tension_only.share": 0.8,
+    "block_tilt.compliance": 1e-5,
     **{f"threshold_pressure.pressure[{n}]": 2e4 for n in range(1, MEMBERS + 1)},
 }
 LEANING = ("off_axis", "fiber_tension_only", "threshold_pressure")
-PHYSICAL = ((), ("off_axis",), ("off_axis", "small_strain_stiffness"), LEANING, (*LEANING, "wall_thickness"))
+PHYSICAL = (
+    (),
+    ("off_axis",),
+    ("off_axis", "small_strain_stiffness"),
+    LEANING,
+    (*LEANING, "wall_thickness"),
+    (*LEANING, "block_tilt"),
+)
 
 # Rows to fit and rows to predict, (N,) bool each → (n, 2) m and rad.
 Predict = Callable[[np.ndarray, np.ndarray], np.ndarray]

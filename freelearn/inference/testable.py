@@ -14,6 +14,7 @@ from freelearn.inference.thresholds import SORTED
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
+from freelearn.models.ports import TiltEffect
 
 # The column that says when a row was measured.
 TIME = "time_s"
@@ -49,10 +50,12 @@ def candidates(
 
 
 def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
-    """Why these rows cannot show an effect of the history, or of the time; empty where they can, and for all other
-    effects."""
+    """Why these rows cannot show an effect of the history, of the time, or of several actuators; empty where they can,
+    and for all other effects."""
     if name == DRIFT:
         return unclocked(columns, rows)
+    if issubclass(EFFECTS[name], TiltEffect) and len(rows.states.members) < 2:
+        return "needs several actuators on one end block"
     return HISTORY[name](rows) if name in HISTORY else ""
 
 

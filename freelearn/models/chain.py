@@ -27,9 +27,11 @@ from freelearn.models.ports import (
     MeasurementEffect,
     MountEffect,
     PlayEffect,
+    TiltEffect,
     WallEffect,
 )
 from freelearn.models.prediction import Prediction
+from freelearn.models.tilt import tilt
 from freelearn.models.vector import RawVector, Values
 
 # Rows predicted at once: few enough for what one operation reads to stay in the processor's cache.
@@ -58,6 +60,7 @@ class Chain(RawVector):
         self.levers = [e for e in self._boundary if type(e).hand_on is not BoundaryEffect.hand_on]
         self._mounts = self._of(MountEffect)
         self._plays = self._of(PlayEffect)
+        self._tilts = self._of(TiltEffect)
         self._geometry = self._of(GeometryEffect)
         self._wall = self._of(WallEffect)
         self._dissipation = self._of(DissipationEffect)
@@ -139,11 +142,16 @@ class Chain(RawVector):
 
     def _rested(self, states: States, values: Values) -> Prediction:
         """Loads on the mount where the table says: those of the actuator, or of all that share the end block."""
-        if not states.members:
+        if not states.members and not self._tilts:
             return self._alone(states, values)
-        count = len(states.members)
+        count = max(len(states.members), 1)
         each = self.rows_of(values, torch.arange(len(states), device=states.length.device).repeat(count))
-        loads, status = self._alone(states.side_by_side(), each)
+        beside = states.side_by_side() if states.members else states
+        if self._tilts:
+            soft = [effect.tilt(states, effect.own(values, states)) for effect in self._tilts]
+            loads, status = tilt(beside, count, sum(soft[1:], start=soft[0]), each, self._alone)
+        else:
+            loads, status = self._alone(beside, each)
         # The first reason not to trust a member's loads is one not to trust the sum.
         return Prediction(loads.reshape(count, -1, 2).sum(0), status.reshape(count, -1).amax(0))
 

@@ -3,6 +3,7 @@
 boundary     BoundaryEffect.impose   the state that was really imposed
              MountEffect.impose      the same, where it depends on the loads (a mount that gives way)
              PlayEffect.play         the same, where the actuator finds its own place (play between actuator and rig)
+             TiltEffect.tilt         the same, where the block that several actuators share tilts under their pushes
 geometry     GeometryEffect.reshape  the actuator as it really is
              EndEffect.dissipate     what its ends take off its loads, by a potential of their own
 energy       EnergyEffect.psi        a further strain energy of the wall or its fibers
@@ -71,6 +72,27 @@ class PlayEffect(Effect[P]):
     def play(self, states: States, p: P) -> Tensor:
         """Half the width w ≥ 0 of the band in which the actuator can turn freely, () or (N,) rad."""
         raise NotImplementedError
+
+
+class TiltEffect(Effect[P]):
+    """An end block that tilts under the unequal pushes of the actuators that it holds (see models.tilt).
+
+    A network, which knows no single actuators of a block, has none.
+    """
+
+    of_each = False
+    port = "boundary"
+    method = "tilt"
+    yields = True
+
+    def tilt(self, states: States, p: P) -> Tensor:
+        """By how much c ≥ 0 an actuator is lifted for each newton that it pushes itself, () or (N,) m/N."""
+        raise NotImplementedError
+
+    @classmethod
+    def families(cls) -> tuple[str, ...]:
+        """As Effect.families."""
+        return tuple(family for family in super().families() if family != "mlp")
 
 
 class GeometryEffect(Effect[P]):
@@ -229,6 +251,7 @@ BASES: tuple[type[Effect[Any]], ...] = (
     BoundaryEffect,
     MountEffect,
     PlayEffect,
+    TiltEffect,
     GeometryEffect,
     EnergyEffect,
     WallEffect,

@@ -8,7 +8,7 @@ from freelearn.measurements.beds import BEDS
 from freelearn.measurements.rows import Rows
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.reference import bed, braided, literature, other_beds
-from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT, grown
+from freelearn.testing.reference.truths import ASSEMBLED, BRAIDED, MOVED, UNIT, grown
 
 TOGETHER = {
     "everything": {name: grown(name, 1.0) for name in BRAIDED},
@@ -38,7 +38,7 @@ CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | TOGETHER
 def test_every_effect_of_the_library_can_be_hidden():
     # Those of the history act along logs, which this bed does not record.
     still = {name for name, effect in EFFECTS.items() if effect.port != "history"}
-    assert {*UNIT, *BRAIDED, *MOVED} == still
+    assert {*UNIT, *BRAIDED, *MOVED, *ASSEMBLED} == still
 
 
 @pytest.mark.parametrize("make", DESIGNS)

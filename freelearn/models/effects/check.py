@@ -22,6 +22,7 @@ from freelearn.models.ports import (
     MeasurementEffect,
     MountEffect,
     PlayEffect,
+    TiltEffect,
     WallEffect,
 )
 
@@ -63,8 +64,8 @@ def check_effects(effects: Sequence[Effect[Any]], values: Mapping[str, Tensor], 
                 )
             if name == "factors" and not bool((value > 0).all()):
                 raise UserError(f"Effect {effect.name!r}: its {method} must return factors greater than zero.")
-            if name == "widths" and not bool((value >= 0).all()):
-                raise UserError(f"Effect {effect.name!r}: its {method} must return widths of zero or more.")
+            if name in ("widths", "compliances") and not bool((value >= 0).all()):
+                raise UserError(f"Effect {effect.name!r}: its {method} must return {name} of zero or more.")
 
 
 def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> list[Returned]:
@@ -89,6 +90,9 @@ def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> 
     if isinstance(effect, PlayEffect):
         width = effect.play(states, p)
         return [("widths", width, () if isinstance(width, Tensor) and not width.ndim else (count,))]
+    if isinstance(effect, TiltEffect):
+        soft = effect.tilt(states, p)
+        return [("compliances", soft, () if isinstance(soft, Tensor) and not soft.ndim else (count,))]
     changed = _states(effect, states, loads, p)
     if not isinstance(changed, States):
         raise TypeError(f"it returns {type(changed).__name__} and not States: use states.replace(…)")

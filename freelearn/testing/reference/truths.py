@@ -51,6 +51,8 @@ MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
     "viscoelasticity": {"share": 0.05},
 }
+# As UNIT: of several actuators on one end block; alone, they are other effects.
+ASSEMBLED: dict[str, dict[str, float]] = {"block_tilt": {"compliance": 2e-6}}
 FIXED = {
     "relaxation": {"time": 45.0},
     "viscoelasticity": {"time": 60.0},
@@ -63,7 +65,7 @@ MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3, "squared_distance": 1e-2}
 
 def grown(effect: str, amount: float) -> dict[str, float]:
     """The effect's parameters at `amount` times their unit, at most at their physical bound."""
-    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED)[effect].items()}
+    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED | ASSEMBLED)[effect].items()}
     return {p: min(v, MOST.get(p, v)) for p, v in values.items()} | FIXED.get(effect, {})
 
 
