@@ -46,13 +46,15 @@ def read_table(
     members: str | Path | None = None,
     design: Mapping[str, float] | None = None,
     recipe: str | Path | None = None,
+    rate_hz: float | None = None,
 ) -> pd.DataFrame:
     """A measurement table, checked: (N, columns) in the units of its columns' names.
 
     table: a DataFrame, a CSV file, the name of a data set (dmsp20, virtual), or a laboratory's own file or folder.
     bed: kinematic (the default), isometric, dead_load or inflation. members: the file of several actuators on one end
     block. design: gamma_deg, length_mm, inner_radius_mm, outer_radius_mm of all rows, where the table has no such
-    columns. recipe: the file that says what a laboratory's own file means. What is odd about the rows stands in
+    columns. recipe: the file that says what a laboratory's own file means. rate_hz: rows a second to which a log is
+    thinned through a low-pass. What is odd about the rows stands in
     `attrs["warnings"]`. Raises UserError with all faults, and where they are.
 
     >>> import freelearn as fl
@@ -74,7 +76,7 @@ def read_table(
     if chosen not in BEDS:
         raise UserError(f"Unknown bed {chosen!r}: choose among {', '.join(BEDS)}.")
     with said_of(place):
-        found = read(place.path, BEDS[chosen], None if block is None else read_members(block))
+        found = read(place.path, BEDS[chosen], None if block is None else read_members(block), rate_hz)
     found.table.attrs[WARNINGS] = [str(warning) for warning in found.warnings]
     if block is not None:
         found.table.attrs[MEMBERS] = str(block)

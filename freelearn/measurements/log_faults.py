@@ -16,11 +16,12 @@ FEWEST = 8
 JUMP, USUAL = 3.0, 1000.0
 
 
-def log_faults(table: pd.DataFrame, lines: np.ndarray) -> list[Fault]:
-    """Faults of a log's recordings, of rows at these lines (N,); none of a table that is no log."""
+def log_faults(table: pd.DataFrame, lines: np.ndarray, twice: bool = False) -> list[Fault]:
+    """Faults of a log's recordings, of rows at these lines (N,); none of a table that is no log. twice: whether a time
+    may stand there twice."""
     if not is_log(table):
         return _nameless(table, lines)
-    return sorted(_faults(table, lines), key=lambda fault: fault.line)
+    return sorted(_faults(table, lines, twice), key=lambda fault: fault.line)
 
 
 def _nameless(table: pd.DataFrame, lines: np.ndarray) -> list[Fault]:
@@ -31,7 +32,7 @@ def _nameless(table: pd.DataFrame, lines: np.ndarray) -> list[Fault]:
     return [Fault(int(line), RUN, "", "is blank: say of which recording the row is") for line in lines[blank]]
 
 
-def _faults(table: pd.DataFrame, lines: np.ndarray) -> Iterator[Fault]:
+def _faults(table: pd.DataFrame, lines: np.ndarray, twice: bool) -> Iterator[Fault]:
     names = table[RUN].astype(str).to_numpy()
     blank = np.char.strip(names.astype(str)) == ""
     for line in lines[blank]:
@@ -51,10 +52,10 @@ def _faults(table: pd.DataFrame, lines: np.ndarray) -> Iterator[Fault]:
             )
             continue
         seen.add(key)
-        yield from _of_one(time[start:end], lines[start:end], names[start])
+        yield from _of_one(time[start:end], lines[start:end], names[start], twice)
 
 
-def _of_one(time: np.ndarray, lines: np.ndarray, name: str) -> Iterator[Fault]:
+def _of_one(time: np.ndarray, lines: np.ndarray, name: str, may_repeat: bool) -> Iterator[Fault]:
     """Faults of one recording."""
     if len(time) < FEWEST:
         rows = "1 row" if len(time) == 1 else f"{len(time)} rows"
@@ -74,17 +75,18 @@ def _of_one(time: np.ndarray, lines: np.ndarray, name: str) -> Iterator[Fault]:
             f"runs backwards in run {name}, after {time[at]:g}: give what follows another run, or put it in order",
         )
     twice = np.flatnonzero(step == 0)
-    if len(twice):
+    if len(twice) and not may_repeat:
         times = "" if len(twice) == 1 else f", as do {len(twice) - 1} more in this run"
         yield Fault(
             int(lines[twice[0] + 1]),
             TIME,
             f"{time[twice[0] + 1]:g}",
-            f"stands there twice in run {name}{times}: give the time with more digits, or keep one row of each",
+            f"stands there twice in run {name}{times}: give the time with more digits, keep one row of each, or thin "
+            "the log (rate_hz)",
         )
     largest = int(step.argmax())
     rest = time[-1] - time[0] - step[largest]
-    if step.min() > 0 and step[largest] > max(JUMP * rest, USUAL * float(np.median(step))):
+    if step.min() >= 0 and step[largest] > max(JUMP * rest, USUAL * float(np.median(step))):
         yield Fault(
             int(lines[largest + 1]),
             TIME,

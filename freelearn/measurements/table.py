@@ -29,6 +29,7 @@ from freelearn.measurements.records import (
 from freelearn.measurements.row_suspicions import row_suspicions
 from freelearn.measurements.schema import faultless, find_faults
 from freelearn.measurements.shown import shown_readings
+from freelearn.measurements.thinned import thinned
 from freelearn.measurements.usable import LEFT_OUT, SLACK, usable_rows, used_rows
 from freelearn.work import tell
 
@@ -50,10 +51,13 @@ class TableFile:
     warnings: list[str]
 
 
-def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | None = None) -> TableFile:
+def read_table(
+    path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | None = None, rate_hz: float | None = None
+) -> TableFile:
     """Reads and checks a measurement table. Blank lines are skipped.
 
-    bed: what was imposed and what was measured. members: of one end block, see `read_members`.
+    bed: what was imposed and what was measured. members: of one end block, see `read_members`. rate_hz: to which a log
+    is thinned, see `thinned`; lines are then those of the rows nearest to the new ones.
 
     Raises TableError with all faults of the rows and columns, and UserError where the file as a whole is not such a
     table. Nothing is executed or written.
@@ -69,10 +73,14 @@ def read_table(path: str | Path, bed: Bed = KINEMATIC, members: pd.DataFrame | N
     if members is not None:
         frame = with_members(frame, members)
     _refuse_nothing_read(path, frame)
-    if wrong := log_faults(frame, read.lines):
+    lines = read.lines
+    if wrong := log_faults(frame, lines, rate_hz is not None):
         raise TableError(path, wrong)
     warnings = [*_near_optional(header, columns), *_unmeasured(header, columns)]
-    return TableFile(frame, read.lines, [*warnings, *unit_warnings(frame), *row_suspicions(frame, read.lines)])
+    if rate_hz is not None:
+        frame, place, done = thinned(frame, rate_hz)
+        lines, warnings = lines[place], [*warnings, *done]
+    return TableFile(frame, lines, [*warnings, *unit_warnings(frame), *row_suspicions(frame, lines)])
 
 
 @dataclass(frozen=True)
