@@ -16,7 +16,7 @@ COMMANDS = {
     "plan": ("which rows to measure next", "freelearn.commands.plan", "plan_app"),
     "referee": ("whether what a run claims stands", "freelearn.commands.referee", "referee_app"),
     "export": (
-        "a fitted model for other software: onnx or c",
+        "a fitted model for other software: onnx, c, fmu, mujoco, table",
         "freelearn.commands.export",
         "export_app",
     ),

@@ -124,18 +124,19 @@ class FittedRun(FittedModel):
         sample: int | None = None,
         force: bool = False,
         license: str | None = None,
+        error: float = 1e-3,
     ) -> Certificate:
         """Writes the actuator for other software, and its certificate (export.json, export.html) beside it.
 
-        path: a file, which names actuator and format by its ending (.onnx, .c), or a folder with `to`: onnx or c.
-        sample: of a run that was fitted on several. force: whether to export what the data do not determine. license:
-        of the data. Raises UserError.
+        path: a file, which names actuator and format by its ending (.onnx, .c, .fmu, .xml, .nc), or a folder with `to`:
+        onnx, c, fmu, mujoco or table. sample: of a run that was fitted on several. force: whether to export what the
+        data do not determine. license: of the data. error: of a table, a share of the range. Raises UserError.
         """
         from freelearn.export.export import export
         from freelearn.export.options import Options, asked_for
 
         folder, to, named = asked_for(path, to)
-        options = Options(to, name or named, sample, force, license)
+        options = Options(to, name or named, sample, force, license, error)
         return export(self, folder, options)
 
     def _estimates(self) -> list[Estimate]:

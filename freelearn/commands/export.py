@@ -34,7 +34,7 @@ def export(settings: ExportSettings, folder: Path, console: Console) -> None:
         from freelearn.api.fitted_run import FittedRun
 
         fitted = FittedRun.of(settings.run)
-    asked = {n: getattr(settings, n) for n in ("name", "sample", "force", "license")}
+    asked = {n: getattr(settings, n) for n in ("name", "sample", "force", "license", "error")}
     with LongWork(console, f"writing to={settings.to}, and running it beside the model…"):
         found = fitted.export(folder, settings.to, **asked)
     console.print(found.summary(), markup=False, highlight=False, soft_wrap=True)

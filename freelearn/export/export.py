@@ -10,16 +10,25 @@ from freelearn.export.actuator import Actuator
 from freelearn.export.c_file import write_c
 from freelearn.export.certificate import Certificate, certificate
 from freelearn.export.extras import needed
+from freelearn.export.fmu_file import write_fmu
+from freelearn.export.mujoco_file import write_mujoco
 from freelearn.export.onnx_file import write_onnx
 from freelearn.export.options import Options
 from freelearn.export.page import write_page
 from freelearn.export.refusal import doubts
 from freelearn.export.round_trip import Samples, compared
+from freelearn.export.table_file import write_table
 from freelearn.export.written import Written
 from freelearn.results.fitted_model import FittedModel
 
 Writer = Callable[[Actuator, Path, Options], Written]
-WRITERS: dict[str, Writer] = {"c": write_c, "onnx": write_onnx}
+WRITERS: dict[str, Writer] = {
+    "c": write_c,
+    "onnx": write_onnx,
+    "fmu": write_fmu,
+    "mujoco": write_mujoco,
+    "table": write_table,
+}
 
 
 def export(fitted: FittedModel, folder: Path, options: Options) -> Certificate:

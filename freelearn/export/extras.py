@@ -14,7 +14,7 @@ NEEDS = {
     "onnx": ("onnx", "onnxruntime"),
     "fmu": ("fmpy",),
     "mujoco": ("mujoco",),
-    "table": ("xarray", "h5netcdf"),
+    "table": ("xarray", "h5netcdf", "h5py"),
 }
 
 

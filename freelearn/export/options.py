@@ -9,26 +9,32 @@ from pathlib import Path
 from freelearn.errors import UserError, unknown
 
 # By the ending of their file.
-FORMATS = {"onnx": ".onnx", "c": ".c"}
+FORMATS = {"onnx": ".onnx", "c": ".c", "fmu": ".fmu", "mujoco": ".xml", "table": ".nc"}
+# Error of a table, as a share of the range, unless another is asked for; and what none can be finer than.
+ERROR, FINEST = 1e-3, 1e-6
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 
 
 @dataclass(frozen=True)
 class Options:
     """to: one of FORMATS. name: of the actuator, as code may name it. sample: of a run with several. force: whether to
-    export what the data do not determine. license: of the data, in words."""
+    export what the data do not determine. license: of the data, in words.
+    error: of a table, a share of the range."""
 
     to: str
     name: str = "actuator"
     sample: int | None = None
     force: bool = False
     license: str | None = None
+    error: float = ERROR
 
     def __post_init__(self) -> None:
         if self.to not in FORMATS:
             raise unknown("format of export:", self.to, FORMATS)
         if not IDENTIFIER.fullmatch(self.name):
             raise UserError(f"name={self.name} cannot name code: choose letters, digits and _, a letter first.")
+        if not FINEST <= self.error <= 0.5:
+            raise UserError(f"error={self.error:g} is not possible for a table: choose a share of {FINEST:g} … 0.5.")
 
 
 def asked_for(path: str | Path, to: str | None = None) -> tuple[Path, str, str]:

@@ -14,11 +14,12 @@ from freelearn.api.settings.settings import STRICT, Switch
 def _told(value: Any) -> Any:
     """A format, or what to do where none is named."""
     if value in (None, "", "???"):
-        raise ValueError("to is missing: add to=onnx or to=c")
+        raise ValueError("to is missing: add to=onnx, to=c, to=fmu, to=mujoco or to=table")
     return value
 
 
-Format = Annotated[Literal["onnx", "c"], BeforeValidator(_told)]
+Format = Annotated[Literal["onnx", "c", "fmu", "mujoco", "table"], BeforeValidator(_told)]
+Share = Annotated[float, Field(strict=True, gt=0, lt=1)]
 Sample = Annotated[int, Field(strict=True)]
 
 
@@ -32,3 +33,4 @@ class ExportSettings:
     sample: Sample | None = None
     force: Switch = False
     license: str | None = None
+    error: Share = 1e-3
