@@ -16,6 +16,7 @@ from freelearn.api.copied import copied
 from freelearn.api.fitted_run import FittedRun
 from freelearn.api.plots import FoundPlots
 from freelearn.errors import UserError
+from freelearn.export.certificate import Certificate
 from freelearn.measurements.beds import bed_of
 from freelearn.measurements.states import States
 from freelearn.measurements.usable import LEFT_OUT
@@ -209,6 +210,10 @@ class Found:
         """Copies the run's files, those of `freelearn discover`, to a folder, from which `load` takes it up again.
         Raises UserError."""
         return copied(self.folder, Path(folder))
+
+    def export(self, path: str | Path, to: str | None = None, **options: Any) -> Certificate:
+        """Writes the last model for other software, see FittedRun.export. Raises UserError."""
+        return self.fitted.export(path, to, **options)
 
     def __repr__(self) -> str:
         return f"<{self.verdict}: {' + '.join(self.effects) or 'nothing added'}>"

@@ -59,7 +59,10 @@ def discover(
     every claim. All other arguments: as of `fit`. A search that was interrupted goes on where it was when the same is
     asked again, in the same folder or in the same session. Raises UserError with every mistake.
 
-    discover(table, accuracy=fl.Accuracy(force_n=0.1)).verdict is the verdict, .plot.staircase() the picture of it.
+    >>> import freelearn as fl
+    >>> found = fl.discover("virtual", train="sample8", data={"hidden": ["force_offset"]}, progress=False)
+    >>> found
+    <named: force_offset>
     """
     arguments = options_of(locals())
     with ExitStack() as stack:
@@ -100,7 +103,10 @@ def plan(
     by column, where it is not what the table went to. path: a plan of one's own, which is scored. seed: the same gives
     the same plan. progress: as of `fit`. Raises UserError.
 
-    plan(found, rows=12).frame() has the rows, in the measurement table's columns.
+    >>> import freelearn as fl
+    >>> run = fl.fit("dmsp20", effects=["fiber_misalignment"], progress=False)
+    >>> len(fl.plan(run, rows=4, goal="halve", parameter="C1", progress=False).frame())
+    4
     """
     from freelearn.api.settings.plan_settings import plan_settings
 
@@ -132,7 +138,10 @@ def referee(
     from the run's models. tables: how many. cores: on how many (None: all). seed: of these. progress: as of `fit`.
     Raises UserError.
 
-    referee(found).frame() has the checks, each with its result, figure and threshold.
+    >>> import freelearn as fl
+    >>> run = fl.fit("dmsp20", effects=["fiber_misalignment"], progress=False)
+    >>> sorted(set(fl.referee(run, progress=False).frame()["result"]) - {"cannot_tell"})
+    ['fail', 'pass']
     """
     from freelearn.api.settings.parse import parsed
     from freelearn.api.settings.referee_settings import RefereeSettings
@@ -153,6 +162,11 @@ def load(folder: str | Path) -> FittedRun | Found:
 
     Effects and models of the user's own are read from the files that FREELEARN_EFFECTS and FREELEARN_MODELS name, and
     from nowhere else: nothing in the folder is executed.
+
+    >>> import freelearn as fl
+    >>> run = fl.fit("dmsp20", fit="none", progress=False)
+    >>> fl.load(run.folder).parameters == run.parameters
+    True
     """
     from freelearn.api.fitted_run import FittedRun
     from freelearn.api.found import Found
