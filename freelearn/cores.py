@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import io
 import os
 import pickle
@@ -22,6 +23,8 @@ from freelearn.work import unwatched
 T = TypeVar("T")
 # Environment variable with the most cores that a computation may take.
 CORES = "FREELEARN_CORES"
+# From linux/prctl.h: the signal that a process is sent when its parent ends.
+PR_SET_PDEATHSIG = 1
 # A job's number, as it stands in the pipe that jobs are taken from; and how many fit into a pipe at once.
 NUMBER = struct.Struct("=I")
 MOST = 4096
@@ -111,6 +114,7 @@ class _Copy(NamedTuple):
 
 def _copied(jobs: Sequence[Callable[[], Any]], take: int) -> _Copy:
     out, into = os.pipe()
+    here = os.getpid()
     sys.stdout.flush()
     sys.stderr.flush()
     with warnings.catch_warnings():
@@ -123,6 +127,7 @@ def _copied(jobs: Sequence[Callable[[], Any]], take: int) -> _Copy:
     try:
         # The one that was copied is interrupted, and ends its copies.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _end_with(here)
         os.close(out)
         done: dict[int, Any] = {}
         with limited(1), unwatched():
@@ -134,6 +139,15 @@ def _copied(jobs: Sequence[Callable[[], Any]], take: int) -> _Copy:
             file.write(_pickled(done))
     finally:
         os._exit(0)
+
+
+def _end_with(parent: int) -> None:
+    """Ends this copy with the process that was copied: one that is killed cannot end it, and what both have open, a
+    folder's lock among it, is let go by the last of them."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    # It may be gone already.
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 def _taken(take: int) -> Iterator[int]:

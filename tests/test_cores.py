@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -63,6 +65,29 @@ def test_what_a_killed_copy_did_is_done_once_more():
         return 7
 
     assert side_by_side([job] * 5) == [7] * 5
+
+
+ENDLESS = r"""
+import os, sys, time
+from freelearn.cores import side_by_side
+os.sched_getaffinity = lambda process: {0, 1}
+def job():
+    os.write(1, f"{os.getpid()}\n".encode())  # whole, whoever else writes
+    time.sleep(20)
+side_by_side([job] * 2)
+"""
+
+
+def test_copies_end_with_a_process_that_is_killed():
+    """Else they would hold its folder's lock for as long as their jobs take."""
+    with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, text=True) as process:
+        working = {int(process.stdout.readline()) for _ in range(2)}
+        assert process.pid in working
+        process.kill()
+        (copy,) = working - {process.pid}
+        # Its output ends where nobody has it open any more.
+        assert process.stdout.read() == ""
+    assert not Path(f"/proc/{copy}").exists() or "Z (zombie)" in Path(f"/proc/{copy}/status").read_text()
 
 
 def test_nobody_hears_of_work_in_a_copy():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import torch
 
 from freelearn.api.settings.referee_settings import RefereeSettings
 from freelearn.api.tasks.plan_source import Source, source_of
+from freelearn.cores import limited
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.inference.left_out import folds_of
@@ -181,5 +181,6 @@ def one_table(folder: Path, number: int, seed: int) -> Searched:
     # Noise as the run found it, about the model that the table is made from.
     whiten = noise_about(fit, question.rows, question.accuracy, source.known.whiten.scatter).whitener()
     hidden = [effect.name for effect in fit.model.effects if effect.name not in question.given]
-    with ExitStack():
+    # Every core has a table of its own already.
+    with limited(1):
         return searched(question, fit, whiten, hidden, 1000 * seed + number)
