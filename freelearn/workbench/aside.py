@@ -27,6 +27,8 @@ class Aside(Part):
     kind: str
     file: str
     title: str
+    # What is said while there is nothing to ask.
+    first = FIRST
 
     def __init__(self, session: Session, label: str) -> None:
         super().__init__(session)
@@ -44,19 +46,24 @@ class Aside(Part):
         """Begins the job."""
         raise NotImplementedError
 
+    @property
+    def possible(self) -> bool:
+        """Whether there is something to ask."""
+        return bool(self.session.comparable())
+
     def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
         """Sentences above the answer."""
         return []
 
     def refresh(self) -> None:
         """Shows the session as it is."""
-        runs, latest = self.session.comparable(), self.session.asides.get(self.kind)
-        self.go.disabled = self.session.busy or not runs
+        latest = self.session.asides.get(self.kind)
+        self.go.disabled = self.session.busy or not self.possible
         job = self.session.job
         failed = job is not None and job.kind == self.kind and job.status == "failed"
         say(self.wrong, [job.text] if job is not None and failed else [], "bad")
         if latest is None:
-            say(self.said, [] if runs else [FIRST], "quiet")
+            say(self.said, [] if self.possible else [self.first], "quiet")
             return
         self._show(latest["question"].run, self.session.folder / latest["folder"])
         question = latest["question"]

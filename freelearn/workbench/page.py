@@ -13,6 +13,7 @@ from freelearn.workbench.made import Made
 from freelearn.workbench.mapping import Mapping
 from freelearn.workbench.planning import Planning
 from freelearn.workbench.predicting import Predicting
+from freelearn.workbench.rubber import Rubber
 from freelearn.workbench.session import Session
 from freelearn.workbench.steps import Steps
 from freelearn.workbench.sweeps import Sweeps
@@ -43,11 +44,12 @@ class Page:
         say(self.welcome, WELCOME, "quiet")
         wide = {"sizing_mode": "stretch_width"}
         self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
-        self.predicting, self.planning = Predicting(session), Planning(session)
+        self.predicting, self.planning, self.rubber = Predicting(session), Planning(session), Rubber(session)
         self.tabs = pn.Tabs(
             ("Model and measurement", self.main),
             ("Predict and command", self.predicting.view),
             ("Plan", self.planning.view),
+            ("Rubber", self.rubber.view),
             ("Study", self.sweeps.view),
             **wide,
         )
@@ -74,6 +76,7 @@ class Page:
             self._show()
             self.predicting.refresh()
             self.planning.refresh()
+            self.rubber.refresh()
         except Exception as problem:
             # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
             log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))

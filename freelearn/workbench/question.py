@@ -26,8 +26,8 @@ VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
 KINEMATIC = "kinematic"
 LM = "levenberg_marquardt"
 FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
-# Kinds of jobs that ask something of a finished run.
-ASIDES = ("predict", "plan")
+# Kinds of jobs that ask something of a finished run, or of rubber alone.
+ASIDES = ("predict", "plan", "rubber")
 SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
@@ -42,7 +42,8 @@ class Question:
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
     or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
     effects that a search of the session wrote, as far as these are in the model; run, asks, rows: of what is asked of a
-    finished run: its folder, the file of a table with blanks, and how many rows to plan."""
+    finished run: its folder, the file of a table with blanks, and how many rows to plan; sheets: of tests of rubber
+    alone, each with its mode and file."""
 
     data: str = "virtual"
     seed: int = SEED
@@ -64,6 +65,7 @@ class Question:
     run: str = ""
     asks: str = ""
     rows: int = 0
+    sheets: tuple[tuple[str, str], ...] = ()
 
     @property
     def measured(self) -> bool:
@@ -101,6 +103,10 @@ class Question:
         if kind == "intake":
             options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
             return command_line(["python", "intake.py"], options)
+        if kind == "rubber":
+            options = [f"{mode}={path}" for mode, path in self.sheets]
+            options += ["--effects", *self.effects] if self.effects else []
+            return command_line(["python", "-m", "freelearn.specimens"], [*options, "--out", "outputs/rubber"])
         if kind in ASIDES:
             options = [f"run={_quoted(self.run)}"]
             options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
@@ -111,6 +117,10 @@ class Question:
 
     def python(self, kind: str) -> str:
         """The lines of Python with the same result, for a question to a finished run."""
+        if kind == "rubber":
+            energies = f", effects={list(self.effects)!r}" if self.effects else ""
+            constituent = "constituent='outputs/rubber/specimen.json'"
+            return f"import freelearn as fl\nfl.fit('mine.csv', train='constituent', {constituent}{energies})"
         if kind == "predict":
             lines = ["import freelearn as fl, pandas as pd", f"blanks = pd.read_csv({self.asks!r})"]
             return "\n".join([*lines, f"fl.load({self.run!r}).invert(blanks).frame()"])
@@ -121,7 +131,9 @@ class Question:
         if kind in ("check", "convert"):
             return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
         if kind in ASIDES:
-            return Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
+            energies = self.effects if kind == "rubber" else ()
+            asked = Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
+            return replace(asked, effects=energies, sheets=self.sheets)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_data(self, other: Question) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -157,6 +157,11 @@ class Session(Running):
             return
         folder = str((self.folder / runs[-1]["folder"]).resolve())
         self.begin(kind, Question(own=runs[-1]["question"].own, run=folder, asks=asks, rows=rows))
+
+    def fit_rubber(self, sheets: Mapping[str, str], effects: Collection[str]) -> None:
+        """Fits the rubber to its own tests. sheets: stored files by their modes; effects: energies that it has."""
+        if not self.busy and sheets:
+            self.begin("rubber", Question(sheets=tuple(sorted(sheets.items())), effects=tuple(effects)))
 
     def adopt(self) -> None:
         """Goes on with the model that the latest search found, as the search fitted it: with the error it promised."""

@@ -17,8 +17,10 @@ from freelearn.api.tasks.discover import discover
 from freelearn.api.tasks.plan_run import planned, write_plan
 from freelearn.api.tasks.train import train
 from freelearn.commands.predict import predict
+from freelearn.commands.specimens import fit_specimens
 from freelearn.errors import UserError
 from freelearn.inference.step import Step
+from freelearn.measurements.specimen_table import read_specimens
 from freelearn.results.formats import error_in_words
 from freelearn.work import watched
 from freelearn.workbench.asked import discover_settings, train_settings
@@ -103,6 +105,14 @@ def _plan(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
     write_plan(planned(plan_settings({"run": question.run, "rows": question.rows})), folder, figures=False)
 
 
+def _rubber(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    pipe.send(("progress", {"text": "fitting the sheets"}))
+    data = read_specimens([f"{mode}={path}" for mode, path in question.sheets])
+    with open(folder / "rubber.txt", "w", encoding="utf-8") as file:
+        fit_specimens(data, question.effects, (), folder, Console(file=file, width=100))
+
+
 JOBS = {
     "check": check, "convert": convert, "train": _train, "discover": _discover, "predict": _predict, "plan": _plan,
+    "rubber": _rubber,
 }  # fmt: skip

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import fitted_folders as folders
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -12,6 +13,7 @@ import freelearn
 from freelearn.workbench import work
 from freelearn.workbench.planning import Planning
 from freelearn.workbench.predicting import Predicting
+from freelearn.workbench.rubber import Rubber
 from freelearn.workbench.sessions import Sessions
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
@@ -113,3 +115,23 @@ def test_a_plan_has_as_many_rows_as_were_asked_for(session, monkeypatch):
     session.runs = [{"folder": "train_y", "question": session.question}]
     page.refresh()
     assert "earlier fit" in page.said.object
+
+
+def test_the_rubber_of_three_sheets_is_fitted(session):
+    page = Rubber(session)
+    page.refresh()
+    assert page.go.disabled
+    stretch = np.linspace(1.05, 2.0, 12)
+    # Nominal stress of a neo-Hookean solid with C1 = 0.4 MPa, W = C1/2 (I1 - 3).
+    for mode, power in {"UT": -2.0, "ET": -5.0, "PS": -3.0}.items():
+        rows = pd.DataFrame({"stretch": stretch, "stress_mpa": 0.4 * (stretch - stretch**power)})
+        page._taker(mode)("mine.csv", rows.to_csv(index=False).encode())
+    assert "uniaxial tension, equibiaxial tension, pure shear" in page.given.object
+    page.asked()
+    session.poll()
+    page.refresh()
+    found = json.loads(Path(page.save.file).read_text())["parameters"]
+    assert found["C1"]["value"] == pytest.approx(0.4e6, rel=1e-3)
+    assert page.picture.visible
+    assert "python -m freelearn.specimens ET=" in page.lines.object
+    assert Rubber(session).sheets == page.sheets
