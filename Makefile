@@ -5,9 +5,15 @@ RUN := $(VENV)/bin/python
 # goes, a small part of what is installed.
 READY := $(VENV)/.installed
 
-.PHONY: setup demo test nightly attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
+.PHONY: help setup demo test nightly attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
 
 setup: $(READY)
+
+# What can be made.
+help:
+	@echo "make WHAT, where WHAT is"
+	@awk '/^# /{about = substr($$0, 3)} /^[a-z]+:( |$$)/{split($$1, name, ":"); if (about) printf "  %-10s %s\n", name[1], about} !/^# /{about = ""}' Makefile
+	@echo "freelearn --help names the commands (.venv/bin/freelearn)."
 
 $(READY): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
@@ -21,6 +27,7 @@ demo: setup
 	$(RUN) discover.py data=dmsp20 train=all effects=[fiber_misalignment] ruled_out=[force_gain,pressure_gain] hydra.run.dir=outputs/muscle
 	$(RUN) train.py model=continuum train=sample3
 
+# Style, types, imports and spelling.
 lint: setup
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
@@ -31,6 +38,7 @@ lint: setup
 # A file of tests stays on one worker, which keeps what its tests share; the longest files begin first.
 PYTEST := $(RUN) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
+# All tests.
 test: setup
 	$(PYTEST)
 
@@ -74,11 +82,14 @@ docs: setup
 	$(RUN) -m sphinx -W --keep-going -q -b html docs outputs/site
 	@echo "site: outputs/site/index.html"
 
+# The whole loop with the mouse, on a page of this machine.
 workbench: setup
 	$(RUN) -m freelearn.workbench
 
+# Every speed beside its peer.
 bench: setup
 	$(RUN) experiments/benchmark
 
+# Removes .venv and dist; old outputs go by `freelearn clean`.
 clean:
 	rm -rf $(VENV) dist

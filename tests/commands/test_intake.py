@@ -61,7 +61,14 @@ def test_from_a_raw_file_to_a_table_by_its_own_next_commands(command, tmp_path):
     *_, heading, train, discover = second.out.splitlines()
     assert heading == "next:"
     for line, name in ((train, "train"), (discover, "discover")):
-        assert shlex.split(line) == ["freelearn", name, "train=all", "data=csv", f'data.path="{table}"']
+        assert shlex.split(line) == [
+            "freelearn",
+            name,
+            "train=all",
+            "data=csv",
+            f'data.path="{table}"',
+            "data.accuracy=estimate",
+        ]
     assert raw.read_text(encoding="cp1252") == RAW
 
 

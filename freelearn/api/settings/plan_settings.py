@@ -27,7 +27,9 @@ def _limits(value: Any) -> Any:
     raise ValueError("give {column: [lowest, highest]}, for example reach={elongation_mm:[-5,5]}")
 
 
-Count = Annotated[int, Field(strict=True, ge=1)]
+# Readings of one plan: it is chosen visit by visit, and more than a day's tell little more than twice the half of them.
+MOST_ROWS = 1000
+Count = Annotated[int, Field(strict=True, ge=1, le=MOST_ROWS)]
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -60,6 +60,7 @@ class Guess:
     samples: tuple[str, ...] = ()
     # A column that may say so, although its heading does not.
     perhaps: str = ""
+    perhaps_words: tuple[str, ...] = ()
     # Columns by which the rows of one state come to stand together, where they lie sorted by pressure.
     order_by: tuple[str, ...] = ()
     # Of a workbook with several.
@@ -174,7 +175,8 @@ def several_actuators(raw: RawTable, found: Guess) -> dict[str, Any]:
         text = not other.chosen and other.low != other.low
         # Each word in several rows: no remarks.
         if text and 2 <= len(kinds) <= MOST_SAMPLES and min(words.count(word) for word in kinds) > 1:
-            return {"perhaps": other.name}
+            named = tuple(dict.fromkeys(word for word in words if word))
+            return {"perhaps": other.name, "perhaps_words": named}
     return {}
 
 

@@ -17,8 +17,9 @@ from freelearn.results.tables import Column, DisplayTable
 HEADINGS = ("column", "quantity", "unit", "how sure", "from … to", "first")
 
 
-def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> None:
-    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one."""
+def show_guess(console: Console, found: Guess, recipe: Path, command: str, asks: bool = False) -> None:
+    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one. asks: whether the
+    rest is asked for at once, and the recipe written then."""
     rows = [
         (
             c.name,
@@ -34,6 +35,10 @@ def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> No
     title = f"{found.name}: {found.rows} rows, perhaps of a {found.bed} bed"
     console.print(rich_table(DisplayTable(columns, tuple(rows), title)))
     _say(console, found.notes)
+    if asks:
+        console.print(f"Your answers are kept as {recipe}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"  again without questions: {command}", markup=False, highlight=False, soft_wrap=True)
+        return
     console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
     console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
     console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,27 @@
+"""The commands by name."""
+
+from __future__ import annotations
+
+# What each command does, and the function that runs it on the words after its name. Named and not imported: each of
+# them loads only what it needs.
+COMMANDS = {
+    "train": ("fit one model on one training set and evaluate it", "freelearn.commands.app", "train_app"),
+    "discover": ("find the physical effects that a model misses", "freelearn.commands.app", "discover_app"),
+    "predict": ("fill in the blanks of a table with a fitted model", "freelearn.commands.predict", "predict_app"),
+    "plan": ("which rows to measure next", "freelearn.commands.plan", "plan_app"),
+    "referee": ("whether what a run claims stands", "freelearn.commands.referee", "referee_app"),
+    "export": (
+        "a fitted model for other software: onnx, c, fmu, mujoco, table",
+        "freelearn.commands.export",
+        "export_app",
+    ),
+    "intake": ("a laboratory's raw file as a measurement table", "freelearn.commands.intake", "intake_app"),
+    "start": ("from a raw file to the report: asks what it cannot know", "freelearn.commands.start", "main"),
+    "gather": ("the results of finished sweeps as a table and heat maps", "freelearn.commands.gather", "main"),
+    "figures": ("the paper's other figures and tables from a sweep or a run", "freelearn.commands.figures", "main"),
+    "specimens": ("fit the rubber to its own tests", "freelearn.commands.specimens", "main"),
+    "doctor": ("what is installed, on which machine, what is absent", "freelearn.commands.doctor", "main"),
+    "clean": ("old outputs, their sizes told before any is deleted", "freelearn.commands.clean", "main"),
+    "completion": ("commands and options at the shell's tab key", "freelearn.commands.completion", "main"),
+    "workbench": ("the whole loop with the mouse, on a page of this machine", "freelearn.workbench.__main__", "main"),
+}
