@@ -12,7 +12,7 @@ from rich.console import Console
 
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.settings import IntakeSettings
-from freelearn.api.tasks.intake import taken_in
+from freelearn.api.tasks.intake import TakenIn, taken_in
 from freelearn.api.tasks.intake_files import PROVENANCE, beside
 from freelearn.commands.command_line import command_line, program
 from freelearn.commands.small_app import small_app
@@ -60,15 +60,12 @@ def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: C
     made = taken_in(data, recipe_path, settings.out or folder / f"{stem_of(data)}_table.csv", settings.design)
     members = [] if made.members is None else [made.members]
     files = [made.path, *members, beside(made.path, PROVENANCE)]
-    show_intake(
-        console,
-        made.intake,
-        files,
-        [_command([*program(name), "train=all", *table_options(made)]) for name in ("train", "discover")],
-    )
+    following = [_command([*program(name), "train=all", *table_options(made)]) for name in ("train", "discover")]
+    show_intake(console, made.intake, files, following)
 
 
 def stem_of(data: Path) -> str:
+    """The name that a file, or a folder such as ., gives to what is made of it."""
     return Path(os.path.abspath(data)).stem
 
 

@@ -56,9 +56,8 @@ def start(
     if recipe is None:
         found, joined = guess_file(raw, design)
         recipe = folder / f"{stem_of(raw)}_recipe.yaml"
-        again = command_line(
-            [*program("start", ["python", "-m", "freelearn", "start"])], [str(raw), "--recipe", str(recipe)]
-        )
+        words = [str(raw), "--recipe", str(recipe), *(["--design", str(design)] if design else [])]
+        again = command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
         show_guess(console, found, recipe, again, asks=True)
 
         def tell(sentence: str) -> None:

@@ -126,7 +126,6 @@ def _closing_notes(last: Step, findings: Findings, stated: bool) -> list[str]:
         )
     repeats = repeat_scale(last.fit.raw_residual, findings.rows, last.whiten)
     if repeats is not None and not 1 / WRONG_NOISE < repeats < WRONG_NOISE:
-        notes.append(
-            f"repeats of the same state scatter {repeats:.2g} times as much as {'data.accuracy says' if stated else 'was estimated'}"
-        )
+        said = "data.accuracy says" if stated else "was estimated"
+        notes.append(f"repeats of the same state scatter {repeats:.2g} times as much as {said}")
     return notes

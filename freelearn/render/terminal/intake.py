@@ -18,8 +18,8 @@ HEADINGS = ("column", "quantity", "unit", "how sure", "from … to", "first")
 
 
 def show_guess(console: Console, found: Guess, recipe: Path, command: str, asks: bool = False) -> None:
-    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one. asks: whether the
-    rest is asked for at once, and the recipe written then."""
+    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one. asks: whether
+    the rest is asked for at once, and the recipe written then."""
     rows = [
         (
             c.name,
