@@ -1,6 +1,7 @@
 """The package in Python: the same numbers as the commands, tables in and out, faults in one error."""
 
 import re
+import signal
 import subprocess
 import sys
 
@@ -61,6 +62,23 @@ def test_a_parameter_is_fixed_and_another_known_beforehand(table):
     fitted = freelearn.fit(table, fix={"C2": 1e8}, priors={"C1": (1e5, 1.0)})
     assert fitted.parameters["C2"] == 1e8
     assert fitted.parameters["C1"] == pytest.approx(1e5, rel=1e-3)
+
+
+def test_an_interrupted_fit_leaves_ctrl_c_as_it_was(table, monkeypatch):
+    """Lightning would end the process, and hears no Ctrl-C while it shuts down: in a notebook neither may last."""
+    import lightning as L
+
+    class Stopped(L.Callback):
+        def on_train_batch_end(self, *_):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("freelearn.api.progress.Shown.epochs", lambda self, fit: Stopped)
+    heard = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        freelearn.fit(table)
+    assert signal.getsignal(signal.SIGINT) is heard
+    monkeypatch.undo()
+    assert freelearn.fit(table).parameters["C1"] > 0
 
 
 def test_nested_options_are_named_as_on_the_command_line(table):
