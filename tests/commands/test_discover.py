@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import ROOT
-from hidden_tables import MATERIAL, NOISE, table
+from hidden_tables import MATERIAL, NOISE, QUICK, table
 from nightly import usually
 from rich.console import Console
 
@@ -194,18 +194,18 @@ def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit
 
     monkeypatch.setattr(Journal, "add", counted)
     two = FRICTION | {"force_offset": {"force": 1.0}}
-    whole = run(table(two), tmp_path / "whole")
+    whole = run(table(two), tmp_path / "whole", QUICK)
     fits = len(made)
     made.clear()
     most[0] = fits // 2
     with pytest.raises(KeyboardInterrupt):
-        run(table(two), tmp_path / "stopped")
+        run(table(two), tmp_path / "stopped", QUICK)
     assert not (tmp_path / "stopped" / "discovery.json").exists()
     kept = len(json.loads((tmp_path / "stopped" / "progress.json").read_text())["fits"])
     assert 3 < kept <= fits // 2
     most[0] = math.inf
     made.clear()
-    found = run(table(two), tmp_path / "stopped")
+    found = run(table(two), tmp_path / "stopped", QUICK)
     assert len(made) == fits - kept
     assert not (tmp_path / "stopped" / "progress.json").exists()
     # All but where the table lies, and what follows from that.
@@ -245,14 +245,14 @@ def test_neither_the_order_of_states_nor_the_seed_changes_the_verdict(friction, 
 @pytest.mark.parametrize("factor", [1 / 3, 3])
 def test_wrong_accuracy_is_noticed(factor, tmp_path):
     stated = [f"data.accuracy.{name}={value * factor}" for name, value in NOISE.items()]
-    found = run(table(FRICTION), tmp_path, *stated)
+    found = run(table(FRICTION), tmp_path, QUICK, *stated)
     size = "larger" if factor < 1 else "smaller"
     assert any(f"times {size} than data.accuracy says" in note for note in found["notes"])
     assert found["effects"] == ["friction_hysteresis"]
 
 
 def test_accuracy_can_be_estimated(tmp_path):
-    found = run(table(FRICTION), tmp_path, "data.accuracy=estimate")
+    found = run(table(FRICTION), tmp_path, QUICK, "data.accuracy=estimate")
     assert found["effects"] == ["friction_hysteresis"]
     # Within a factor of two of the truth, SI.
     assert 0.5 < found["accuracy"]["force"] / 0.03 < 2
@@ -365,7 +365,7 @@ def test_the_command_itself(tmp_path):
 def test_bad_readings_are_pointed_out_and_change_no_verdict(friction, tmp_path):
     data = table(FRICTION)
     data.loc[[40, 41], "force_n"] += 5.0
-    found = run(data, tmp_path)
+    found = run(data, tmp_path, QUICK)
     assert found["effects"] == ["friction_hysteresis"]
     assert {42, 43} <= {line for suspect in found["suspects"] for line in suspect["lines"]}
     worst = found["suspects"][0]
@@ -374,7 +374,7 @@ def test_bad_readings_are_pointed_out_and_change_no_verdict(friction, tmp_path):
     assert worst["expected"] == pytest.approx(worst["shown"] - 5.0, abs=0.2)
     assert worst["sigmas"] > 6
     # Left out, they leave the answer as it was.
-    again = run(pd.read_csv(tmp_path / "marked.csv"), tmp_path / "again")
+    again = run(pd.read_csv(tmp_path / "marked.csv"), tmp_path / "again", QUICK)
     assert (again["verdict"], again["effects"], again["classes"]) == (
         found["verdict"],
         found["effects"],
@@ -402,7 +402,7 @@ def slipped(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slipped")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "search", lambda *asked: replace(search(*asked), suspects=SLIPPED))
-        found = run(table(FRICTION), folder, "figures=true")
+        found = run(table(FRICTION), folder, QUICK, "figures=true")
     return folder, found
 
 
@@ -450,7 +450,8 @@ def test_the_marked_table_is_the_users_own_and_leaves_their_rows_out(slipped, tm
     wild = pd.read_csv(folder / "marked.csv")
     wild.loc[wild["left_out"] == 1, ["force_n", "moment_nmm"]] *= -1000
     answers = [
-        run(data, tmp_path / name) for name, data in (("wild", wild), ("same", pd.read_csv(folder / "marked.csv")))
+        run(data, tmp_path / name, QUICK)
+        for name, data in (("wild", wild), ("same", pd.read_csv(folder / "marked.csv")))
     ]
     for name in ("verdict", "effects", "classes", "error", "trail", "candidates", "failures", "suspects", "tests"):
         assert answers[0][name] == answers[1][name]
@@ -478,7 +479,7 @@ def test_suspects_are_drawn_apart_and_do_not_blame_the_model(slipped, friction):
 
 def test_a_later_search_leaves_no_marks_of_an_earlier_one(tmp_path):
     (tmp_path / "marked.csv").write_text("of an earlier search")
-    found = run(table(FRICTION, samples=(3,), share=0.1), tmp_path)
+    found = run(table(FRICTION, samples=(3,), share=0.1), tmp_path, QUICK)
     assert found["suspects"] == []
     assert not (tmp_path / "marked.csv").exists()
     assert len(pd.read_csv(tmp_path / "suspects.csv")) == 0

@@ -7,6 +7,7 @@ import beds
 import numpy as np
 import pandas as pd
 import pytest
+from hidden_tables import QUICK
 from matplotlib import pyplot
 from rich.console import Console
 from small_runs import run
@@ -51,7 +52,7 @@ def found(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
     overrides = beds.write(request.param, HIDDEN[request.param], folder, **ENOUGH.get(request.param, {}))
     with open(folder / "terminal.txt", "w") as file:
-        asked = settings(DiscoverSettings, [*overrides, "train=all"])
+        asked = settings(DiscoverSettings, [*overrides, "train=all", QUICK])
         discover(asked, folder, Console(file=file, width=100))
     return request.param, folder, read(folder / "discovery.json")
 
