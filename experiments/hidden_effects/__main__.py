@@ -6,11 +6,13 @@ and short protocols; its effects have the literature's forms, not the package's 
 muscles taught, hidden in helices and in braids, on the kinematic and the isometric bed, in the literature's forms.
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
-claimed. --plan few: tables of few states, judged by states between those that were measured.
+claimed. --plan few: tables of few states, judged by states between those that were measured. --plan time: logs
+with effects of the history, integrated by small steps.
 
-Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong or hidden_few,
-and plots recovery against size, the confusion matrix, what slipped, false alarms, coverage of the 95 % intervals and
-time; of the plan few it writes tables. Data sets already done are not done again.
+Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong, hidden_few or
+hidden_time, and plots recovery against size, the confusion matrix, what slipped, false alarms, coverage of the 95 %
+intervals and time; of the plan few it writes tables, of the plan time it only prints. Data sets already done are not
+done again.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hidden_effects.few import few
+from hidden_effects.over_time import over_time, report_time
 from hidden_effects.plan import PLANS, some
 from hidden_effects.wrong import wrong
 from rich.progress import track
@@ -37,6 +40,7 @@ OUT = {
     "moves": Path("outputs/hidden_moves"),
     "wrong": Path("outputs/hidden_wrong"),
     "few": Path("outputs/hidden_few"),
+    "time": Path("outputs/hidden_time"),
 }
 
 
@@ -46,6 +50,10 @@ def examine(job: dict) -> dict:
         from hidden_effects.wrong import examine_wrong
 
         return examine_wrong(job)
+    if "recordings" in job:
+        from hidden_effects.over_time import examine_time
+
+        return examine_time(job)
     if "states" in job:
         from hidden_effects.examine_few import examine_few
 
@@ -64,10 +72,10 @@ def done(job: dict, out: Path) -> bool:
 def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
-    plans = PLANS | {"wrong": wrong, "few": few}
+    plans = PLANS | {"wrong": wrong, "few": few, "time": over_time}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90, 36, 60 or 24 data sets each"
+        "--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90, 36, 60, 24 or 29 data sets each"
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
@@ -90,6 +98,9 @@ def main() -> None:
     results = [json.loads((out / f"{job['number']}.json").read_text()) for job in jobs]
     if arguments.plan == "wrong":
         report_wrong(results)
+        return
+    if arguments.plan == "time":
+        report_time(results)
         return
     if arguments.plan == "few":
         from hidden_effects.report_few import report_few

@@ -92,13 +92,16 @@ def _one(
             continue
         at, mean = _means(time[known], value[known])
         line = np.interp(even, at, mean)
+        if line.min() == line.max():
+            # Rounding is no change.
+            made[name] = _told(np.full(len(grid), line[0]), at, grid, new_step)
+            gone.append(0.0)
+            continue
         # Turned over about its ends, so that it goes on there as it was.
         wide = np.pad(line, len(kernel) // 2, mode="reflect", reflect_type="odd")
         smooth = oaconvolve(wide, kernel, mode="valid")
         gone.append(float(np.sqrt(np.mean((line - smooth) ** 2))))
-        beside = at[_beside(at, grid)]
-        told = np.abs(beside - grid[:, None]).min(1) <= new_step / 2
-        made[name] = np.where(told, np.interp(grid, even, smooth), np.nan)
+        made[name] = _told(np.interp(grid, even, smooth), at, grid, new_step)
     owner = np.abs(grid[_beside(grid, time)] - time[:, None]).argmin(1)
     owner = _beside(grid, time)[np.arange(len(time)), owner]
     for name in (name for name in MARKS if name in part):
@@ -107,6 +110,12 @@ def _one(
         made[name] = marked
     made["step"] = np.arange(len(grid))
     return made, nearest, gone
+
+
+def _told(value: np.ndarray, at: np.ndarray, grid: np.ndarray, step: float) -> np.ndarray:
+    """Values (m,) of the new rows, NaN where no reading is near."""
+    near = np.abs(at[_beside(at, grid)] - grid[:, None]).min(1) <= step / 2
+    return np.where(near, value, np.nan)
 
 
 def _beside(time: np.ndarray, asked: np.ndarray) -> np.ndarray:
