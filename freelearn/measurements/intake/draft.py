@@ -165,4 +165,9 @@ def quoted(text: str) -> str:
     """A text as YAML takes it for one."""
     plain_word = text.replace("_", "").isalnum() and text.isascii() and not text[:1].isdigit()
     words = {"null", "true", "false", "yes", "no", "on", "off"}
-    return text if plain_word and text.lower() not in words else json.dumps(text, ensure_ascii=False)
+    return text if plain_word and text.lower() not in words else _escaped(json.dumps(text, ensure_ascii=False))
+
+
+def _escaped(text: str) -> str:
+    """Characters that no YAML may hold, as their numbers."""
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 LARGEST = 500_000_000
 # What other archives hold, and what to do about them.
 OTHERS = {
-    "content.xml": "an OpenDocument file: save the sheet as .xlsx or CSV",
     "xl/workbook.bin": "a binary workbook (.xlsb): save it as .xlsx",
     "word/document.xml": "a Word document: copy its table to a spreadsheet and save that as .xlsx",
     "ppt/presentation.xml": "a PowerPoint presentation: save its table as .xlsx or CSV",

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.cells import numbers
 from freelearn.measurements.intake.headings import INNER_DIAMETER, Confidence, heading
 from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
@@ -97,9 +98,11 @@ def guess_table(raw: RawTable) -> Guess:
 def column_guess(raw: RawTable, name: str) -> ColumnGuess:
     """What one column says by itself."""
     said = heading(name, raw.units.get(name, ""))
-    values = raw.maybe_numbers(name)
     example = next((cell.strip() for cell in raw.columns[name] if cell.strip()), "")
-    finite = np.zeros(0) if values is None else values[~np.isnan(values)]
+    read = numbers(raw.columns[name], raw.style)
+    finite = read.values[~np.isnan(read.values)]
+    # Some cells that are none, dates for instance, are told by their lines when the column is read.
+    finite = finite if len(read.bad) < len(finite) else np.zeros(0)
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
     if said.quantity == "stretch" and not said.unit and not 0.2 < low <= high < 5:
         # No ratio of lengths: an elongation, whose unit is asked for.

@@ -2,8 +2,8 @@
 
 SciPy's reader trusts the sizes that a file states: a damaged one can end the process that reads it, and must not end
 ours. Variables become arrays of an .npz: numeric ones under `array:NAME`, fields under `field:NAME:FIELD`;
-of others what they are in words, as `other:NAME`. Ends with status 3 for a file of version 7.3, 4 for one that cannot
-be read.
+of others what they are in words, as `other:NAME`. Ends with status 3 where h5py is needed and absent, 4 for one that
+cannot be read. MATLAB's files of version 7.3 are HDF5, which h5py reads.
 """
 
 import sys
@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-VERSION_73, UNREADABLE = 3, 4
+NO_H5PY, UNREADABLE = 3, 4
+HDF = b"\x89HDF\r\n\x1a\n"
 # Sizes that a damaged file states are not believed beyond this [bytes].
 MEMORY = 8_000_000_000
 
@@ -31,9 +32,9 @@ def main() -> None:
     content = sys.stdin.buffer.read()
     warnings.simplefilter("ignore")
     try:
-        loaded = loadmat(io.BytesIO(content))
-    except NotImplementedError:
-        sys.exit(VERSION_73)
+        loaded = _hdf5(content) if content.startswith((HDF, b"MATLAB 7.3")) else loadmat(io.BytesIO(content))
+    except ImportError:
+        sys.exit(NO_H5PY)
     except BaseException as problem:  # A damaged file may fail anywhere in the reader.
         print(problem, file=sys.stderr)
         sys.exit(UNREADABLE)
@@ -42,6 +43,44 @@ def main() -> None:
         if not name.startswith("__"):
             arrays |= _plain(name, value)
     np.savez(sys.stdout.buffer, **arrays)
+
+
+def _hdf5(content: bytes) -> dict[str, Any]:
+    """The datasets of a file, those in a group as a structure's fields. Links to other files are not followed."""
+    import h5py
+
+    with h5py.File(io.BytesIO(content), "r") as file:
+        return {name: value for name in file if not name.startswith("#") and (value := _item(file, name)) is not None}
+
+
+def _item(group: Any, name: str, depth: int = 0) -> Any:
+    """A dataset as an array, a group as a structure of one; None for what lies in another file."""
+    import h5py
+
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        return None
+    item = group[name]
+    if isinstance(item, h5py.Group):
+        inside = {key: _item(item, key, depth + 1) for key in item} if not depth else {}
+        structure = np.empty((1, 1), dtype=[(key, object) for key, x in inside.items() if x is not None])
+        for key in structure.dtype.names or ():
+            structure[0, 0][key] = inside[key]
+        return structure if structure.dtype.names else np.array("no array")
+    if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
+        return None
+    kind = item.attrs.get("MATLAB_class", b"")
+    if kind in (b"char", b"cell", b"struct", b"function_handle"):
+        return np.array("a text")
+    value = np.asarray(item[()])
+    if value.dtype.names is not None:
+        columns = {key: np.asarray(value[key]).reshape(-1, 1) for key in value.dtype.names if value[key].ndim == 1}
+        structure = np.empty((1, 1), dtype=[(key, object) for key in columns])
+        for key, column in columns.items():
+            structure[0, 0][key] = column
+        return structure
+    # MATLAB writes by columns, HDF5 by rows.
+    value = value.T if kind else value
+    return value.reshape(-1, 1) if value.ndim < 2 else value
 
 
 def _plain(name: str, value: Any) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Columns of a MATLAB file up to version 7 (.mat). Its objects and functions are not loaded."""
+"""Columns of a MATLAB file (.mat), or of an HDF5 file. Its objects and functions are not loaded."""
 
 from __future__ import annotations
 
@@ -43,19 +43,27 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes))
 
 
-def version_73(name: str) -> str:
-    """What to do about a file in MATLAB's newest format."""
-    return f"{name} is a MATLAB file of version 7.3: save it again with save('{name}', '-v7')."
+def no_h5py(name: str) -> str:
+    """What to do about a file that only h5py reads."""
+    mat = name.lower().endswith(".mat")
+    what, instead = (
+        ("a MATLAB file of version 7.3", f"save it again with save('{name}', '-v7')")
+        if mat
+        else ("an HDF5 file", "export the table as CSV")
+    )
+    return f"{name} is {what}: reading it needs h5py: pip install 'freelearn[raw]', or {instead}."
 
 
 def _read(content: bytes, name: str) -> _Variables:
     """The file's variables, read by another process."""
     again = f"{name} cannot be read as a MATLAB file ({{}}): save it again with save -v7."
+    if content.startswith(matlab_reader.HDF) and not name.lower().endswith(".mat"):
+        again = f"{name} cannot be read as HDF5 ({{}}): export the table as CSV."
     command = [sys.executable, matlab_reader.__file__]
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=LONGEST, check=False)
-        if done.returncode == matlab_reader.VERSION_73:
-            raise UserError(version_73(name))
+        if done.returncode == matlab_reader.NO_H5PY:
+            raise UserError(no_h5py(name))
         if done.returncode:
             said = done.stderr.decode("utf-8", "replace").strip().splitlines()
             told = said[-1][:100] if said and done.returncode == matlab_reader.UNREADABLE else "it is damaged"

@@ -6,12 +6,19 @@ import json
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.excel_grid import excel_grid, filled_sheets
+from freelearn.measurements.intake.further_grids import (
+    is_open_document,
+    open_document_grid,
+    open_document_sheets,
+    parquet_grid,
+)
 from freelearn.measurements.intake.grid_table import table_of
-from freelearn.measurements.intake.matlab_table import matlab_table, version_73
+from freelearn.measurements.intake.matlab_table import matlab_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.text_grid import text_grid
 
+HDF = b"\x89HDF"
 EXPORT = "export the table as CSV, or save it as .xlsx"
 # First bytes → what such a file is and what to do.
 REFUSED = (
@@ -23,7 +30,6 @@ REFUSED = (
     (b"%PDF", f"is a PDF: {EXPORT}"),
     (b"\x89PNG", f"is a picture: {EXPORT}"),
     (b"\xff\xd8\xff", f"is a picture: {EXPORT}"),
-    (b"PAR1", f"is a Parquet file: {EXPORT}"),
     (b"SQLite format 3", f"is a database: {EXPORT}"),
     (b"\x93NUMPY", f"is a NumPy array: {EXPORT}"),
     (b"TDSm", f"is a LabVIEW TDMS file: {EXPORT}"),
@@ -40,8 +46,12 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     if not content.strip():
         raise UserError(f"{name} is empty: it needs a header and rows.")
     _refuse(content, name)
-    if content.startswith(b"MATLAB 5.0") or name.lower().endswith(".mat"):
+    if content.startswith((b"MATLAB 5.0", b"MATLAB 7.3", HDF)) or name.lower().endswith(".mat"):
         return matlab_table(content, name, reading)
+    if content.startswith(b"PAR1"):
+        return table_of(parquet_grid(content, name), reading)
+    if content.startswith(b"PK\x03\x04") and is_open_document(content):
+        return table_of(open_document_grid(content, name, reading), reading)
     if content.startswith(b"PK\x03\x04"):
         return table_of(excel_grid(content, name, reading), reading)
     if name.lower().endswith((".xlsx", ".xlsm")):
@@ -51,6 +61,8 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
 
 def sheet_names(content: bytes, name: str) -> list[str]:
     """The filled sheets of a workbook; of other files none. Raises UserError where it cannot be read."""
+    if content.startswith(b"PK\x03\x04") and is_open_document(content):
+        return list(open_document_sheets(content, name))
     return filled_sheets(content, name) if content.startswith(b"PK\x03\x04") else []
 
 
@@ -64,9 +76,6 @@ def _is_json(content: bytes) -> bool:
 
 def _refuse(content: bytes, name: str) -> None:
     start = content[:512].lstrip().lower()
-    if content.startswith(b"\x89HDF") or content.startswith(b"MATLAB 7.3"):
-        is_mat = name.lower().endswith(".mat") or content.startswith(b"MATLAB")
-        raise UserError(version_73(name) if is_mat else f"{name} is an HDF5 file: {EXPORT}.")
     if start.removeprefix(b"\xef\xbb\xbf").startswith(MARKUP):
         raise UserError(f"{name} is a web page or XML under another name: open it in a spreadsheet and save as .xlsx.")
     if content.startswith(PICKLES) or name.lower().endswith((".pkl", ".pickle")):

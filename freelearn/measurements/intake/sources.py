@@ -9,7 +9,7 @@ from freelearn.errors import UserError
 from freelearn.measurements.intake.recipe import Recipe
 from freelearn.measurements.text_file import read_bytes
 
-ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".mat")
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".ods", ".mat", ".h5", ".hdf5", ".parquet")
 
 
 def is_folder(path: Path) -> bool:

@@ -23,6 +23,23 @@ END_OF_FILE = "\x1a"
 INVISIBLE = dict.fromkeys(map(ord, "\u200b\u200c\u200d\u200e\u200f\u2060\ufeff\u00ad"))
 
 
+def _japanese(content: bytes) -> bool:
+    """Whether bytes that are no UTF-8 are Shift-JIS: its leading bytes mean little in western texts."""
+    high = [byte for byte in content if byte > 0x7F]
+    leading = sum(0x81 <= byte <= 0x9F for byte in high)
+    if leading < 2 or 3 * leading < len(high):
+        return False
+    try:
+        content.decode("utf-8")
+    except UnicodeError:
+        try:
+            content.decode("cp932")
+        except UnicodeError:
+            return False
+        return True
+    return False
+
+
 def decoded(content: bytes, name: str, encoding: str | None) -> tuple[str, list[str]]:
     """The text, and a note where its encoding had to be guessed. Raises UserError where it is none."""
     guessed = next((code for mark, code in MARKS if content.startswith(mark)), None)
@@ -31,6 +48,8 @@ def decoded(content: bytes, name: str, encoding: str | None) -> tuple[str, list[
         # Of western text in UTF-16 nearly every other byte is zero.
         half = 0.25 * min(len(content), 4000)
         guessed = "utf-16-le" if odd > half > even else "utf-16-be" if even > half > odd else None
+    if encoding is None and guessed is None and _japanese(content):
+        guessed = "cp932"
     control = ""
     for code in [encoding] if encoding else [guessed or "utf-8", "cp1252", "latin-1"]:
         try:
