@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from rich.table import Table
 
 from freelearn.api.fitted_run import FittedRun
 from freelearn.commands.command_line import program
@@ -22,7 +21,7 @@ from freelearn.render.png.admissible import admissible
 from freelearn.render.png.canvas import save
 from freelearn.render.png.curves import curves
 from freelearn.render.png.load_vectors import load_vectors
-from freelearn.render.terminal.table import rich_table
+from freelearn.render.terminal.table import FittedTable, rich_table
 from freelearn.results.admissible import admissible_table
 from freelearn.results.curve import state_curves
 from freelearn.results.curve_panels import curve_numbers
@@ -130,7 +129,7 @@ def _write(table: pd.DataFrame, path: Path) -> None:
     write_whole(path, lambda p: table.to_csv(p, index=False, float_format="%.8g"))
 
 
-def _shown(table: pd.DataFrame, title: str) -> Table:
+def _shown(table: pd.DataFrame, title: str) -> FittedTable:
     if "unit" in table:
         table = table.assign(parameter=table["parameter"] + " [" + table["unit"] + "]").drop(columns="unit")
     return rich_table(DisplayTable.from_frame(table, title))

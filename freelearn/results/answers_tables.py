@@ -16,6 +16,8 @@ from freelearn.results.formats import number
 from freelearn.results.tables import DisplayTable
 
 ROWS = 12
+# As columns spell units, and as they are written.
+UNITS = {"deg": "°", "kpa": "kPa", "n": "N", "nmm": "N·mm"}
 MEANING = {
     "no_equilibrium": "no inner radius carries the pressure: the tube balloons",
     "singular": "the linear model divides by zero: fibers along the axis",
@@ -46,8 +48,8 @@ def _imposed(table: pd.DataFrame) -> list[str]:
 
 
 def _head(name: str) -> str:
-    words = name.split("_")
-    return f"{' '.join(words[:-1])} {words[-1]}"
+    *words, unit = name.split("_")
+    return f"{' '.join(words)} {UNITS.get(unit, unit)}"
 
 
 def _cell(row: Any, name: str) -> str:

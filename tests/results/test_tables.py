@@ -47,6 +47,21 @@ def test_numbers_are_never_cut_and_words_give_way():
     assert shown.count("very") == 3
 
 
+def test_columns_without_room_stand_below_and_none_is_cut():
+    numbers = ["elongation mm", "twist °", "pressure 1 kPa", "pressure 2 kPa", "force N", "moment N·mm"]
+    row = ["3", "−0.9271 ± 8", "−4.653 ± 87", "40.23 ± 1.5", "50.11 ± 1.5", "−22.49 ± 14", "−127.9 ± 1.6e+02", "ok"]
+    wide = DisplayTable.of(["sample"], numbers, [row], title="answers", caption="half of the band", last=["status"])
+    for width in (40, 60, 80, 200):
+        shown = terminal(wide, width)
+        assert all(cell in shown for cell in row)
+        for word in ("moment", "status", "answers", "half of the band"):
+            assert shown.count(word) == 1
+        assert max(map(len, shown.splitlines())) <= width
+    assert terminal(wide, 200).count("sample") == 1
+    # Each part says whose numbers they are.
+    assert terminal(wide, 80).count("sample") == 2
+
+
 def test_a_row_that_does_not_fit_is_refused():
     with pytest.raises(ValueError, match="2 columns, but a row of 1"):
         DisplayTable.of(["name"], ["value"], [["alone"]])

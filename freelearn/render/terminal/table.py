@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from textwrap import fill
 
 from rich.box import SIMPLE_HEAD
-from rich.console import JustifyMethod
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.table import Table
 from rich.text import Text
 
@@ -16,11 +17,49 @@ from freelearn.results.tables import Column, DisplayTable
 NUMBER_WIDTH, NAME_WIDTH = 7, 21
 # Longer names are folded, before their last part where they have parts.
 WIDEST_NAME = 28
+# As wide as no terminal is: on it every column has its room.
+ENDLESS = 10_000
 
 
-def rich_table(table: DisplayTable) -> Table:
+@dataclass(frozen=True)
+class FittedTable:
+    """A table that knows how wide the terminal is: rich would cut what has no room, headings and numbers. Here the last
+    columns stand in a table of their own below, beside the names once more."""
+
+    table: DisplayTable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The table, or its parts."""
+        whole, endless = _table(self.table), options.update(max_width=ENDLESS)
+        if console.measure(whole, options=endless).minimum <= options.max_width or len(self.table.columns) < 3:
+            yield whole
+            return
+        first, count = int(self.table.columns[0].words), len(self.table.columns)
+        # As many of the columns as fit, one at least.
+        fits = [
+            n
+            for n in range(first + 1, count)
+            if console.measure(_table(_part(self.table, 0, n, first)), options=endless).minimum <= options.max_width
+        ]
+        cut = fits[-1] if fits else first + 1
+        yield _table(replace(_part(self.table, 0, cut, 0), caption=""))
+        yield FittedTable(replace(_part(self.table, cut, count, first), title=""))
+
+
+def _part(table: DisplayTable, begin: int, end: int, first: int) -> DisplayTable:
+    """Some of the columns, and the first ones before them, once."""
+    chosen = [*range(min(first, begin)), *range(begin, end)]
+    rows = tuple(tuple(row[i] for i in chosen) for row in table.rows)
+    return replace(table, columns=tuple(table.columns[i] for i in chosen), rows=rows)
+
+
+def rich_table(table: DisplayTable) -> FittedTable:
     """The table for rich's console. Numbers and names are never cut short: sentences and headings take more lines
-    where they have to."""
+    where they have to, and columns that have no room stand below."""
+    return FittedTable(table)
+
+
+def _table(table: DisplayTable) -> Table:
     cells = zip(*table.rows, strict=True) if table.rows else ((),) * len(table.columns)
     widths = [
         max((len(part) for cell in column for part in (_folded(cell).split() if of.words else [cell])), default=0)
