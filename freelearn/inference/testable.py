@@ -11,15 +11,19 @@ from freelearn.inference.hysteresis import ALONE, FEWEST, comparisons
 from freelearn.inference.order import DRIFT
 from freelearn.inference.shapes import imposed
 from freelearn.inference.thresholds import SORTED
+from freelearn.measurements.beds import DEAD_LOAD
 from freelearn.measurements.rows import Rows
 from freelearn.models.base import Model
 from freelearn.models.effects.registry import EFFECTS
+from freelearn.models.effects.strand_jamming import area_of
 from freelearn.models.ports import TiltEffect
 
 # The column that says when a row was measured.
 TIME = "time_s"
 # A row counts as less severe than an earlier one below this share of the harshest so far.
 MILDER = 0.99
+# Strands lie closer than at rest below this share of the braid's area there.
+CLOSER = 0.98
 
 
 def candidates(
@@ -50,8 +54,8 @@ def candidates(
 
 
 def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
-    """Why these rows cannot show an effect of the history, of the time, or of several actuators; empty where they can,
-    and for all other effects."""
+    """Why these rows cannot show an effect of the history, of the time, of several actuators or of braids; empty where
+    they can, and for all other effects."""
     if name == DRIFT:
         return unclocked(columns, rows)
     if issubclass(EFFECTS[name], TiltEffect) and len(rows.states.members) < 2:
@@ -97,6 +101,22 @@ def _friction(rows: Rows) -> str:
     return f"needs {FEWEST} rows of falling pressure beside rising ones of the same state: there are {count}"
 
 
+def _braid(rows: Rows) -> str:
+    return "" if rows.states.second_angle is not None else "needs a braid: a second family of fibers, gamma2_deg"
+
+
+def _jam(rows: Rows) -> str:
+    if reason := _braid(rows):
+        return reason
+    states, shown = rows.states, rows.readings.value
+    if states.bed is DEAD_LOAD:
+        states = states.replace(length=states.reference_length + shown[:, 0], twist=shown[:, 1])
+    count = int((area_of(states) < CLOSER).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows in which the braid's strands lie closer than at rest: there are {count}"
+
+
 def _relaxation(rows: Rows) -> str:
     dwell = rows.states.dwell.numpy()
     _, member = np.unique(rows.state, return_inverse=True)
@@ -115,10 +135,12 @@ def _softening(rows: Rows) -> str:
     return f"needs {FEWEST} rows milder than one that the sample went through before: there are {count}"
 
 
-# Effects of the history, and what says why rows cannot show them.
+# Effects of the history and of braids, and what says why rows cannot show them.
 HISTORY: dict[str, Callable[[Rows], str]] = {
     "friction_hysteresis": _friction,
     "contact_friction": _friction,
     "relaxation": _relaxation,
     "stress_softening": _softening,
+    "bladder_slack": _braid,
+    "strand_jamming": _jam,
 }

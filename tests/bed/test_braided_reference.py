@@ -8,7 +8,7 @@ from freelearn.measurements.beds import BEDS
 from freelearn.measurements.rows import Rows
 from freelearn.models.effects.registry import EFFECTS
 from freelearn.testing.reference import bed, braided, literature, other_beds
-from freelearn.testing.reference.truths import ASSEMBLED, BRAIDED, MOVED, UNIT, grown
+from freelearn.testing.reference.truths import APART, BRAIDED, MOVED, UNIT, grown
 
 TOGETHER = {
     "everything": {name: grown(name, 1.0) for name in BRAIDED},
@@ -32,18 +32,22 @@ TOGETHER = {
         "end_clamps": {"clamp_length": 2e-3},
     },
 }
-CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | TOGETHER
+PACKED = {name: {name: grown(name, 3.0)} for name in ("bladder_slack", "strand_jamming")}
+CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | PACKED | TOGETHER
 
 
 def test_every_effect_of_the_library_can_be_hidden():
     # Those of the history act along logs, which this bed does not record.
     still = {name for name, effect in EFFECTS.items() if effect.port != "history"}
-    assert {*UNIT, *BRAIDED, *MOVED, *ASSEMBLED} == still
+    assert {*UNIT, *BRAIDED, *MOVED, *APART} == still
 
 
 @pytest.mark.parametrize("make", DESIGNS)
 @pytest.mark.parametrize("case", CASES)
 def test_the_reference_and_the_package_agree(case, make):
+    if (case, make) == ("strand_jamming", "helix"):
+        # One family is not turned far enough here for its fibers to touch.
+        return
     table, fx = table_of(make), CASES[case]
     expected, balanced = bed.bed_loads(bed.state_of(table), C1, C2, fx)
     assert balanced.all()
@@ -54,7 +58,7 @@ def test_the_reference_and_the_package_agree(case, make):
 
 
 @pytest.mark.parametrize("kind", ["isometric", "inflation", "dead_load"])
-@pytest.mark.parametrize("name", BRAIDED)
+@pytest.mark.parametrize("name", [*BRAIDED, *PACKED])
 def test_they_agree_on_the_other_beds(name, kind):
     """Without noise; where an actuator comes to rest under a load is known to the reference's difference quotients."""
     fx = {name: grown(name, 2.0)}
@@ -93,7 +97,8 @@ def differences(name: str, amount: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("name", "amount"), [("end_taper", 3.0), ("threshold_pressure", 4.0), ("contact_friction", 2.0)]
+    ("name", "amount"),
+    [("end_taper", 3.0), ("threshold_pressure", 4.0), ("contact_friction", 2.0), ("strand_jamming", 3.0)],
 )
 def test_the_literatures_form_is_another_but_near(name, amount):
     """Sharp cones, a sharp threshold, friction that builds up: the package rounds off a little of the effect."""

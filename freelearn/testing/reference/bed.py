@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.testing.reference.braided import BLUNT, beyond_threshold, contact, liner_energy, tapered
+from freelearn.testing.reference.braided import (
+    BLUNT,
+    beyond_threshold,
+    contact,
+    jammed,
+    liner_energy,
+    tapered,
+    unfilled,
+)
 from freelearn.testing.reference.lagging import moved_on, moves
 from freelearn.testing.reference.leaning import leaned, on_the_block
 
@@ -187,7 +195,8 @@ def handed_on(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[A
     loads, balanced = ideal_loads(s, c1, c2, fx)
     rub = fx.get("friction_hysteresis", {})
     friction = s["direction"][:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
-    return loads + tapered(s, fx, BLUNT) - friction - contact(s, fx, s["direction"]), balanced
+    ends = tapered(s, fx, BLUNT) + unfilled(s, fx) + jammed(s, fx)
+    return loads + ends - friction - contact(s, fx, s["direction"]), balanced
 
 
 def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:

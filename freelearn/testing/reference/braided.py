@@ -78,6 +78,69 @@ def tapered(s: Mapping[str, Array], fx: Effects, blunt: float = 0.0) -> Array | 
     return np.asarray(-s["pressure"][:, None] * np.stack([longer, turned], axis=1))
 
 
+def jammed(s: Mapping[str, Array], fx: Effects, apart: bool = False) -> Array | float:
+    """Loads (N, 2) of a braid whose strands touch (Davis & Caldwell 2006): −∂U/∂(l, φ), complex steps.
+
+    A family's neighbors lie r cos α apart, but for a factor. apart: cos α is each family's own, as turned and stretched
+    it lies, and U is their mean; else that of a strand that keeps its length.
+    """
+    p = fx.get("strand_jamming")
+    if p is None:
+        return 0.0
+    gammas = [s[name] for name in ("gamma", "gamma2") if name in s]
+
+    def energy(length: Array, twist: Array) -> Array:
+        radius = thread_radius(s, length, twist)
+        each: Any = 0.0
+        count: Any = 0.0
+        for gamma in gammas:
+            there, angle = np.isfinite(gamma), np.nan_to_num(gamma, nan=1.0)
+            strand = s["reference"] / np.cos(angle)
+            wound = s["reference"] / s["outer"] * np.tan(angle) + twist
+            lying = np.sqrt(length**2 + (radius * wound) ** 2) if apart else strand
+            spacing = radius * (length / lying) / (s["outer"] * np.cos(angle))
+            closed = (1 - p["room"]) / spacing - 1
+            each = each + there * np.where(closed.real > 0, closed, 0) ** 2
+            count = count + there
+        return np.asarray(np.pi * s["outer"] * s["reference"] * p["stiffness"] * each / count)
+
+    longer = energy(s["length"] + 1j * STEP, s["twist"] + 0j).imag / STEP
+    turned = energy(s["length"] + 0j, s["twist"] + 1j * STEP).imag / STEP
+    return np.asarray(-np.stack([longer, turned], axis=1))
+
+
+def unfilled(s: Mapping[str, Array], fx: Effects) -> Array | float:
+    """Loads (N, 2) of a bladder that does not fill its braid: −∂/∂(l, φ) of its energy and of the fluid that is not
+    where it would be without it, at the radius of least potential, found by bisection up to the bore."""
+    p = fx.get("bladder_slack")
+    if p is None:
+        return 0.0
+    own = (1 - p["gap"]) * s["inner"]
+
+    def bore(length: Array, twist: Array) -> Array:
+        wall = (s["outer"] ** 2 - s["inner"] ** 2) * s["reference"] / length
+        return np.asarray(thread_radius(s, length, twist) ** 2 - wall)
+
+    def potential(length: Array, twist: Array, u: Array) -> Array:
+        stored = liner_energy(length, twist, u, s["reference"], own, p["stiffness"])
+        return np.asarray(stored - s["pressure"] * np.pi * (u - bore(length, twist)) * length)
+
+    most = bore(s["length"], s["twist"])
+    low, high = 1e-3 * own**2, most.copy()
+    for _ in range(60):
+        middle = (low + high) / 2
+        above = potential(s["length"], s["twist"], middle + 1j * STEP * own**2).imag > 0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    touching = high >= most * (1 - 1e-9)
+
+    def least(length: Array, twist: Array) -> Array:
+        return potential(length, twist, np.where(touching, bore(length, twist), high))
+
+    longer = least(s["length"] + 1j * STEP, s["twist"] + 0j).imag / STEP
+    turned = least(s["length"] + 0j, s["twist"] + 1j * STEP).imag / STEP
+    return np.asarray(-np.stack([longer, turned], axis=1))
+
+
 def contact(s: Mapping[str, Array], fx: Effects, share: Array) -> Array | float:
     """Force and moment (N, 2) that rubbing threads take off: f S P of Tondu & Lopez (2000), S the tube's surface.
 

@@ -18,6 +18,8 @@ fiber_dispersion (`fiber_density`): nothing, the structure tensor is the mean ov
 end_taper (`braided`): 0.001 %, at most 0.05 %, of cones that are sharp at rest too.
 threshold_pressure (`braided`): nothing, as long as no pressure is near it; there the package rounds off what is a kink.
 contact_friction (`braided`, `rubbing`): nothing, like the other friction.
+strand_jamming (`braided`): each family's strands as they lie; without twist nothing.
+bladder_slack (`braided`): nothing, the same potential, its least value by bisection.
 viscoelasticity (`lagging`): τ 30 s, 6 %, at most 11 %; 60 s, 8 and 14 %: of moves as long as the bed's the wall's loads
     are not linear, which one shifted place is. τ 150 s, as long as a state: 20 and 28 %, because the package forgets
     all moves but the last.
@@ -35,7 +37,7 @@ import numpy as np
 
 from freelearn.testing.reference.backlash import settled
 from freelearn.testing.reference.bed import Effects
-from freelearn.testing.reference.braided import beyond_threshold, contact, tapered
+from freelearn.testing.reference.braided import beyond_threshold, contact, jammed, tapered, unfilled
 from freelearn.testing.reference.history import Law, Memory, loads, remembered
 from freelearn.testing.reference.lagging import overstress
 from freelearn.testing.reference.points import Points
@@ -97,7 +99,8 @@ def _beside(s: dict[str, Array], fx: Effects) -> Array:
     """Loads (N, 2) beside the tube's own: of its ends, less the friction."""
     rub = fx.get("friction_hysteresis", {})
     dry = _rubbed(s, fx, "friction_hysteresis")[:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
-    return np.asarray(tapered(s, fx) - dry - contact(s, fx, _rubbed(s, fx, "contact_friction")))
+    ends = tapered(s, fx) + unfilled(s, fx) + jammed(s, fx, apart=True)
+    return np.asarray(ends - dry - contact(s, fx, _rubbed(s, fx, "contact_friction")))
 
 
 def _rubbed(s: dict[str, Array], fx: Effects, effect: str) -> Array:

@@ -51,13 +51,19 @@ MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
     "viscoelasticity": {"share": 0.05},
 }
-# As UNIT: of several actuators on one end block; alone, they are other effects.
-ASSEMBLED: dict[str, dict[str, float]] = {"block_tilt": {"compliance": 2e-6}}
+# As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block.
+APART: dict[str, dict[str, float]] = {
+    "block_tilt": {"compliance": 2e-6},
+    "bladder_slack": {"stiffness": 50.0},
+    "strand_jamming": {"stiffness": 500.0},
+}
 FIXED = {
     "relaxation": {"time": 45.0},
     "viscoelasticity": {"time": 60.0},
     "stress_softening": {"severity": 0.02},
     "small_strain_stiffness": {"decay": 5.0},
+    "bladder_slack": {"gap": 0.15},
+    "strand_jamming": {"room": 0.05},
 }
 # Where a physical bound ends the growth.
 MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3, "squared_distance": 1e-2}
@@ -65,7 +71,7 @@ MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3, "squared_distance": 1e-2}
 
 def grown(effect: str, amount: float) -> dict[str, float]:
     """The effect's parameters at `amount` times their unit, at most at their physical bound."""
-    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED | ASSEMBLED)[effect].items()}
+    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED | APART)[effect].items()}
     return {p: min(v, MOST.get(p, v)) for p, v in values.items()} | FIXED.get(effect, {})
 
 

@@ -51,10 +51,12 @@ def test_an_effect_shows_on_every_bed_that_it_names(name, bed):
     frame = table(bed)
     if name in HISTORY:
         frame = frame.assign(run=frame["sample"], time_s=np.arange(len(frame), dtype=float))
+    # Strands that touch at rest already, of a braid that nothing pulls long here.
+    close = {"strand_jamming.room": 0.0} if name == "strand_jamming" else {}
     states = States.from_table(frame)
     with torch.no_grad():
         bare = build_model("continuum", TRUTH["continuum"])(states)
-        shown = build_model("continuum", TRUTH["continuum"] | labels_of(name, "scale"), [name])(states)
+        shown = build_model("continuum", TRUTH["continuum"] | labels_of(name, "scale") | close, [name])(states)
     assert (bare.status == 0).all()
     assert (shown.status == 0).all()
     there = [i for i, quantity in enumerate(BEDS[bed].readings) if quantity in BEDS[bed].measured]
@@ -88,3 +90,19 @@ def test_friction_under_pressure_needs_falling_pressure():
     rising = frame[frame["step"] < 3].assign(buckled=0, force_n=0.0, moment_nmm=0.0)
     _, out = candidates(build_model("continuum"), [], rising.columns, Rows.from_table(rising))
     assert {c["effect"] for c in out} >= {"contact_friction", "friction_hysteresis"}
+
+
+def braids(elongation: float) -> Rows:
+    frame = visits(count=5).assign(gamma_deg=30.0, gamma2_deg=-30.0, buckled=0, force_n=0.0, moment_nmm=0.0)
+    return Rows.from_table(frame.assign(elongation_mm=elongation, twist_deg=0.0))
+
+
+def test_only_braids_are_asked_for_a_slack_bladder_and_for_strands_that_touch_where_they_come_closer():
+    def told(rows: Rows) -> set[str]:
+        names, _ = candidates(build_model("continuum"), [], visits().columns, rows)
+        return {"bladder_slack", "strand_jamming"} & set(names)
+
+    single = visits(count=5).assign(buckled=0, force_n=0.0, moment_nmm=0.0)
+    assert told(Rows.from_table(single)) == set()
+    assert told(braids(-3.0)) == {"bladder_slack"}
+    assert told(braids(4.0)) == {"bladder_slack", "strand_jamming"}
