@@ -44,6 +44,7 @@ PHYSICAL = (
     LEANING,
     (*LEANING, "wall_thickness"),
     (*LEANING, "block_tilt"),
+    (*LEANING, "block_tilt", "end_taper"),
 )
 
 # Rows to fit and rows to predict, (N,) bool each → (n, 2) m and rad.
