@@ -245,7 +245,7 @@ def test_a_model_of_the_users_own_is_fitted_whatever_its_start():
 def test_a_model_takes_the_effects_that_its_family_can():
     load_own([str(BRAID)])
     able = [name for name, effect in EFFECTS.items() if "own" in effect.families()]
-    assert {EFFECTS[name].port for name in able} == {"geometry", "boundary", "dissipation", "measurement"}
+    assert {EFFECTS[name].port for name in able} == {"geometry", "boundary", "dissipation", "history", "measurement"}
     model = build_model("braided", VALUES, able, [3, 5])
     check_model(model, States.from_table(visits()))
     assert model(States.from_table(visits())).loads.isfinite().all()
