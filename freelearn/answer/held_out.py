@@ -60,6 +60,8 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
         residual = problem.residual(vector).reshape(-1, 2)
     if not model.needs_validation:
         few = len(np.unique(some.state)) <= FEW_STATES
+        # The next measurement of a log is another recording.
+        by_states = by_states or rows.states.recording is not None
         if few and by_states:
             residual = _refitted(problem, vector, residual, seen)
         else:
