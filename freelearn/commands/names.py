@@ -16,6 +16,7 @@ COMMANDS = {
         "export_app",
     ),
     "intake": ("a laboratory's raw file as a measurement table", "freelearn.commands.intake", "intake_app"),
+    "compare": ("two runs side by side: parameters, errors, curves", "freelearn.commands.compare", "main"),
     "start": ("from a raw file to the report: asks what it cannot know", "freelearn.commands.start", "main"),
     "gather": ("the results of finished sweeps as a table and heat maps", "freelearn.commands.gather", "main"),
     "figures": ("the paper's other figures and tables from a sweep or a run", "freelearn.commands.figures", "main"),
