@@ -20,6 +20,7 @@ from freelearn.export.trace import traced
 from freelearn.measurements.beds import ELONGATION, PRESSURE, Quantity
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
+from freelearn.models.ports import TiltEffect
 from freelearn.models.prediction import Status
 from freelearn.models.row_derivatives import rows_jacobian
 from freelearn.results.fitted_model import FittedModel
@@ -49,6 +50,9 @@ class Actuator:
     @classmethod
     def of(cls, fitted: FittedModel, sample: int | None = None) -> Actuator:
         """The run's actuator; of several the one that sample names. Raises UserError."""
+        for effect in fitted.model.effects:
+            if isinstance(effect, TiltEffect):
+                raise UserError(f"Effect {effect.name!r} cannot be exported: fit the run without it.")
         there = sorted({int(s) for s in cls._rows(fitted).states.sample.tolist()})
         if fitted.members:
             return cls(fitted, there[0])

@@ -81,6 +81,16 @@ def test_what_sensors_err_by_counts_in_the_largest_load():
     assert deviations == pytest.approx([0.5, 5.0])
 
 
+def test_each_actuator_of_a_block_has_a_strength_of_its_own_drawn_towards_a_common_one():
+    """Four fifths of what is not known of the pressure's effect they have in common; on the linear model too."""
+    model = build_model("linear", {}, ["pressure_gain"], members=3)
+    prior = raw_prior(model, {})
+    place = [model.labels().index(f"pressure_gain.gain[{n}]") for n in (1, 2, 3)]
+    covariance = prior.covariance[place][:, place] / 0.05**2
+    expected = torch.full((3, 3), 0.8, dtype=torch.float64).fill_diagonal_(1.0)
+    torch.testing.assert_close(covariance, expected)
+
+
 def test_values_of_several_samples_differ_by_less_than_their_common_value():
     model = build_model("continuum", effects=["fiber_misalignment"], samples=[1, 2])
     covariance = raw_prior(model, {}).covariance[2:, 2:]

@@ -24,7 +24,10 @@ class Clamps(Parameters):
 
 
 class EndClamps(GeometryEffect[Clamps]):
-    """A length c at each end is clamped: L and l both shrink by 2c, so stretch and twist rate grow."""
+    """A length c at each end is clamped: L and l both shrink by 2c, so stretch and twist rate grow.
+
+    Fittings that are counted in the table's length are the same: what neither stretches nor turns is no actuator.
+    """
 
     name = "end_clamps"
     place = 3

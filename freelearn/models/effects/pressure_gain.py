@@ -25,7 +25,7 @@ class Gain(Parameters):
 
 
 class PressureGain(BoundaryEffect[Gain]):
-    """P acting = (1 + g) P read."""
+    """P acting = (1 + g) P read. Of several actuators on one end block each has its own, drawn towards a common one."""
 
     name = "pressure_gain"
     place = 7
