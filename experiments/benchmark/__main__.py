@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmark import commands, fits, models, page, search
+from benchmark import commands, exported, fits, models, page, search
 from rich.console import Console
 from rich.table import Table
 
@@ -28,6 +28,7 @@ ALL = {
     "memory": commands.memory,
     "reports": commands.reports,
     "page": page.page,
+    "export": exported.exported,
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from freelearn.results.estimate import Estimate
 from freelearn.results.fitted_model import FittedModel
 
 
@@ -13,7 +14,13 @@ def doubts(fitted: FittedModel) -> list[str]:
     if content.get("verdict") == "undecided":
         found.append("The verdict of the run is undecided: the table cannot tell what the actuator is.")
     variance, declared = np.diagonal(fitted.covariance), list(fitted.model.declared.items())
-    lost = [name for (name, p), v in zip(declared, variance, strict=True) if not p.fixed and not np.isfinite(v)]
+    entries = content.get("parameters") or {}
+    untold = {n for n, entry in entries.items() if Estimate.from_plain(n, entry).untold}
+    lost = [
+        name
+        for (name, p), v in zip(declared, variance, strict=True)
+        if not p.fixed and (name in untold or not np.isfinite(v))
+    ]
     if lost:
         nothing = len(lost) == len(declared)
         which = "Nothing was fitted to the data, or nothing of it is known" if nothing else "The data do not determine"

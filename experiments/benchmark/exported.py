@@ -1,0 +1,81 @@
+"""One call of an exported actuator: C beside onnxruntime and torch."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from benchmark.common import ROOT, Report
+
+import freelearn
+from freelearn.export.actuator import Actuator
+from freelearn.export.compiled import compiler
+from freelearn.export.onnx_file import answered, opened
+
+EFFECTS = {
+    "three effects": "[end_clamps,friction_hysteresis,force_gain]",
+    "three effects, one of them a strain energy": "[wall_stiffening,friction_hysteresis,force_gain]",
+}
+CALLS = 300_000
+# Calls at 1024 states in turn; the sum keeps a compiler from leaving them out.
+MAIN = """
+#include <stdio.h>
+#include <time.h>
+int arm_loads(const double in[{inputs}], double out[{outputs}]);
+int main(void) {{
+    double in[{inputs}] = {{0}}, out[{outputs}], sum = 0.0;
+    const clock_t began = clock();
+    for (int i = 0; i < {calls}; i++) {{
+        in[0] = -0.004 + 0.008 * (i % 32) / 31.0;
+        in[1] = -1.5 + 3.0 * (i / 32 % 32) / 31.0;
+        in[2] = 60000.0 * (i % 7) / 6.0;
+        arm_loads(in, out);
+        sum += out[0];
+    }}
+    printf("%.9g %.9g\\n", (double)(clock() - began) / CLOCKS_PER_SEC / {calls}, sum);
+    return 0;
+}}
+"""
+
+
+def exported(report: Report) -> None:
+    """Processor time of one call: of the C in a loop of its own, of onnxruntime and torch from Python."""
+    for what, effects in EFFECTS.items():
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            words = [f"effects={effects}", "train=sample3", "figures=false", f"hydra.run.dir={folder / 'run'}"]
+            subprocess.run([sys.executable, "train.py", *words], cwd=ROOT, check=True, capture_output=True)
+            run = freelearn.load(folder / "run")
+            run.export(folder / "arm.onnx", force=True)
+            run.export(folder / "arm.c", force=True)
+            actuator = Actuator.of(run)
+            loads = actuator.functions[0]
+            (folder / "main.c").write_text(
+                MAIN.format(inputs=len(loads.inputs), outputs=len(loads.outputs), calls=CALLS), encoding="utf-8"
+            )
+            command = [str(compiler()), "-std=c99", "-O2", "-o", "arm", "arm.c", "main.c", "-lm"]
+            subprocess.run(command, cwd=folder, check=True)
+            done = subprocess.run([str(folder / "arm")], check=True, capture_output=True, text=True)
+            own = float(done.stdout.split()[0])
+            session, row = opened(folder / "arm.onnx"), np.zeros((1, len(loads.inputs)))
+            row[0, :3] = 1e-3, 0.3, 3e4
+            onnx = _each(lambda: answered(session, loads, row), 200)
+            x = torch.as_tensor(row[:, :3].copy()) + actuator.rest
+            model = _each(lambda: actuator.system.at(x), 50)
+        detail = f"{loads.operations} operations; onnxruntime {1e6 * onnx:.0f} µs, torch {1e6 * model:.0f} µs"
+        report(f"C, a call of the continuum model with {what}", f"{1e6 * own:.2f} µs", "≤ 2 µs", detail)
+
+
+def _each(call: object, calls: int) -> float:
+    """Processor time of one call, after one to warm up."""
+    assert callable(call)
+    call()
+    began = time.process_time()
+    for _ in range(calls):
+        call()
+    return (time.process_time() - began) / calls
