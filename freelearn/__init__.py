@@ -16,6 +16,7 @@ from freelearn.package import VERSION
 
 if TYPE_CHECKING:
     from freelearn.api.accuracy import Accuracy
+    from freelearn.api.actuators import actuators
     from freelearn.api.fit import Estimator, fit
     from freelearn.api.fitted_run import FittedRun
     from freelearn.api.found import Found
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 __version__ = VERSION
 __all__ = [
     "Accuracy", "Answer", "Answers", "Estimator", "FittedModel", "FittedRun", "Found", "UserError", "__version__",
-    "discover", "fit", "load", "plan", "read_table", "referee",
+    "actuators", "discover", "fit", "load", "plan", "read_table", "referee",
 ]  # fmt: skip
 
 # Imported when asked for: torch takes seconds, and a mistake is told before it is needed.
@@ -41,6 +42,7 @@ WHERE = {
     "FittedRun": "api.fitted_run",
     "Found": "api.found",
     "UserError": "errors",
+    "actuators": "api.actuators",
     "discover": "api.functions",
     "fit": "api.fit",
     "load": "api.functions",

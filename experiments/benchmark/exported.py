@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -64,9 +65,9 @@ def exported(report: Report) -> None:
             own = float(done.stdout.split()[0])
             session, row = opened(folder / "arm.onnx"), np.zeros((1, len(loads.inputs)))
             row[0, :3] = 1e-3, 0.3, 3e4
-            onnx = _each(lambda: answered(session, loads, row), 200)
+            onnx = _each(partial(answered, session, loads, row), 200)
             x = torch.as_tensor(row[:, :3].copy()) + actuator.rest
-            model = _each(lambda: actuator.system.at(x), 50)
+            model = _each(partial(actuator.system.at, x), 50)
         detail = f"{loads.operations} operations; onnxruntime {1e6 * onnx:.0f} µs, torch {1e6 * model:.0f} µs"
         report(f"C, a call of the continuum model with {what}", f"{1e6 * own:.2f} µs", "≤ 2 µs", detail)
 
