@@ -66,7 +66,8 @@ def draft(found: Guess, files: Sequence[str] = (), joined: DesignGuess | None = 
         lines.append("members:")
         for column in (c for c in found.columns if c.name in found.pressures):
             lines.append(f"  - pressure: {{from: {quoted(column.name)}, unit: {quoted(column.unit)}}}")
-            lines.append("    gamma_deg:   # TODO: fiber angle, negative for the other sense of winding")
+            about = f"fiber angle of the actuator at {column.name}, negative for the other sense of winding"
+            lines.append(f"    gamma_deg:   # TODO: {about}")
             lines.append("    # gamma2_deg: …   # of a braid: minus the first angle")
     if found.order_by:
         names = ", ".join(map(quoted, found.order_by))

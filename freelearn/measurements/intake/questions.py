@@ -20,6 +20,8 @@ _MEMBER_UNIT = re.compile(r'^  - pressure: \{from: (?P<source>.*), unit: (?P<bla
 _NUMBER = re.compile(r"([+\-−]?\d*[.,]?\d+(?:[eE][+-]?\d+)?)\s*(.*)")
 YES, NO = ("y", "yes", "j", "ja", "o", "oui", "s", "si", "sí"), ("n", "no", "nein", "non")
 
+POSITIVE = ("length_mm", "inner_radius_mm", "outer_radius_mm")
+
 # Asks a question and gives the answer as it was typed.
 Ask = Callable[[str], str]
 
@@ -44,6 +46,8 @@ class Asking:
                 if found[2]:
                     change = conversion(found[2], unit)
                     value = change.factor * value + change.shift
+                if value <= 0 and column in POSITIVE:
+                    raise UserError(f"{typed!r} is no size of an actuator: write a positive number")
                 return float(f"{value:.12g}")
             except UserError as mistake:
                 self.tell(str(mistake))
