@@ -16,6 +16,8 @@ from freelearn.models.parameter import Parameter
 SMALLEST, LARGEST = 0.5, 2.0
 # Share of draws that hide one effect; the others hide two.
 ONE = 0.6
+# What is seen of braids and of several actuators on one end block alone: the simulated bed has one helix each.
+ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt")
 
 Hidden = dict[str, dict[str, float]]
 
@@ -53,10 +55,14 @@ def _noticeable(p: Parameter) -> float:
 def _drawn(seed: int) -> Hidden:
     generator = np.random.default_rng([seed, 4242])
     count = 1 if generator.random() < ONE else 2
-    # The simulated bed measures plateaus: effects of the history would show nothing there.
-    able = [n for n, effect in EFFECTS.items() if "continuum" in effect.families() and effect.port != "history"]
+    able = [n for n, effect in EFFECTS.items() if "continuum" in effect.families() and _shows(n)]
     names = generator.choice(able, count, replace=False)
     return {str(name): _sized(EFFECTS[str(name)], generator) for name in names}
+
+
+def _shows(name: str) -> bool:
+    """Whether an effect shows in the simulated bed: of the history nothing does in plateaus."""
+    return EFFECTS[name].port != "history" and name not in ELSEWHERE
 
 
 def _sized(effect: type[Effect[Any]], generator: np.random.Generator) -> dict[str, float]:

@@ -19,6 +19,11 @@ from freelearn.models.base import BLOCK, Model
 from freelearn.work import tell
 
 
+# Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in numbers
+# that cannot be told from zero, and what is divided by them in none.
+LEAST = 1e-12
+
+
 def sensitivities(model: Model, states: States) -> Tensor:
     """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer.
 
@@ -126,7 +131,7 @@ class Whitener:
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
         own, position = _parts(sensitivity, accuracy, bed, self.told)
-        counts = present if scatter is None else present & (scatter.reading > 0)
+        counts = present if scatter is None else present & (scatter.reading > LEAST)
         # A reading that does not count tells nothing of the other one of its row.
         both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.

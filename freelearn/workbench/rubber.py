@@ -47,7 +47,11 @@ class Rubber(Aside):
         self.effects = pn.widgets.CheckBoxGroup(name="energies", options=list(ENERGIES))
         self.effects.param.update(value=list(latest["question"].effects) if latest else [])
         self.picture = pn.pane.PNG(
-            None, width=760, visible=False, alt_text="Stress against stretch, measured and fitted"
+            None,
+            max_width=760,
+            sizing_mode="scale_width",
+            visible=False,
+            alt_text="Stress against stretch, measured and fitted",
         )
         self.asking.objects = [about, pn.FlexBox(*places), self.given, self.effects]
         self.view.insert(-1, self.picture)

@@ -137,3 +137,15 @@ def test_what_places_do_and_what_rows_have_of_their_own_add_up_to_the_dense_vari
     variance = whiten.own.square() + whiten.places.square().sum(-1)
     expected = dense_covariance(sensitivity, scatter).diagonal().reshape(ROWS, 2)
     np.testing.assert_allclose(variance.numpy(), expected, rtol=1e-9)
+
+
+def test_a_reading_that_hardly_counts_leaves_numbers(sensitivity, found):
+    """A weight that is next to nothing is none: what is divided by it would be no number, and its whole state's with it."""
+    reading = found.reading.clone()
+    reading[0] = torch.tensor([1e-269, 1e-78])
+    reading[1] = torch.tensor([1e-318, 1e-106])
+    gone = replace(found, reading=torch.where(reading < 1e-12, 0.0, reading))
+    loads = torch.randn(ROWS, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
+    white = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, replace(found, reading=reading))(loads)
+    assert bool(white.isfinite().all())
+    torch.testing.assert_close(white, Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, gone)(loads))
