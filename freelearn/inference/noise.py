@@ -18,9 +18,8 @@ from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
 from freelearn.work import tell
 
-
-# Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in numbers
-# that cannot be told from zero, and what is divided by them in none.
+# Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in
+# numbers that cannot be told from zero, and what is divided by them in none.
 LEAST = 1e-12
 
 

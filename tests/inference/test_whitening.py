@@ -140,7 +140,7 @@ def test_what_places_do_and_what_rows_have_of_their_own_add_up_to_the_dense_vari
 
 
 def test_a_reading_that_hardly_counts_leaves_numbers(sensitivity, found):
-    """A weight that is next to nothing is none: what is divided by it would be no number, and its whole state's with it."""
+    """A weight that is next to nothing is none: what is divided by it would be no number, nor would its state be."""
     reading = found.reading.clone()
     reading[0] = torch.tensor([1e-269, 1e-78])
     reading[1] = torch.tensor([1e-318, 1e-106])
