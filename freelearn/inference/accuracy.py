@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from torch import Tensor
 
 from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.scatter import MAD, Scatter, scatter
+from freelearn.inference.scatter import MAD, Scatter, expected_places, scatter
 from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.bed_accuracy import changed, sensors, shared
@@ -20,17 +20,23 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.units import DEG, KPA, MM, NMM
 
+# What an accuracy was estimated from, in words.
+REPEATS = "how repeats of the same state differ"
+SMOOTH = "the scatter about everything smooth"
+NEIGHBORS = "how neighbors along the pressure differ"
 # Repeats of a state count as such within these distances.
 SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
 SAME_N, SAME_NMM = 0.01, 0.1
 FEWEST_REPEATS = 10
+# Fewest groups of four neighbors that tell a scatter, and how many times as much as theirs is no scatter.
+FEWEST_NEIGHBORS, MISTAKEN = 12, 1.5
 # Readings that differ by less than this share of the largest are the same.
 SAME_SHARE = 1e-9
 
 
-def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]:
-    """Accuracy from repeats where there are enough of them, else from the scatter about everything smooth; and whether
-    it is from repeats. fit: of some model to the rows (N).
+def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, str]:
+    """Accuracy from repeats where there are enough of them, else from the scatter about everything smooth, held to what
+    neighbors allow; and from which: REPEATS, SMOOTH or NEIGHBORS. fit: of some model to the rows (N).
 
     `like` gives the ratio of length to twist error, and what the scatter is compared with; the pressure's error cannot
     be told from the load cells' own. See `scatter`, which is not led astray by a few odd readings.
@@ -38,7 +44,7 @@ def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]
     sensitivity = sensitivities(fit.model, rows.states)
     repeated = _from_repeats(fit.raw_residual, sensitivity, rows, like)
     if repeated is not None:
-        return repeated, True
+        return repeated, REPEATS
     found = scatter(
         fit.raw_residual,
         fit.raw_jacobian,
@@ -49,7 +55,62 @@ def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, bool]
         replace(like, pressure=0.0),
         readings=rows.readings,
     )
-    return measured(found, rows.states.bed, _resolution(rows)), False
+    about_smooth = measured(found, rows.states.bed, _resolution(rows))
+    held = _held_to_neighbors(about_smooth, fit.raw_residual, rows, like)
+    return held, SMOOTH if held is about_smooth else NEIGHBORS
+
+
+def _held_to_neighbors(found: Accuracy, raw: Tensor, rows: Rows, like: Accuracy) -> Accuracy:
+    """No larger than neighbors allow: what is left of a reading beside a parabola through the three next to it along
+    the pressure is its own error, and at most a little of what the model lacks. Where that is much less than what was
+    taken for scatter, a model's misfit was; the places then err by what the readings let expect.
+
+    raw: residuals (N, 2) of some model, which is the smoother the better it is."""
+    beside = neighbor_scatter(raw, rows)
+    bed = rows.states.bed
+    own, there = sensors(found, bed), beside.isfinite()
+    if not bool((there & (own > MISTAKEN * beside)).any()):
+        return found
+    own = torch.where(there, torch.minimum(own, torch.maximum(beside, _resolution(rows))), own)
+    told = rows.readings.present & there
+    expected = expected_places(own / sensors(like, bed), told) * shared(like, bed)
+    return changed(found, bed, own, torch.minimum(shared(found, bed), expected))
+
+
+def neighbor_scatter(raw: Tensor, rows: Rows) -> Tensor:
+    """Standard deviation of what readings (2,) err by themselves, from four neighbors each along the pressure of one
+    visit: their third divided difference knows nothing of any parabola. NaN where there are too few.
+
+    raw: residuals (N, 2)."""
+    states = rows.states
+    if states.pressure.ndim > 1:
+        return torch.full((2,), torch.nan, dtype=raw.dtype)
+    pressure, direction = states.pressure.numpy(), np.sign(states.direction.numpy())
+    counts = (rows.readings.present & ~rows.readings.slack[:, None]).numpy()
+    found: list[list[float]] = [[], []]
+    for visit in np.unique(rows.state):
+        for way in np.unique(direction[rows.state == visit]):
+            own = np.flatnonzero((rows.state == visit) & (direction == way))
+            own = own[np.argsort(pressure[own], kind="stable")]
+            for channel in range(2):
+                place = own[counts[own, channel]]
+                found[channel] += _third_differences(pressure[place], raw.numpy()[place, channel])
+    sizes = [MAD * np.median(np.abs(each)) if len(each) >= FEWEST_NEIGHBORS else np.nan for each in found]
+    return torch.tensor(sizes, dtype=raw.dtype)
+
+
+def _third_differences(at: np.ndarray, value: np.ndarray) -> list[float]:
+    """Third divided differences of every four in a row, of standard deviation one where the values' is one."""
+    out = []
+    for i in range(len(at) - 3):
+        x = at[i : i + 4]
+        gaps = x[:, None] - x[None, :] + np.eye(4)
+        # Where two are at one place there is no parabola between them.
+        if np.abs(gaps).min() <= 0:
+            continue
+        weight = 1 / gaps.prod(1)
+        out.append(float(weight @ value[i : i + 4] / np.linalg.norm(weight)))
+    return out
 
 
 def _resolution(rows: Rows) -> Tensor:

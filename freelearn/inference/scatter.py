@@ -166,7 +166,7 @@ def _typical(z: Tensor, told: Tensor) -> Tensor:
     return torch.stack(sizes).clamp_min(1e-6)
 
 
-def _expected(deviations: Tensor, told: Tensor) -> float:
+def expected_places(deviations: Tensor, told: Tensor) -> float:
     """The scale of position errors, in units of the stated ones, that the readings' (2,) let expect."""
     read = deviations[told.any(0)]
     together = float(read.log().mean().exp()) ** TOGETHER if len(read) else 1.0
@@ -205,7 +205,7 @@ def _updated(
         weight = good * torch.as_tensor(tails.weight(z.numpy()))
     moved = torch.cat([part.moved for part in parts])
     precision = (tails.freedom + 2) / (tails.freedom + moved) if np.isfinite(tails.freedom) else torch.ones_like(moved)
-    position = expected = _expected(scale * tails.deviation, told)
+    position = expected = expected_places(scale * tails.deviation, told)
     if max(sample.states for sample in samples) >= FEWEST_STATES:
         total = float((precision * moved).sum()) + 2 * PRIOR_STATES * (expected / now.position) ** 2
         position = now.position * (total / (2 * len(moved) + 2 * PRIOR_STATES)) ** 0.5

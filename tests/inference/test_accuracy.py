@@ -10,7 +10,7 @@ from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, LinearBed, bench, measured, normal, student
 from scipy import stats
 
-from freelearn.inference.accuracy import estimate, repeat_scale, repeats
+from freelearn.inference.accuracy import NEIGHBORS, REPEATS, SMOOTH, estimate, neighbor_scatter, repeat_scale, repeats
 from freelearn.inference.noise import Whitener, sensitivities
 from freelearn.inference.white_fit import evaluated
 from freelearn.measurements.accuracy import Accuracy
@@ -21,10 +21,8 @@ def judged(made, stated=ACCURACY):
     """Accuracy as estimated about the true numbers, as shares of the true ones, (length, twist, force, moment)."""
     model = LinearBed(stiffness=TRUE[0], torsion=TRUE[1], area=TRUE[2], turn=TRUE[3])
     fit = evaluated(model, made.rows, model.vector().detach())
-    found, repeated = estimate(fit, made.rows, stated)
-    return np.array([found.length / 3e-5, found.twist / 5e-3, *(np.array([found.force, found.moment]) / NOISE)]), (
-        repeated
-    )
+    found, how = estimate(fit, made.rows, stated)
+    return np.array([found.length / 3e-5, found.twist / 5e-3, *(np.array([found.force, found.moment]) / NOISE)]), (how)
 
 
 def twice(seed, **how):
@@ -49,8 +47,8 @@ MEDIAN = 1.166 / np.sqrt(240)
 def test_repeats_tell_the_sensors_errors_whatever_the_model_lacks(extra):
     found = []
     for seed in range(5):
-        share, repeated = judged(twice(seed, extra=extra))
-        assert repeated
+        share, how = judged(twice(seed, extra=extra))
+        assert how == REPEATS
         np.testing.assert_allclose(share[2:], 1, atol=4 * MEDIAN)
         found.append(share)
     np.testing.assert_allclose(np.mean(found, axis=0)[2:], 1, atol=4 * MEDIAN / np.sqrt(5))
@@ -116,8 +114,8 @@ def test_without_repeats_the_scatter_about_what_is_smooth_tells(freedom, share, 
     if share:
         made, _ = made.slipped(share, tuple(KINDS), 4)
     like = Accuracy(*(stated * value for value in vars(ACCURACY).values()))
-    found, repeated = judged(made, like)
-    assert not repeated
+    found, how = judged(made, like)
+    assert how == SMOOTH
     information = 1.0 if np.isinf(freedom) else freedom / (freedom + 3)
     np.testing.assert_allclose(found[2:], 1, atol=4 / np.sqrt(2 * 420 * information * 2 / 3))
     # Positions share their states with bins: the order of magnitude.
@@ -157,7 +155,41 @@ def test_repeats_that_are_the_same_to_the_last_digit_shown_err_by_its_rounding()
     digit = torch.tensor([0.5, 0.01], dtype=torch.float64)
     value = (made.rows.loads / digit).round() * digit
     rows = dataclasses.replace(made.rows, readings=dataclasses.replace(made.rows.readings, value=value))
-    found, repeated = estimate(evaluated(model, rows, model.vector().detach()), rows, ACCURACY)
-    assert repeated
+    found, how = estimate(evaluated(model, rows, model.vector().detach()), rows, ACCURACY)
+    assert how == REPEATS
     np.testing.assert_allclose([found.force, found.moment], digit / 12**0.5, rtol=1e-6)
     assert found.length == found.twist == 0
+
+
+def test_neighbors_tell_the_sensors_errors_beside_a_misfit_a_thousand_times_as_large():
+    """Of a parabola along the pressure, another one in every visit, third differences know nothing; slips are few."""
+    generator = np.random.default_rng(4)
+    made = bench(1, states=40, pressures=9, falling=0)
+    states = made.rows.states
+    x = states.pressure.numpy() / 7e4
+    size = generator.normal(0, 1000, (2, 3, states.length.unique().numel() * 50))
+    visit = np.unique(made.rows.state, return_inverse=True)[1]
+    misfit = np.stack([size[c, 0][visit] + size[c, 1][visit] * x + size[c, 2][visit] * x**2 for c in (0, 1)], axis=1)
+    noise = generator.normal(size=misfit.shape)
+    noise[generator.random(len(noise)) < 0.02] += 300
+    found = neighbor_scatter(torch.as_tensor(NOISE * (misfit + noise)), made.rows)
+    # Of 240 groups that overlap about 80 are independent.
+    np.testing.assert_allclose(found.numpy() / NOISE, 1, atol=4 * 1.166 / np.sqrt(80))
+
+
+def test_what_a_model_lacks_is_not_taken_for_scatter_where_neighbors_agree():
+    """Few states bear no smooth shapes: a misfit of many sizes of the noise would pass for it."""
+
+    def bends(s, loads):
+        return loads + 30 * NOISE * np.sin(s.pressure.numpy() / 2e4)[:, None] * np.sign(s.twist.numpy())[:, None]
+
+    made = bench(2, states=5, pressures=15, falling=0, extra=bends)
+    share, how = judged(made)
+    assert how in (SMOOTH, NEIGHBORS)
+    # A bend leaves third differences a little: no more than twice the noise.
+    assert share[2:].max() < 2
+
+
+def test_few_neighbors_tell_nothing():
+    made = bench(3, states=6, pressures=3, falling=0)
+    assert bool(neighbor_scatter(torch.zeros(len(made.rows), 2, dtype=torch.float64), made.rows).isnan().all())

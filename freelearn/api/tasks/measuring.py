@@ -47,8 +47,8 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
 
 def estimated(fit: WhiteFit, rows: Rows) -> Measuring:
     """Judged from a fit's residuals over rows, with what a reader should know of it."""
-    accuracy, repeated = estimate(fit, rows, PAPER)
-    how, bed = "how repeats of the same state differ" if repeated else "the scatter", rows.states.bed
+    accuracy, how = estimate(fit, rows, PAPER)
+    bed = rows.states.bed
 
     def sizes(quantities: Sequence[Quantity]) -> list[str]:
         return [f"{q.name} {getattr(accuracy, q.error) / q.factor:.3g} {q.unit}".replace(" °", "°") for q in quantities]
