@@ -172,7 +172,9 @@ def test_a_plain_file_is_not_left_to_the_careful_reader(tmp_path, ending):
     with large(), patch("freelearn.measurements.table.read_records", side_effect=AssertionError):
         read = read_table(path)
     assert read.table["slack"].tolist() == [0] * 400
-    assert len({id(cell) for cell in read.table["note"].to_numpy(object)}) <= 7
+    # A text that stands in many rows is kept once; pyarrow, where it is installed, keeps no objects at all.
+    notes = read.table["note"]
+    assert getattr(notes.dtype, "storage", "") == "pyarrow" or len({id(cell) for cell in notes.to_numpy(object)}) <= 7
 
 
 def test_a_small_file_is_read_carefully(tmp_path):
