@@ -55,7 +55,7 @@ def estimate(fit: WhiteFit, rows: Rows, like: Accuracy) -> tuple[Accuracy, str]:
         replace(like, pressure=0.0),
         readings=rows.readings,
     )
-    about_smooth = measured(found, rows.states.bed, _resolution(rows))
+    about_smooth = measured(found, rows.states.bed, _least(rows))
     held = _held_to_neighbors(about_smooth, fit.raw_residual, rows, like)
     return held, SMOOTH if held is about_smooth else NEIGHBORS
 
@@ -71,7 +71,7 @@ def _held_to_neighbors(found: Accuracy, raw: Tensor, rows: Rows, like: Accuracy)
     own, there = sensors(found, bed), beside.isfinite()
     if not bool((there & (own > MISTAKEN * beside)).any()):
         return found
-    own = torch.where(there, torch.minimum(own, torch.maximum(beside, _resolution(rows))), own)
+    own = torch.where(there, torch.minimum(own, torch.maximum(beside, _least(rows))), own)
     told = rows.readings.present & there
     expected = expected_places(own / sensors(like, bed), told) * shared(like, bed)
     return changed(found, bed, own, torch.minimum(shared(found, bed), expected))
@@ -111,6 +111,12 @@ def _third_differences(at: np.ndarray, value: np.ndarray) -> list[float]:
         weight = 1 / gaps.prod(1)
         out.append(float(weight @ value[i : i + 4] / np.linalg.norm(weight)))
     return out
+
+
+def _least(rows: Rows) -> Tensor:
+    """What readings (2,) err by at least, SI: the rounding, and of what shows none a hair: nothing is exact."""
+    largest = torch.where(rows.readings.present, rows.readings.value.abs(), 0.0).amax(0)
+    return torch.maximum(_resolution(rows), SAME_SHARE * largest)
 
 
 def _resolution(rows: Rows) -> Tensor:

@@ -193,3 +193,14 @@ def test_what_a_model_lacks_is_not_taken_for_scatter_where_neighbors_agree():
 def test_few_neighbors_tell_nothing():
     made = bench(3, states=6, pressures=3, falling=0)
     assert bool(neighbor_scatter(torch.zeros(len(made.rows), 2, dtype=torch.float64), made.rows).isnan().all())
+
+
+def test_of_readings_without_noise_an_accuracy_is_left_that_can_be_divided_by():
+    made = bench(2, states=6, pressures=9, falling=0)
+    model = LinearBed(stiffness=TRUE[0], torsion=TRUE[1], area=TRUE[2], turn=TRUE[3])
+    with torch.no_grad():
+        exact = model(made.rows.states).loads
+    rows = dataclasses.replace(made.rows, readings=dataclasses.replace(made.rows.readings, value=exact))
+    found, _ = estimate(evaluated(model, rows, model.vector().detach()), rows, ACCURACY)
+    assert found.force > 0
+    assert found.moment > 0
