@@ -306,7 +306,7 @@ def test_an_accuracy_to_be_estimated_still_gives_a_noise_floor_and_failures(csv,
     # The table's noise is 2 % of each load, which E counts by the largest: between nothing and that.
     assert 0.001 < content["noise_floor"] < 0.03
     assert content["failures"]
-    assert "accuracy estimated from the scatter" in content["notes"][0]
+    assert content["notes"][0].startswith("accuracy estimated from how neighbors along the pressure differ: ")
 
 
 def test_several_samples_are_a_set_with_an_error_of_its_own(csv, tmp_path):
