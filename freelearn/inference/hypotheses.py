@@ -232,8 +232,9 @@ class Hypotheses:
         if best.key in self.exchanged:
             return False
         self.exchanged.add(best.key)
-        self.fits(self._less(best, name) for name in best.effects)
-        reduced = {name: self.without(best, name) for name in best.effects}
+        fewer = {name: self._less(best, name) for name in best.effects}
+        self.fits(fewer.values())
+        reduced = {name: self.found[each.key] for name, each in fewer.items()}
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
         for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
             self.ranked[hypothesis.key] = promises
