@@ -26,11 +26,11 @@ from freelearn.models.effects.registry import lent
 from freelearn.models.written.source import effect_class
 from freelearn.results.answers import Answers
 from freelearn.results.curve import StateCurves, state_curves
-from freelearn.results.curve_panels import mark
 from freelearn.results.discovery import Discovery
 from freelearn.results.fitted_model import Answer
 from freelearn.results.run_folder import RunFolder
 from freelearn.results.states import pick_states
+from freelearn.results.suspects import mark
 
 # Of a suspected reading: what tells its row in the tables of predictions.
 PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")
@@ -192,7 +192,7 @@ class Found:
     def state_curves(self) -> list[StateCurves]:
         """Measured rows with the curves of the first and the last model, at a few states."""
         if self.outcome is not None:
-            return self.outcome.curves
+            return list(self.outcome.curves)
         table = self.trusted("before")
         models, bands = {"before": self.first_model, "after": self.fitted.model}, {"after": self.fitted.bands}
         return state_curves(models, table, pick_states(table)[1:], bands=bands)

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.errors import UserError
+from freelearn.measurements.sets import rows_of_set
 from freelearn.results.curve import StateCurves, state_curves
 from freelearn.results.curve_bands import BAND
 from freelearn.results.curve_panels import CurvePanel, measured_points, panels_of
@@ -23,7 +24,7 @@ from freelearn.results.plan_tables import place_table
 from freelearn.results.quantities import plane, told
 from freelearn.results.ranking import ranking_numbers
 from freelearn.results.residuals import Limits, drawn, residual_table, scale_limits, shown_samples
-from freelearn.results.states import pick_states, rows_of_set, state_title
+from freelearn.results.states import pick_states, state_title
 from freelearn.results.strip import Strip
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from freelearn.commands.ending import one_sentence
 from freelearn.errors import UserError
 from freelearn.files import write_whole
 from freelearn.measurements.beds import FORCE, MOMENT, bed_of
+from freelearn.measurements.sets import rows_of_set
 from freelearn.measurements.states import kinematic_state
 from freelearn.render.png.admissible import admissible
 from freelearn.render.png.canvas import save
@@ -32,7 +33,7 @@ from freelearn.results.quantities import plane, pressures, told
 from freelearn.results.record import RunRecord, read_records
 from freelearn.results.run_files import check_folder
 from freelearn.results.spread import design_table, fitted_parameters, parameter_spread
-from freelearn.results.states import pick_states, places, rows_of_set, state_title
+from freelearn.results.states import pick_states, places, state_title
 from freelearn.results.tables import DisplayTable
 
 

@@ -13,6 +13,8 @@ from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import usable_rows
 
 TRAIN, VALIDATION, TEST = "train", "validation", "test"
+# The training set of a run that fits nothing and takes the constituents' parameters.
+CONSTITUENT_SET = "constituent"
 # The paper's shares: 64 % training, 16 % validation, 20 % test.
 SHARES = (0.64, 0.16)
 
@@ -28,6 +30,15 @@ def samples_of(name: str, available: np.ndarray) -> np.ndarray:
     if not len(chosen):
         raise _no_rows(name, present)
     return chosen
+
+
+def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Rows of the samples in a named set; all rows for the set that names no samples. Raises UserError."""
+    if name == CONSTITUENT_SET:
+        return table
+    sample = table["sample"].to_numpy()
+    inside = np.isin(sample, samples_of(name, sample))
+    return table if inside.all() else table[inside]
 
 
 def _samples_of(name: str, present: np.ndarray) -> np.ndarray:

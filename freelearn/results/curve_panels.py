@@ -15,6 +15,7 @@ from freelearn.measurements.usable import SLACK, usable_rows
 from freelearn.results.curve_bands import ends
 from freelearn.results.formats import number
 from freelearn.results.quantities import pressures, told
+from freelearn.results.suspects import mark
 from freelearn.results.sweep import sweep
 
 # What a reading that slipped, perhaps, and a row in which the tube hangs loose are called in legends and tables.
@@ -133,8 +134,3 @@ def curve_numbers(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame]) ->
     whole = pd.concat(parts, ignore_index=True)
     bands = [end for q in shown for end in ends(q.column) if end in whole]
     return whole[["what", *columns, *bands, "extrapolated"]] if curves else rows
-
-
-def mark(quantity: Quantity) -> str:
-    """The column that marks a quantity's suspected readings."""
-    return f"suspect_{quantity.name.replace(' ', '_')}"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.answer.bands import Bands
 from freelearn.inference.candidate import Candidate
 from freelearn.inference.checks.check import TableCheck
 from freelearn.inference.covariance import parameter_covariance
@@ -25,33 +24,27 @@ from freelearn.inference.remainder import Remainder
 from freelearn.inference.screens import Screen
 from freelearn.inference.search import Findings
 from freelearn.inference.step import Step
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.states import States, kinematic_state
-from freelearn.models.base import Model
-from freelearn.models.predicted import predicted_table
-from freelearn.results.curve import StateCurves, state_curves
-from freelearn.results.curve_rows import curves_of
 from freelearn.results.estimate import Estimate, searched_estimates
 from freelearn.results.formats import all_finite
 from freelearn.results.noise_notes import told
 from freelearn.results.proposal_curve import ProposalCurve
 from freelearn.results.proposals import proposal_entry
-from freelearn.results.states import pick_states
 from freelearn.results.suspects import SuspectedReading, flagged
 from freelearn.results.verdict_words import verdict_in_words
 
 
 @dataclass
 class Discovery:
-    """All that came out. table: the rows looked at, in the measurement table's columns; those with an answer are
-    findings.kept. states: theirs, with the memory of the whole table. failed: regions where the base model fails.
-    suspects: readings that slipped, perhaps, the worst first. unknowns: by the name of a written effect, what the data
-    say of its function without a form. banded: whether curves are drawn with the 95 % bands."""
+    """All that came out.
+
+    predictions: the rows looked at, with the loads of the first model (before) and of the last one (after), in the
+    columns of a run's predictions.csv; those with an answer are findings.kept. curves: of both models, at a few states.
+    failed: regions where the base model fails. suspects: readings that slipped, perhaps, the worst first. unknowns: by
+    the name of a written effect, what the data say of its function without a form."""
 
     findings: Findings
-    table: pd.DataFrame
-    states: States
-    accuracy: Accuracy
+    predictions: Mapping[str, pd.DataFrame]
+    curves: Sequence[tuple[pd.DataFrame, dict[str, pd.DataFrame]]]
     failed: list[Failure]
     splits: pd.DataFrame
     screens: list[Screen]
@@ -59,56 +52,14 @@ class Discovery:
     left: Remainder | None
     notes: list[str]
     content: dict[str, Any]
-    suspects: list[SuspectedReading] = field(default_factory=list)
-    banded: bool = True
-    unknowns: dict[str, ProposalCurve] = field(default_factory=dict)
-
-    @cached_property
-    def predictions(self) -> dict[str, pd.DataFrame]:
-        """The rows looked at, with the loads of the first model (before) and of the last one (after), in the columns
-        of a run's predictions.csv."""
-        return {when: _predicted(self.table, self.states, step.fit.model) for when, step in self._ends.items()}
+    suspects: list[SuspectedReading]
+    unknowns: Mapping[str, ProposalCurve]
 
     @cached_property
     def trusted(self) -> dict[str, pd.DataFrame]:
-        """The same, with the suspects' rows left out and marked (suspects.flagged): what pictures are drawn from."""
+        """The predictions with the suspects' rows left out and marked (suspects.flagged): what pictures are drawn
+        from."""
         return {when: flagged(table, self.findings.suspects) for when, table in self.predictions.items()}
-
-    @cached_property
-    def curves(self) -> list[StateCurves]:
-        """Curves of the first and the last model at a middling and at the worst state of the first, and at that of the
-        worst suspect."""
-        models = {when: step.fit.model for when, step in self._ends.items()}
-        table = self.trusted["before"]
-        picked = pick_states(table)[1:]
-        if self.findings.suspects:
-            worst = max(self.findings.suspects, key=lambda suspect: abs(suspect.sigmas))
-            if not any(worst.row in rows for rows in picked):
-                curve = curves_of(table, kinematic_state(table))
-                picked.append(np.flatnonzero(curve == curve[worst.row]))
-        # The states and not the table, which lacks the buckled rows: the path of the pressure went through them.
-        bands = self._bands() if self.banded else {}
-        return state_curves(models, table, picked, self.states, bands)
-
-    @property
-    def _ends(self) -> dict[str, Step]:
-        return {"before": self.findings.steps[0], "after": self.findings.final}
-
-    def _bands(self) -> dict[str, Bands | None]:
-        """How far a new measurement may lie from what the first and the last model say, fitted on all rows."""
-        rows = self.findings.rows
-        fitted = torch.ones(len(rows), dtype=torch.bool)
-
-        def of(step: Step) -> Bands | None:
-            return Bands.of(step.fit.model, rows, fitted, parameter_covariance(step).numpy(), self.accuracy)
-
-        before, last = of(self.findings.steps[0]), self.findings.final
-        return {"before": before, "after": before if last is self.findings.steps[0] else of(last)}
-
-
-def _predicted(table: pd.DataFrame, states: States, model: Model) -> pd.DataFrame:
-    with torch.no_grad():
-        return predicted_table(table, "train", model(states))
 
 
 def final_estimates(findings: Findings) -> list[Estimate]:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from freelearn.measurements.sets import CONSTITUENT_SET
 from freelearn.results.formats import percent
-from freelearn.results.run import CONSTITUENT_SET
 
 # The end of every color scale [%]: at 100 % a model does no better than none.
 WORST = 500.0

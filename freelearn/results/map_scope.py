@@ -8,9 +8,9 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.beds import DEAD_LOAD, FORCE, KINEMATIC, MOMENT
+from freelearn.measurements.sets import rows_of_set
 from freelearn.models.ports import MeasurementEffect
 from freelearn.results.fitted_model import FittedModel
-from freelearn.results.states import rows_of_set
 
 
 def tells_loads(fitted: FittedModel) -> bool:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pandas as pd
 
+from freelearn.measurements.sets import CONSTITUENT_SET
 from freelearn.results.formats import fixed, percent
-from freelearn.results.run import CONSTITUENT_SET
 from freelearn.results.tables import DisplayTable
 
 # Sedal, Wineman, Gillespie & Remy, "Comparison and Experimental Validation of Predictive Models for Soft,

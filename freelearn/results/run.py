@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     # For its type alone.
     from freelearn.inference.misfit import Misfit
 
-# The training set of a run that fits nothing and takes the constituents' parameters.
-CONSTITUENT_SET = "constituent"
-
 
 @dataclass(frozen=True)
 class Run:

@@ -13,6 +13,7 @@ from freelearn.csv_text import csv_blocks
 from freelearn.errors import cannot_write
 from freelearn.files import remove_unfinished, write_text, write_whole
 from freelearn.measurements.beds import bed_of
+from freelearn.measurements.sets import rows_of_set
 from freelearn.models.build import save_checkpoint
 from freelearn.models.predicted import predicted_table
 from freelearn.results.digests import with_digests
@@ -21,7 +22,6 @@ from freelearn.results.fit_report import fit_report
 from freelearn.results.formats import all_finite, ascii_minus, finite
 from freelearn.results.origin import Origin
 from freelearn.results.run import Run
-from freelearn.results.states import rows_of_set
 
 # What marks a whole run.
 RESULTS = "results.json"

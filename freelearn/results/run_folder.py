@@ -12,13 +12,13 @@ import pandas as pd
 
 from freelearn.errors import UserError
 from freelearn.measurements.accuracy import Accuracy
+from freelearn.measurements.sets import CONSTITUENT_SET, rows_of_set
 from freelearn.models.base import Model
 from freelearn.models.build import load_model
 from freelearn.models.own import load_own_code
 from freelearn.models.predicted import usable
 from freelearn.results.digests import check_files, read_document
-from freelearn.results.run import CONSTITUENT_SET, seen_rows
-from freelearn.results.states import rows_of_set
+from freelearn.results.run import seen_rows
 
 # What marks a whole run, and the table of its rows.
 KINDS = {"results.json": "predictions.csv", "discovery.json": "predictions_after.csv"}

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freelearn.measurements.sets import overlap
-from freelearn.results.run import CONSTITUENT_SET, Run
+from freelearn.measurements.sets import CONSTITUENT_SET, overlap
+from freelearn.results.run import Run
 
 
 class Scores(NamedTuple):

@@ -8,26 +8,15 @@ import pandas as pd
 from freelearn.measurements.beds import ELONGATION, PRESSURE, Pair, bed_of
 from freelearn.measurements.error import load_scale
 from freelearn.measurements.rows import Readings
-from freelearn.measurements.sets import samples_of
 from freelearn.measurements.states import kinematic_state
 from freelearn.measurements.usable import SLACK
 from freelearn.models.predicted import usable
 from freelearn.results.curve_rows import curves_of, levels
 from freelearn.results.quantities import digits, pressures
-from freelearn.results.run import CONSTITUENT_SET
 from freelearn.results.sweep import sweep_text
 
 # A curve through fewer rows shows nothing.
 ROWS_FOR_A_CURVE = 4
-
-
-def rows_of_set(table: pd.DataFrame, name: str) -> pd.DataFrame:
-    """Rows of the samples in a named set; all rows for the set that names no samples. Raises UserError."""
-    if name == CONSTITUENT_SET:
-        return table
-    sample = table["sample"].to_numpy()
-    inside = np.isin(sample, samples_of(name, sample))
-    return table if inside.all() else table[inside]
 
 
 def places(table: pd.DataFrame) -> pd.DataFrame:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from freelearn.measurements.sets import overlap
+from freelearn.measurements.sets import CONSTITUENT_SET, overlap
 from freelearn.results.formats import number, percent
-from freelearn.results.run import CONSTITUENT_SET
 from freelearn.results.tables import DisplayTable
 
 CAPTION = (

@@ -23,7 +23,7 @@ def suspect_overview(discovery: Discovery, most: int) -> DisplayTable:
 
 def suspect_table(discovery: Discovery) -> DisplayTable:
     """Every suspected reading, with its place."""
-    state = bed_of(discovery.table).state
+    state = bed_of(discovery.predictions["before"]).state
     rows = [
         [
             *(

@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from freelearn.inference.suspects import Suspect
-from freelearn.measurements.beds import DEAD_LOAD, ELONGATION, TWIST, bed_of, behind
+from freelearn.measurements.beds import DEAD_LOAD, ELONGATION, TWIST, Quantity, bed_of, behind
 from freelearn.measurements.usable import LEFT_OUT
-from freelearn.results.curve_panels import mark
 from freelearn.results.formats import finite, fixed
 
 # What only a dead load imposes.
@@ -149,6 +148,11 @@ def flagged(table: pd.DataFrame, suspects: Sequence[Suspect]) -> pd.DataFrame:
     either = np.any(list(marks.values()), axis=0)
     columns = {mark(q): marks[q.name] for q in bed_of(table).measured}
     return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})
+
+
+def mark(quantity: Quantity) -> str:
+    """The column that marks a quantity's suspected readings."""
+    return f"suspect_{quantity.name.replace(' ', '_')}"
 
 
 def ranges(lines: Sequence[int], most: int = 4) -> str:

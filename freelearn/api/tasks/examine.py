@@ -30,6 +30,7 @@ from freelearn.results.discovery import Discovery, document
 from freelearn.results.noise_notes import WRONG_NOISE, noise_notes
 from freelearn.results.notes import notes as parameter_notes
 from freelearn.results.proposal_curve import ProposalCurve
+from freelearn.results.search_curves import search_curves, search_predictions
 from freelearn.results.suspects import flagged, suspected_readings
 
 
@@ -91,9 +92,11 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     proposed, twins = telling(proposed)
     notes += twins
     content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about, stopping)
+    predictions = search_predictions(findings, seen, task.rows.states)
+    curves = search_curves(findings, predictions["before"], task.rows.states, measured.accuracy, settings.bands)
     return Discovery(
-        findings, seen, task.rows.states, measured.accuracy, failed, splits, screens, proposed, left, notes, content,
-        suspects, settings.bands, _unknowns(task, findings),
+        findings, predictions, curves, failed, splits, screens, proposed, left, notes, content, suspects,
+        _unknowns(task, findings),
     )  # fmt: skip
 
 

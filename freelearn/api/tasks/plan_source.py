@@ -18,12 +18,12 @@ from freelearn.inference.white_fit import WhiteFit
 from freelearn.measurements.accuracy import PAPER, Accuracy
 from freelearn.measurements.members import members_in
 from freelearn.measurements.rows import Rows
+from freelearn.measurements.sets import rows_of_set
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
 from freelearn.models.predicted import usable
 from freelearn.results.origin import Provenance
 from freelearn.results.run_folder import read_run
-from freelearn.results.states import rows_of_set
 
 # Columns that a run adds to its table.
 ADDED = ("split", "status")

@@ -22,11 +22,20 @@ from freelearn.fitting.store import FitStore, Fitted, fit_key, timed
 from freelearn.fitting.uncertainty import Uncertainty, uncertainty
 from freelearn.measurements.error import Error, set_error
 from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
+from freelearn.measurements.sets import (
+    CONSTITUENT_SET,
+    SHARES,
+    TEST,
+    TRAIN,
+    VALIDATION,
+    samples_of,
+    set_names,
+    split_rows,
+)
 from freelearn.models.base import Model
 from freelearn.models.continuum import CONSTITUENT
 from freelearn.models.prediction import Prediction, Status
-from freelearn.results.run import CONSTITUENT_SET, Run
+from freelearn.results.run import Run
 
 if TYPE_CHECKING:
     from lightning import Callback

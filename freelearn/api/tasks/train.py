@@ -28,7 +28,7 @@ from freelearn.inference.misfit import misfit
 from freelearn.inference.testable import assumptions
 from freelearn.machine import give_back, made_ready
 from freelearn.measurements.members import members_in
-from freelearn.measurements.sets import samples_of
+from freelearn.measurements.sets import CONSTITUENT_SET, samples_of
 from freelearn.measurements.states import States
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
@@ -42,7 +42,7 @@ from freelearn.render.terminal.long_work import LongWork
 from freelearn.render.terminal.profile_progress import ProfileProgress
 from freelearn.results.curve import StateCurves
 from freelearn.results.origin import Origin
-from freelearn.results.run import CONSTITUENT_SET, Run
+from freelearn.results.run import Run
 from freelearn.results.run_curves import run_curves
 from freelearn.results.run_files import begin_results, check_folder, predictions, training_samples, write_run
 from freelearn.work import watched

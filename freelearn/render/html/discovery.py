@@ -83,7 +83,7 @@ def _checks(content: dict[str, Any]) -> list[Section]:
 
 def _accuracy(discovery: Discovery) -> str:
     """Of what the bed imposes and measures, in the table's units."""
-    bed, known = bed_of(discovery.table), discovery.content["accuracy"]
+    bed, known = bed_of(discovery.predictions["before"]), discovery.content["accuracy"]
     shown = [(q, known[q.error] / q.factor) for q in (*bed.imposed, *bed.measured)]
     return ", ".join(f"{q.name} {value:.3g}{q.suffix}" for q, value in shown)
 

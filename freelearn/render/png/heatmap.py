@@ -14,9 +14,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
+from freelearn.measurements.sets import CONSTITUENT_SET
 from freelearn.render.png.canvas import new_figure
 from freelearn.results.error_map import WORST, cell_text, error_grid, error_range, mean_text, set_order
-from freelearn.results.run import CONSTITUENT_SET
 
 # Small errors are bright; the lightness falls all along, so the map survives grayscale and color blindness.
 SCALE = "viridis_r"

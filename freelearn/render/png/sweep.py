@@ -8,14 +8,13 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freelearn.measurements.sets import overlap
+from freelearn.measurements.sets import CONSTITUENT_SET, overlap
 from freelearn.render.events import SWEPT, event_file
 from freelearn.render.png.canvas import heading, save
 from freelearn.render.png.heatmap import color_scale, heatmap, side_by_side
 from freelearn.render.png.overview import overview
 from freelearn.results.error_map import caption
 from freelearn.results.published import PUBLISHED
-from freelearn.results.run import CONSTITUENT_SET
 
 # More maps than this in one picture would be too small to read; each is also a picture of its own.
 MOST_IN_ONE = 24
