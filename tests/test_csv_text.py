@@ -1,13 +1,11 @@
 """CSV text against pandas' own."""
 
-import doctest
 import io
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import freelearn.csv_text
 from freelearn.csv_text import csv_text
 from freelearn.testing.tables import random_table
 
@@ -24,7 +22,3 @@ def test_the_text_is_pandas_own(numbers):
     assert csv_text(table, numbers) == table.to_csv(index=False, float_format=numbers, lineterminator="\n")
     assert csv_text(table[:0], numbers) == table[:0].to_csv(index=False, float_format=numbers, lineterminator="\n")
     assert pd.read_csv(io.StringIO(csv_text(table, numbers)))["split"][0] == 'a "b", c\n'
-
-
-def test_the_example_in_the_docstring():
-    assert doctest.testmod(freelearn.csv_text).failed == 0
