@@ -6,13 +6,11 @@ Written in the block's two angles and the places at which the actuators stand, w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from freelearn.testing.reference.bed import Effects, bed_loads
+from freelearn.testing.reference.bed import Array, Effects, bed_loads
 
-Array = np.ndarray[Any, Any]
 # Rounds until angles and pushes agree; each leaves less than a half of what the last one did.
 ROUNDS, SETTLED = 80, 1e-13
 
