@@ -20,6 +20,6 @@ def show_answers(
     for warning in warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(rich_table(answers_table(answers)))
-    for sentence in told(answers, fitted):
-        console.print(f"  · {sentence}", markup=False, highlight=False)
+    for line in told(answers, fitted):
+        console.print(f"  · {line}", markup=False, highlight=False)
     console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)

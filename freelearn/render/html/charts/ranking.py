@@ -31,11 +31,11 @@ def ranking_chart(table: pd.DataFrame) -> figure:
     shown = table.assign(shown=table["size"].clip(lower=SMALLEST), percent=100 * table["E_heldout"])
     certain = table["p_value"] <= CLEAR
     marks = ((certain, COLORS[0], STANDS_OUT), (~certain, "white", NO_MORE))
-    for part, fill, label in marks:
+    for part, color, label in marks:
         if part.any():
             points = panel.scatter(
                 "shown", "effect", source=source(shown[part]), marker="circle", size=10, line_color=COLORS[0],
-                line_width=1.5, fill_color=fill, legend_label=label,
+                line_width=1.5, fill_color=color, legend_label=label,
             )  # fmt: skip
             tips = [("effect", "@effect"), ("size", "@size{0.0} σ"), ("p by chance", "@p_value{0.000}")]
             hover(panel, [*tips, ("E held-out", "@percent{0.000} %")], [points])
