@@ -86,8 +86,8 @@ def _register(module: ModuleType, given: str) -> list[str]:
     effects, models = effects_in(module), _models_in(module)
     if not effects and not models:
         raise UserError(
-            f"{given} holds no effect and no model: write a class derived from a base class of freelearn.models.ports, "
-            "or from freelearn.models.base.Model, in it."
+            f"{given} holds no effect and no model: write a class derived from Model or from an effect's base class, "
+            "both of freelearn.own, in it."
         )
     names: list[str] = []
     kind: type[Effect[Any]] | type[Model[Any]]

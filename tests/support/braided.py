@@ -3,10 +3,7 @@
 import torch
 from torch import Tensor
 
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.parameters import Parameters, parameter
-from freelearn.models.ports import columns
+from freelearn.own import Model, Parameters, States, columns, parameter
 
 
 class Braid(Parameters):

@@ -59,16 +59,14 @@ def base_of(written: Written) -> str:
 def source(written: Written) -> str:
     """The whole file's text."""
     place, base, body = written.place, base_of(written), _body(written)
-    names = [base, *(["columns"] if "columns(" in body else [])]
+    # In the order in which a formatter has them.
+    names = [*sorted([base, "Parameters", "Material" if place.energy else "States"])]
+    names += [*(["columns"] if "columns(" in body else []), "parameter"]
     imports = [
         *(["import torch"] if "torch." in body else []),
         "from torch import Tensor\n",
-        *(["from freelearn.models.material import Material"] if place.energy else [
-            "from freelearn.measurements.states import States"
-        ]),
-        "from freelearn.models.parameters import Parameters, parameter",
-        f"from freelearn.models.ports import {', '.join(names)}",
-    ]  # fmt: skip
+        f"from freelearn.own import {', '.join(names)}",
+    ]
     units = [
         f"{i.symbol} in units of {s:g}{'' if i.unit == '1' else f' {i.unit}'}"
         for i, s in zip(written.inputs, written.scales, strict=True)
