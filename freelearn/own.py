@@ -34,7 +34,7 @@ from freelearn.models.prediction import Prediction, Status
 
 __all__ = [
     "BoundaryEffect", "Continuum", "DissipationEffect", "EndEffect", "Energy", "EnergyEffect", "GeometryEffect",
-    "Helix", "HistoryEffect", "Material", "MeasurementEffect", "Model", "MountEffect", "NeoHookean", "Parameters", 
-    "PlayEffect", "Prediction", "Prior", "Recording", "Rows", "StandardFiber", "States", "Status", "TiltEffect", "WallEffect",
-    "columns", "delayed", "held", "helix", "lag", "parameter",
+    "Helix", "HistoryEffect", "Material", "MeasurementEffect", "Model", "MountEffect", "NeoHookean", "Parameters",
+    "PlayEffect", "Prediction", "Prior", "Recording", "Rows", "StandardFiber", "States", "Status", "TiltEffect",
+    "WallEffect", "columns", "delayed", "held", "helix", "lag", "parameter",
 ]  # fmt: skip
