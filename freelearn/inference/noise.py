@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from freelearn.inference.scatter import Scatter
+from freelearn.inference.memory import Filter
+from freelearn.inference.scatter import Scatter, clock_of
 from freelearn.inference.shapes import both_loads
 from freelearn.measurements.accuracy import Accuracy
 from freelearn.measurements.bed_accuracy import sensors, shared
@@ -16,6 +17,7 @@ from freelearn.measurements.beds import KINEMATIC, Bed
 from freelearn.measurements.rows import Rows
 from freelearn.measurements.states import States
 from freelearn.models.base import BLOCK, Model
+from freelearn.models.history import shifted
 from freelearn.work import tell
 
 # Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in
@@ -26,7 +28,8 @@ LEAST = 1e-12
 def sensitivities(model: Model, states: States) -> Tensor:
     """∂(F, M)/∂(l, φ, P) of every row at the model's present parameters: (N, 2, 3). Zero where there is no answer.
 
-    Of other beds: of what they measure by what they impose, (N, 2, 2 + pressures), see States.inputs."""
+    Of other beds: of what they measure by what they impose, (N, 2, 2 + pressures), see States.inputs. Of a log, length
+    and twist are those of a whole recording."""
     return torch.cat(list(_sensitivities(model, states)))
 
 
@@ -54,6 +57,7 @@ def _parts(sensitivity: Tensor, accuracy: Accuracy, bed: Bed, told: Tensor) -> t
 
 def _sensitivities(model: Model, states: States) -> Iterator[Tensor]:
     values = {name: value.detach() for name, value in model.values().items()}
+    whole = shifted(model, states, values) if model.remembers(states) else None
     for start in range(0, max(len(states), 1), BLOCK):
         part = states[start : start + BLOCK]
         with torch.enable_grad():
@@ -62,6 +66,8 @@ def _sensitivities(model: Model, states: States) -> Iterator[Tensor]:
             by_force = torch.autograd.grad(force.sum(), inputs, retain_graph=True, materialize_grads=True)
             by_moment = torch.autograd.grad(moment.sum(), inputs, materialize_grads=True)
         each = torch.stack([torch.stack(by_force, -1), torch.stack(by_moment, -1)], dim=1)
+        if whole is not None:
+            each = torch.cat([whole[start : start + BLOCK], each[:, :, 2:]], dim=2)
         yield each.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
 
@@ -89,7 +95,10 @@ class Noise:
         if of is not None:
             rows, scatter, sensitivity, felt = rows[of], scatter.of(of), sensitivity[of], felt[of]
         state, bed = torch.as_tensor(rows.state), rows.states.bed
-        return Whitener(sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, discrepancy)
+        return Whitener(
+            sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, discrepancy,
+            clock_of(rows.states),
+        )  # fmt: skip
 
 
 class Whitener:
@@ -102,7 +111,8 @@ class Whitener:
 
     Where the scatter is known, every reading counts with its own precision: L is divided by its root, so that a reading
     that slipped becomes zero and takes no part in its state's position error. Where the model is known to be wrong by
-    some amount in every reading, that adds to its variance: else digits that it cannot have would decide.
+    some amount in every reading, that adds to its variance: else digits that it cannot have would decide. Of errors
+    with a memory, L takes off what a recording's earlier readings let expect, see `memory`.
     """
 
     def __init__(
@@ -115,12 +125,13 @@ class Whitener:
         present: Tensor | None = None,
         told: Tensor | None = None,
         discrepancy: Tensor | None = None,
+        clock: Tensor | None = None,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
         default: a push on a tube that hangs loose does not, see Readings.felt. discrepancy: (2,) SI, standard deviation
-        by which the model is wrong in every reading."""
+        by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a memory."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)
@@ -147,7 +158,11 @@ class Whitener:
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
         self.lean = slant / self.moment
-        self.shared = self.apart(position)
+        self.places = position
+        self.filter: Filter | None = None
+        if scatter is not None and scatter.memory is not None and clock is not None:
+            self.filter = self._filter(scatter, own, counts, clock)
+        self.shared = self._forget(self.apart(position))
         size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
@@ -167,6 +182,16 @@ class Whitener:
         """Information of a whitened number, as a share of a normal one's: heavy tails hold less."""
         return self.scatter.tails.efficiency if self.scatter else 1.0
 
+    def _filter(self, scatter: Scatter, own: Tensor, counts: Tensor, clock: Tensor) -> Filter:
+        """What forgets errors in units of their own size. own: variance (N, 2) of all that a reading errs by itself."""
+        assert scatter.memory is not None
+        share = scatter.memory.share
+        kept = torch.where(counts, share * self.own.square() / own, 0.0)
+        return Filter(scatter.memory, kept * scatter.weight, 1 - kept, self.state, clock)
+
+    def _forget(self, columns: Tensor) -> Tensor:
+        return columns if self.filter is None else self.filter.innovations(columns)
+
     def part(self, rows: Tensor) -> Whitener:
         """The whitener of some rows (n,) int64 alone. Raises ValueError unless they are whole kinematic states."""
         if len(rows) == len(self.state) and bool((rows[1:] > rows[:-1]).all()):
@@ -179,14 +204,15 @@ class Whitener:
         part.force, part.moment = self.force[rows], self.moment[rows]
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
         part.variance, part.shared = self.variance[rows], self.shared[rows]
-        part.present, part.told = self.present[rows], self.told[rows]
+        part.present, part.told, part.places = self.present[rows], self.told[rows], self.places[rows]
+        part.filter = None if self.filter is None else self.filter.part(rows)
         return part
 
     @torch.no_grad()
     def __call__(self, loads: Tensor) -> Tensor:
         """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
         columns = loads if loads.ndim == 3 else loads[..., None]
-        white = self.apart(columns)
+        white = self._forget(self.apart(columns))
         # Everything in place and element by element: products of many 2 × 2 matrices would cost three times as much.
         by_force, by_moment = self.shared[:, 0, :, None], self.shared[:, 1, :, None]
         common = white[:, :1] * by_force
@@ -205,21 +231,15 @@ class Whitener:
         rows[:, 1].addcmul_(rows[:, 0], self.lean[:, None], value=-1)
         return rows
 
-    @property
-    def places(self) -> Tensor:
-        """What a state's position errors, of standard deviation one each, do to its rows' loads: (N, 2, 2) N, N·m."""
-        force, moment = self.shared.unbind(1)
-        return torch.stack(
-            [force * self.force[:, None], (moment + force * self.lean[:, None]) * self.moment[:, None]], dim=1
-        )
-
     def drawn(self, generator: torch.Generator) -> Tensor:
         """One draw of the noise, (N, 2) in N and N·m: of each reading, and of the place that a state's rows share. Zero
         for readings that do not count."""
         own = torch.randn(len(self.state), 2, generator=generator, dtype=torch.float64)
         place = torch.randn(self.states, self.shared.shape[2], generator=generator, dtype=torch.float64)
-        apart = own + (self.shared @ place[self.state][..., None])[..., 0]
-        rows = torch.stack([apart[:, 0] * self.force, (apart[:, 1] + apart[:, 0] * self.lean) * self.moment], dim=1)
+        if self.filter is not None:
+            own = self.filter.colored(own)
+        rows = torch.stack([own[:, 0] * self.force, (own[:, 1] + own[:, 0] * self.lean) * self.moment], dim=1)
+        rows = rows + (self.places @ place[self.state][..., None])[..., 0]
         return torch.where(rows.isfinite(), rows, 0.0)
 
     def _sum(self, rows: Tensor) -> Tensor:

@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from freelearn.inference.growth import EVEN, Growth, grown
+from freelearn.inference.memory import Filter, Memory, remembered
 from freelearn.inference.shapes import FEWEST_BINS, SHARING, rows_of_samples
 from freelearn.inference.smooth import Part, Smooth
 from freelearn.inference.tails import Tails, fitted
@@ -54,7 +55,9 @@ class Scatter:
     (N, 2) N, N·m: what is expected of the residuals. good (N, 2): chance that a reading did not slip. reading (N, 2)
     and state (N,): precision (one over the variance) of a reading's and of its state's position error, in units of
     the stated one; zero for a reading that slipped. variances: of the smooth shapes, to go on from. lifted (2,):
-    factors by which the errors count as larger in `reading`, because the model is far off, see HOPELESS.
+    factors by which the errors count as larger in `reading`, because the model is far off, see HOPELESS. weight (N, 2):
+    precision of a reading's own error, in units of what is usual. memory: of the errors of a log, None where there is
+    none.
     """
 
     like: Accuracy
@@ -69,10 +72,12 @@ class Scatter:
     state: Tensor
     variances: tuple[Tensor, ...]
     lifted: Tensor
+    weight: Tensor
+    memory: Memory | None = None
 
     def of(self, rows: Tensor) -> Scatter:
         """That of some of the rows alone, (n,) int64: to weigh them by, not to go on from."""
-        picked = {n: getattr(self, n)[rows] for n in ("z", "smooth", "good", "reading", "state")}
+        picked = {n: getattr(self, n)[rows] for n in ("z", "smooth", "good", "reading", "state", "weight")}
         return replace(self, **picked)
 
     @property
@@ -113,6 +118,7 @@ def scatter(
         Smooth(rows, raw[rows], jacobian[rows], noise[rows], positions[rows], states[rows], state[rows], told[rows])
         for rows in rows_of_samples(states)
     ]
+    visit, clock = state, clock_of(states)
     now = before or _unknown(raw, noise, like, told)
     if before:
         for sample, variance in zip(samples, before.variances, strict=True):
@@ -122,9 +128,17 @@ def scatter(
     for turn in range(rounds):
         base = noise * now.scale * now.growth.factor(loads, states.pressure)
         weight = torch.where(told, now.reading * (base / noise) ** 2, 0.0)
-        parts = [s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows]) for s in samples]
+        forget = None if now.memory is None or clock is None else fading(now.memory, weight, visit, clock)
+        parts = [
+            s.expected(base[s.rows], weight[s.rows], now.position, now.state[s.rows], forget and forget.part(s.rows))
+            for s in samples
+        ]
         cautious = not before and turn < CAUTIOUS
         now = _updated(now, samples, parts, base, loads, states.pressure, told, cautious, rounds - turn <= GROWING)
+        if clock is not None and not cautious:
+            size = noise * now.scale * now.growth.factor(loads, states.pressure)
+            error, counts = (torch.where(told, x, 0.0) for x in ((raw - now.smooth) / size, now.weight))
+            now = replace(now, memory=remembered(error, counts, visit, clock))
     lifted = (_typical(raw / (noise * now.deviations), told) / HOPELESS).clamp_min(1.0)
     # What is censored is believed like any other, once the model comes to it; what is not there never.
     return replace(now, reading=torch.where(readings.present, now.reading / lifted**2, 0.0), lifted=lifted)
@@ -154,7 +168,9 @@ def _unknown(raw: Tensor, noise: Tensor, like: Accuracy, told: Tensor) -> Scatte
     one = torch.ones_like(raw)
     reading = _bounded(z) ** 2 / scale**2
     state = torch.ones(len(raw), dtype=torch.float64)
-    return Scatter(like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, state, (), torch.ones_like(scale))
+    return Scatter(
+        like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, state, (), torch.ones_like(scale), _bounded(z) ** 2
+    )
 
 
 def _typical(z: Tensor, told: Tensor) -> Tensor:
@@ -164,6 +180,19 @@ def _typical(z: Tensor, told: Tensor) -> Tensor:
         for each, there in zip(z.unbind(-1), told.unbind(-1), strict=True)
     ]
     return torch.stack(sizes).clamp_min(1e-6)
+
+
+def clock_of(states: States) -> Tensor | None:
+    """The time of each row of a log, (N,) s; None of any other table."""
+    if states.recording is None or states.place is None:
+        return None
+    return states.recording.time[states.place]
+
+
+def fading(memory: Memory, weight: Tensor, visit: Tensor, clock: Tensor) -> Filter:
+    """What takes a memory off errors in units of their own size. weight (N, 2): their white parts' precision, in units
+    of what is usual; zero for what does not count."""
+    return Filter(memory, memory.share * weight, (1 - memory.share).expand_as(weight), visit, clock)
 
 
 def expected_places(deviations: Tensor, told: Tensor) -> float:
@@ -217,5 +246,5 @@ def _updated(
     variances = tuple(sample.variance for sample in samples)
     return replace(
         now, scale=scale, position=position, growth=growth, tails=tails, z=z, smooth=smooth, good=good,
-        reading=reading, state=state, variances=variances,
+        reading=reading, state=state, variances=variances, weight=weight,
     )  # fmt: skip

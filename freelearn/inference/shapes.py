@@ -8,6 +8,7 @@ from math import comb
 import torch
 from torch import Tensor
 
+from freelearn.inference.history_shapes import history
 from freelearn.measurements.states import States
 
 # Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
@@ -92,7 +93,8 @@ def bases(states: States) -> list[Basis]:
     fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
     uneven = torch.cat([*(binned(x, states) for x in _places(states)), _waves(states)], dim=1)
     everywhere = torch.arange(len(states))
-    pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven)]
+    past = history(states)
+    pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven, past) if columns.shape[1]]
     samples = torch.unique(states.sample)
     if len(samples) == 1:
         return pooled
@@ -120,6 +122,7 @@ def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
     if bearable >= FEWEST_BINS:
         kinds += [binned(x, states, bearable) for x in _places(states)]
     kinds.append(_waves(states, min(bearable, WAVES)))
+    kinds.append(history(states))
     kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
     return torch.cat(kinds, dim=1), kind
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from freelearn.inference.memory import Filter
 from freelearn.inference.shapes import both_loads, generic
 from freelearn.measurements.states import States
 
@@ -63,15 +64,22 @@ class Smooth:
         scatter = some.abs().median().clamp_min(1.0) ** 2 if len(some) else 1.0
         self.variance = torch.full((2 * kinds,), BROAD * float(scatter), dtype=torch.float64)
 
-    def expected(self, base: Tensor, weight: Tensor, position: float, precision: Tensor) -> Part:
+    def expected(
+        self, base: Tensor, weight: Tensor, position: float, precision: Tensor, forget: Filter | None = None
+    ) -> Part:
         """base (n, 2): standard deviation of a good reading; weight (n, 2): precision of each in units of that.
-        position, precision (n,): scale of position errors, and their states' precision in units of that.
+        position, precision (n,): scale of position errors, and their states' precision in units of that. forget: of
+        errors that have a memory.
 
         The variances of the shapes are brought up to date."""
         root = weight.clamp_min(1e-12).sqrt() / base
         columns = self.columns * root[:, :, None]
         moves = self.positions * (position / precision.sqrt())[:, None, None] * root[:, :, None]
         target = self.residual * root
+        seen, felt = columns, moves
+        if forget is not None:
+            columns, moves = forget.innovations(columns), forget.innovations(moves)
+            target = forget.innovations(target[..., None])[..., 0]
         inner = torch.linalg.inv(torch.eye(2, dtype=torch.float64) + self._sum(moves.transpose(1, 2) @ moves))
         # What states' positions take, out of inner products of columns and target: (states, 2, …).
         along = torch.stack([self._sum((columns * moves[:, :, j, None]).sum(1)) for j in (0, 1)], dim=1)
@@ -85,10 +93,10 @@ class Smooth:
         slope = inverse @ (flat.T @ target.reshape(-1) - taken.flatten(0, 1).T @ pulled.reshape(-1))
         self._bring_up_to_date(slope, inverse)
         move = (inner @ (pulled - along @ slope)[..., None])[..., 0]
-        expected = (columns @ slope + (moves @ move[self.state][..., None])[..., 0]) / root
-        own = (moves @ inner[self.state] * moves).sum(-1)
+        expected = (seen @ slope + (felt @ move[self.state][..., None])[..., 0]) / root
+        own = (felt @ inner[self.state] * felt).sum(-1)
         if len(flat) <= LEVERAGED:
-            left = (columns - moves @ taken[self.state]).flatten(0, 1)
+            left = (seen - felt @ taken[self.state]).flatten(0, 1)
             own = own + ((left @ inverse) * left).sum(1).reshape(-1, 2)
         share = own.clamp(0, 1 - 1e-6)
         spread = own / root**2 / (1 - share)

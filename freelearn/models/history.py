@@ -93,6 +93,31 @@ def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
     return columns
 
 
+@torch.no_grad()
+def shifted(chain: Chain, states: States, values: Values) -> Tensor:
+    """∂readings/∂ what a whole recording is shifted by, in either quantity of a kinematic state, of rows of a log:
+    (N, 2, 2). What is steady would be another value at every row, which a wall or friction carries on."""
+    assert states.recording is not None
+    assert states.place is not None
+    recording, place = states.recording.around(states.place)
+    supplied = _supplied(chain, recording, values)
+    loads, rates = [], []
+    for rows in torch.arange(len(recording)).split(BLOCK):
+        with torch.enable_grad():
+            at = torch.stack([x[rows] for x in supplied], dim=1).detach().requires_grad_()
+            found = _before_sensors(chain, recording.states[rows].with_inputs(at.unbind(-1)), values).loads
+            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0][:, :2] for f in found.unbind(-1)]
+        loads.append(found.detach())
+        rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
+    whole, by = torch.cat(loads), torch.cat(rates)
+
+    def tail(of: Tensor) -> Tensor:
+        return _carried(chain, recording, of, values)
+
+    columns = [torch.func.jvp(tail, (whole,), (by[:, :, i],))[1] for i in range(2)]
+    return torch.stack(columns, dim=-1)[place]
+
+
 def _pushed(head: object, vector: Tensor, unit: Tensor) -> Tensor:
     """∂head/∂vector, (M, inputs, p)."""
     return torch.stack([torch.func.jvp(head, (vector,), (e,))[1] for e in unit], dim=-1)  # type: ignore[arg-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from freelearn.inference.memory import Memory
 from freelearn.inference.scatter import Scatter
 from freelearn.inference.step import Step
 from freelearn.measurements.beds import DEAD_LOAD
@@ -44,7 +45,20 @@ def noise_notes(step: Step, stated: bool = True) -> list[str]:
             f"the noise has heavier tails than normal noise (Student's t with {found.tails.freedom:g} degrees of "
             "freedom): readings far off count for less"
         )
+    if found.memory is not None:
+        notes.append(_lasting(step, found.memory))
     return notes
+
+
+def _lasting(step: Step, memory: Memory) -> str:
+    """Of the errors in a log that are still there when the next reading is taken."""
+    parts = [
+        f"{100 * float(memory.share[i]):.0f} % of the {step.states.bed.readings[i].name}'s variance fades in "
+        f"{float(memory.time[i]):.2g} s"
+        for i in told(step)
+        if float(memory.share[i])
+    ]
+    return f"the noise has a memory: {', '.join(parts)}; rows that err alike count for fewer"
 
 
 def told(step: Step) -> list[int]:

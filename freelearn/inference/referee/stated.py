@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from freelearn.inference.memory import Memory
 from freelearn.inference.referee.case import Case
 from freelearn.inference.referee.check import FAIL, PASS, Check
-from freelearn.inference.scatter import MAD
+from freelearn.inference.scatter import MAD, clock_of
 from freelearn.measurements.bed_accuracy import sensors, shared
+from freelearn.measurements.beds import Quantity
 
 # Factor by which calibration certificates differ from what is true; beyond it the rows themselves have to show it.
 CERTIFIED = 1.5
 # Share of the scatter that must be there from each row to the next, where it is scatter and no misfit.
 ROUGH = 0.6
-# Factor beyond which errors of places count as a misfit.
-MOST = 3.5
+# Factor beyond which errors of places count as a misfit, and errors that a sensor makes for a while.
+MOST, LASTING = 3.5, 5.0
 FEWEST = 12
 
 
 def stated(case: Case) -> list[Check]:
-    """One check for the readings, one for the places."""
+    """One check for the readings, one for what of their errors lasts, one for the places."""
     scatter = case.whiten.scatter
     if scatter is None:
         return []
@@ -41,6 +43,8 @@ def stated(case: Case) -> list[Check]:
             checks.append(Check(name, PASS, factor, 1 / CERTIFIED, says, decides=False))
         else:
             checks.append(Check(name, PASS, factor, CERTIFIED, says, decides=False))
+        if scatter.memory is not None and float(scatter.memory.share[channel]) > 0:
+            checks.append(_lasting(quantity, scatter.memory, channel, factor, told))
     place = float(scatter.position * scatter.tails.deviation)
     words = [
         f"{q.name} {place * float(value) / q.factor:.2g} {q.unit} (you say {float(value) / q.factor:.2g})"
@@ -53,9 +57,23 @@ def stated(case: Case) -> list[Check]:
     return checks
 
 
+def _lasting(quantity: Quantity, memory: Memory, channel: int, factor: float, told: float) -> Check:
+    """Errors of a sensor that last for a while: a wandering zero, or a history that no shape tells."""
+    lasts = factor * float(memory.share[channel]) ** 0.5
+    says = (
+        f"The {quantity.name} errs by {lasts * told:.2g} {quantity.unit} for {float(memory.time[channel]):.2g} s; "
+        f"you say {told:.2g}."
+    )
+    name = f"errors of the {quantity.name} that last"
+    if lasts > LASTING:
+        says += " No sensor wanders by so much: something with a memory is missing. Or state what its data sheet says."
+        return Check(name, FAIL, lasts, LASTING, says)
+    return Check(name, PASS, lasts, LASTING, says, decides=False)
+
+
 def roughness(case: Case, channel: int) -> float | None:
     """How much residuals differ from the mean of their neighbors along the pressure, as a share of what errors of the
-    size that was found would, if each reading had its own; None of too few."""
+    size and memory that were found would; None of too few."""
     raw = case.fit.raw_residual[:, channel].numpy() / np.maximum(case.whiten.own[:, channel].numpy(), 1e-300)
     there, state = case.present[:, channel].numpy(), case.rows.state
     inner = np.flatnonzero(
@@ -64,4 +82,15 @@ def roughness(case: Case, channel: int) -> float | None:
     if len(inner) < FEWEST:
         return None
     second = raw[inner + 1] - (raw[inner] + raw[inner + 2]) / 2
-    return float(MAD * np.median(np.abs(second)) / np.sqrt(1.5))
+    return float(MAD * np.median(np.abs(second)) / np.sqrt(_rough(case, channel, inner)))
+
+
+def _rough(case: Case, channel: int, inner: np.ndarray) -> float:
+    """Variance of the difference between an error and the mean of its neighbors, of errors of variance one."""
+    scatter, clock = case.whiten.scatter, clock_of(case.rows.states)
+    if scatter is None or scatter.memory is None or clock is None:
+        return 1.5
+    share, time = float(scatter.memory.share[channel]), float(scatter.memory.time[channel])
+    before, after = (np.abs(np.diff(clock.numpy()))[inner + i] for i in (0, 1))
+    near = np.exp(-before / time) + np.exp(-after / time) - np.exp(-(before + after) / time) / 2
+    return float(1.5 - share * np.median(near))
