@@ -1,27 +1,35 @@
-"""Columns of a laboratory's file: what intake takes them for, to be changed, and the table that is made of them."""
+"""Columns of a laboratory's file: what intake takes them for, to be changed, what else is to be said, and the table
+that is made of them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import panel as pn
 
 from freelearn.errors import UserError
-from freelearn.measurements.beds import BEDS
+from freelearn.measurements.intake.draft import draft
+from freelearn.measurements.intake.guess import Guess, with_meanings
+from freelearn.measurements.intake.guess_plain import Guessed
+from freelearn.measurements.intake.meanings import MEANINGS, NOT_USED
+from freelearn.measurements.intake.questions import WHAT, questions, said
 from freelearn.workbench.column_row import ColumnRow
-from freelearn.workbench.design_row import DesignRow
-from freelearn.workbench.mapped import recipe_of_choices
+from freelearn.workbench.open_questions import OpenQuestions
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, words
 
 # A file with more columns is a log of everything; those that no heading explains are not shown.
 MOST_COLUMNS = 40
 # With the widths of what stands below them.
-HEADINGS = {"column of the file": 330, "what it is": 170, "unit": 100, "sign": 100, "reading at zero": 130}
+HEADINGS = {"column of the file": 330, "what it is": 170, "unit": 100, "sign": 150, "reading at zero": 130}
 SIGNS = (
-    "A force is positive where the actuator pushes: a muscle's pull is negative. Force and moment are those that the "
-    "actuator exerts on its mount: without pressure they fall as it is stretched or turned the positive way."
+    "A force is positive in the table where the actuator pushes: a muscle's pull is negative. Force and moment are "
+    "those that the actuator exerts on its mount: without pressure they fall as it is stretched, or turned the "
+    "positive way."
 )
+# What the rows of columns say is not asked a second time.
+IN_THE_ROWS = (WHAT, "unit.", "sign.")
 
 
 class Mapping:
@@ -30,22 +38,24 @@ class Mapping:
     def __init__(self, session: Session) -> None:
         self.session = session
         # Of which file, and what the page itself has to say against what was chosen.
-        self.of = self.said = ""
+        self.of, self.said = "", ""
+        self.guessed: Guessed | None = None
         self.rows: list[ColumnRow] = []
         self.about, self.notes, self.problem = words(), words(), words()
-        self.bed = pn.widgets.Select(name="bed of this file", options=list(BEDS), width=180)
-        self.bed.param.watch(lambda _: self._offer(), "value")
-        self.design = DesignRow()
+        self.questions = OpenQuestions(self._offer)
         self.table = pn.Column()
         self.signs = words()
         say(self.signs, [SIGNS], "quiet")
-        self.use = pn.widgets.Button(name="Make the table", button_type="primary", width=180)
+        self.use = pn.widgets.Button(name="Go on to the report", button_type="primary", width=180)
+        self.make = pn.widgets.Button(name="Make the table only", width=180)
         self.drop = pn.widgets.Button(name="Not now", width=120)
-        self.use.on_click(lambda _: self._use())
+        self.use.on_click(lambda _: self._use("discover"))
+        self.make.on_click(lambda _: self._use(""))
         self.drop.on_click(lambda _: self.session.map_columns(False))
         self.view = pn.Column(
-            heading("What are these columns?"), self.about, self.notes, self.bed, self.table, self.signs,
-            heading("The same in all rows", 3), self.design.view, self.problem, pn.Row(self.use, self.drop),
+            heading("What are these columns?"), self.about, self.notes, self.table, self.signs,
+            heading("What the file does not say", 3), self.questions.view, self.problem,
+            pn.Row(self.use, self.make, self.drop),
             visible=False,
         )  # fmt: skip
 
@@ -56,38 +66,88 @@ class Mapping:
         if raw and raw["path"] != self.of:
             self.of = raw["path"]
             self._build(raw)
-        say(self.problem, [self.said] if self.said else self.session.problem.splitlines(), "bad")
-        self.use.disabled = self.drop.disabled = self.session.busy
+        say(self.problem, self.said.splitlines() or self.session.problem.splitlines(), "bad")
+        self.use.disabled = self.make.disabled = self.drop.disabled = self.session.busy
 
     def _build(self, raw: dict[str, Any]) -> None:
-        guess = raw["guess"]
-        columns = sorted(guess["columns"], key=lambda c: not (c["chosen"] or c["quantity"]))[:MOST_COLUMNS]
-        columns = [column for column in guess["columns"] if column in columns]
-        more = len(guess["columns"]) - len(columns)
-        known = "" if guess["nearly"] else " is no measurement table yet"
-        text = f"{raw['name']}{known}: {guess['rows']} rows. This is a guess; change what is wrong."
+        self.guessed = guessed = Guessed.from_plain(raw["guess"]["guessed"])
+        found = guessed.found
+        shown = sorted(found.columns, key=lambda c: not (c.chosen or c.quantity))[:MOST_COLUMNS]
+        columns = [column for column in found.columns if column in shown]
+        more = len(found.columns) - len(columns)
+        known = "" if raw["guess"]["nearly"] else " is no measurement table yet"
+        text = f"{raw['name']}{known}: {found.rows} rows. This is a guess; change what is wrong."
         recipe = "Or drop a recipe (YAML) where you dropped the file."
         say(self.about, [text, recipe, *([f"{more} further columns are not shown."] if more else [])])
-        say(self.notes, [f"! {note}" for note in guess["notes"]])
+        say(self.notes, [f"! {note}" for note in raw["guess"]["notes"]])
         self.said = ""
-        self.rows = [ColumnRow(column, guess["pressures"], self._offer) for column in columns]
+        self.rows = [ColumnRow(column, "", self._offer) for column in columns]
         titles = [pn.pane.HTML(f"<b>{title}</b>", width=width, margin=(2, 10)) for title, width in HEADINGS.items()]
         self.table.objects = [pn.Row(*titles), *(pn.Row(*row.cells) for row in self.rows)]
-        self.bed.value = guess["bed"]
         self._offer()
 
-    def _offer(self) -> None:
-        self.design.offer(self.bed.value, [row.mapped for row in self.rows])
+    def _known(self) -> dict[str, str | float]:
+        """What the rows of columns say."""
+        return {key: value for row in self.rows for key, value in row.answers.items()}
 
-    def _use(self) -> None:
-        raw = self.session.raw
-        try:
-            self.said = ""
-            columns = [row.mapped for row in self.rows]
-            about = f"columns of {raw['name']}, as said on the page"
-            text = recipe_of_choices(self.bed.value, columns, self.design.constants(), self.design.angles(), about)
-        except UserError as problem:
-            self.said = str(problem)
-            self.refresh()
+    def _found(self, answers: dict[str, str | float]) -> Guess:
+        """The guess once all of it is as the page says."""
+        assert self.guessed is not None
+        first = self.guessed.found
+        found = with_meanings(first, {c.name: NOT_USED for c in first.columns} | said(first, answers))
+        column = found.of("sample")
+        return replace(found, samples=column.words if column else ())
+
+    def _offer(self) -> None:
+        """Asks what these columns leave open. An answer may bring a question, or make one needless."""
+        if self.guessed is None:
             return
-        self.session.take_in(text.encode())
+        known = self._known()
+        for _ in range(2):
+            answers = known | self.questions.answers(known)[0]
+            asked = questions(self._found(answers), self.guessed.joined, answers)
+            self.questions.ask([q for q in asked if not q.key.startswith(IN_THE_ROWS)])
+
+    def _use(self, then: str) -> None:
+        assert self.guessed is not None
+        known = self._known()
+        given, wrong = self.questions.answers(known)
+        answers = known | given
+        found = self._found(answers)
+        wrong = [*self._unsaid(), *wrong]
+        self.said = "\n".join(wrong)
+        if not wrong:
+            try:
+                _once(self.rows, found)
+                self.session.take_in(draft(found, (), self.guessed.joined, answers).encode(), then)
+            except UserError as problem:
+                self.said = str(problem)
+        self.refresh()
+
+    def _unsaid(self) -> list[str]:
+        """Units and signs that are still to be chosen."""
+        lacking = []
+        for row in self.rows:
+            meaning = MEANINGS.get(row.quantity.value)
+            name, said = row.guess.name, row.answers
+            if meaning and meaning.kind not in ("", "ratio") and f"unit.{name}" not in said:
+                lacking.append(f"unit of {name}: still to be said.")
+            if meaning and f"sign.{name}" not in said:
+                lacking.append(f"sign of {name}: say whether a positive reading is a push or a pull.")
+        return lacking
+
+
+def _once(rows: list[ColumnRow], found: Guess) -> None:
+    """Raises UserError where two columns are one thing; several pressures are those of several actuators."""
+    first: dict[str, ColumnRow] = {}
+    for row in rows:
+        meaning = MEANINGS.get(row.quantity.value)
+        if meaning is None or row.guess.name in found.pressures or meaning.column == "pressure_kpa":
+            continue
+        if meaning.column in first:
+            one, other = first[meaning.column].guess.name, row.guess.name
+            raise UserError(
+                f"The columns {one!r} and {other!r} are both the {meaning.words}: keep one, and say of the other that "
+                "it is not used."
+            )
+        first[meaning.column] = row

@@ -20,22 +20,18 @@ from freelearn.files import write_text
 from freelearn.measurements.beds import BEDS, bed_of
 from freelearn.measurements.columns import Columns
 from freelearn.measurements.faults import TableError
-from freelearn.measurements.intake.guess import Guess, guess_table
-from freelearn.measurements.intake.raw_file import raw_table
-from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.intake.guess_plain import Guessed
+from freelearn.measurements.intake.joined import guess_and_table
 from freelearn.measurements.members import members_in
 from freelearn.measurements.members_table import read_members
 from freelearn.measurements.plausibility import units_apart
 from freelearn.measurements.sets import set_names, split_rows
 from freelearn.measurements.states import kinematic_state
-from freelearn.measurements.text_file import read_bytes
 from freelearn.measurements.usable import left_out_rows, usable_rows
 from freelearn.workbench.asked import train_settings
 from freelearn.workbench.question import OWN, Question
 
 TABLE, GUESS, MADE = "table.json", "guess.json", "made.json"
-# More different words in a column name no samples.
-MOST_WORDS = 30
 
 
 def check(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
@@ -118,27 +114,11 @@ def _guessed(question: Question, fault: UserError, beds: list[str]) -> dict[str,
 
 def _guess(question: Question) -> dict[str, Any]:
     """What the columns of the file seem to be; nearly: whether it has most of a table's. Raises UserError."""
-    path = Path(question.path)
-    raw = raw_table(read_bytes(path), path.name)
+    found, joined, raw = guess_and_table(Path(question.path), name=question.name)
     needed = Columns(BEDS[question.bed], 1 if question.members else 0)
     named = set(raw.columns) & {*needed.required, *needed.measured}
-    return _plain(guess_table(raw), raw) | {"nearly": 2 * len(named) >= len(needed.listed)}
-
-
-def _plain(found: Guess, raw: RawTable) -> dict[str, Any]:
-    columns = []
-    for column in found.columns:
-        known = {name: None if value != value else value for name, value in vars(column).items()}
-        words = list(dict.fromkeys(word for word in raw.text(column.name) if word))
-        columns.append(known | {"words": words if known["low"] is None and len(words) <= MOST_WORDS else []})
-    return {
-        "name": found.name,
-        "rows": found.rows,
-        "bed": found.bed,
-        "columns": columns,
-        "pressures": list(found.pressures),
-        "notes": list(found.notes),
-    }
+    nearly = 2 * len(named) >= len(needed.listed)
+    return {"guessed": Guessed(found, joined).plain(), "notes": list(found.notes), "nearly": nearly}
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:

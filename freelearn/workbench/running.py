@@ -15,12 +15,13 @@ from freelearn.workbench.question import ASIDES, VIRTUAL_SETS, Question
 
 
 class Running(Kept):
-    """job: the latest. asked: its question. then: the kind of job that follows when it is done."""
+    """job: the latest. asked: its question. then: the kind of job that follows when it is done. goal: the one that is
+    to follow once a table was made, and was read without doubts."""
 
     def __init__(self, folder: Path) -> None:
         self.job: Job | None = None
         self.asked: Question | None = None
-        self.then = ""
+        self.then = self.goal = ""
         super().__init__(folder)
 
     @property
@@ -105,7 +106,7 @@ class Running(Kept):
         assert self.job is not None
         assert self.asked is not None
         if self.job.status != "done":
-            self.problem = self.named(self.job.text)
+            self.problem, self.goal = self.named(self.job.text), ""
             self.job = None
         elif self.job.kind == "convert":
             self._converted(self.job.folder, self.asked)
@@ -125,6 +126,8 @@ class Running(Kept):
             self.raw = self.raw if self.made else {**about, "guess": guess, "open": not (table or nearly)}
         if table:
             self.settle()
+            # Where its units are doubted somebody looks first.
+            self.then, self.goal = self.then or ("" if self.doubted else self.goal), ""
 
     def _converted(self, folder: Path, asked: Question) -> None:
         """Goes on with the table that was made, as if it had been given."""

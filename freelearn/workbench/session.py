@@ -109,12 +109,12 @@ class Session(Running):
             self.raw["open"] = again
             self.save()
 
-    def take_in(self, recipe: bytes) -> None:
-        """Makes a table of the laboratory's file by a recipe, and goes on with it."""
+    def take_in(self, recipe: bytes, then: str = "") -> None:
+        """Makes a table of the laboratory's file by a recipe, and goes on with it. then: a `discover`, or nothing."""
         if self._refused(recipe) or not self.raw:
             return
         path = self.stored(recipe, "recipe", ".yaml")
-        self.problem = ""
+        self.problem, self.goal = "", then
         self.begin("convert", Question(OWN, path=self.raw["path"], name=self.raw["name"], recipe=path))
 
     def leave_out(self, lines: Collection[int]) -> None:

@@ -29,10 +29,10 @@ def typed(*answers):
 def test_answers_make_the_recipe_and_the_table(tmp_path):
     raw = tmp_path / "Muskel 3.csv"
     raw.write_text(RAW)
-    ask, asked = typed("", "25°", "y", "-6", "6 in", "5", "0.6 cm", "", "0", "mm", "bar", "y")
+    ask, asked = typed("", "", "25°", "y", "-6", "6 in", "d 10", "+0.1 cm", "", "0", "mm", "bar", "y")
     told = StringIO()
     words = start(raw, tmp_path / "run", Console(file=told, width=120), ask)
-    assert len(asked) == 12
+    assert len(asked) == 13
     # Neither a blank nor a unit of another kind is taken for an answer.
     assert "'-6' is no size" in told.getvalue()
     assert "'' is no number" in told.getvalue()

@@ -67,8 +67,8 @@ def test_units_are_put_right_on_the_page_and_nothing_else_is_lost(sessions, fini
     page.refresh()
     assert page.view.visible
     assert "no measurement table" not in page.about.object
-    next(row for row in page.rows if row.guess["name"] == "pressure_kpa").unit.value = "Pa"
-    page.use.clicks += 1
+    next(row for row in page.rows if row.guess.name == "pressure_kpa").unit.value = "Pa"
+    page.make.clicks += 1
     finish(session)
     assert (session.problem, session.unit_warnings, session.ready) == ("", [], True)
     table = pd.read_csv(session.question.path)

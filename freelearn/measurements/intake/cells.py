@@ -27,6 +27,8 @@ BLANKS = {
     "#ref!",
     "#num!",
 }
+# What stands between groups of digits.
+GROUPS = (",", ".", " ", "'", "’", "\u00a0", "\u202f")
 # A number may carry at most this many characters: beyond, it is no reading.
 LONGEST = 40
 
@@ -129,6 +131,27 @@ def problem(cell: str, style: Style) -> str:
         mark = "point" if style.decimal == "," else "comma"
         return f"has a decimal {mark}, unlike the rest of the file: write all numbers one way, or set read.decimal"
     return "is not a number: correct it, or leave its row out with drop:"
+
+
+def number_styles(words: Sequence[str]) -> list[tuple[dict[str, str], str]]:
+    """The ways to read words with marks between groups of digits: `read` of a recipe, and the first as a number.
+
+    >>> number_styles(["1,234.5"]), len(number_styles(["1,234"])), number_styles(["kaputt"])
+    ([({'thousands': ',', 'decimal': '.'}, '1234.5')], 2, [])
+    """
+    if not all(_THOUSANDS.fullmatch(word) for word in words):
+        return []
+    styles = [Style(decimal, thousands) for decimal in ".," for thousands in GROUPS if thousands != decimal]
+    found: list[tuple[dict[str, str], str]] = []
+    for style in [*styles, Style(","), Style(".")]:
+        values = [style.number(word) for word in words]
+        if None in values or (style.thousands and not any(style.thousands in word for word in words)):
+            continue
+        reading = {"decimal": style.decimal} if not style.thousands else vars(style)
+        shown = f"{values[0]:.12g}"
+        if shown not in [other for _, other in found]:
+            found.append(({k: reading[k] for k in ("thousands", "decimal") if k in reading}, shown))
+    return found
 
 
 def _decimal_only(text: str, style: Style) -> bool:

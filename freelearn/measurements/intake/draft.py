@@ -1,17 +1,21 @@
-"""A recipe to edit, from the guess at a file."""
+"""A recipe to edit, from the guess at a file; with answers to its questions, a recipe to use."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from freelearn.measurements.beds import BEDS
-from freelearn.measurements.intake.guess import HELD, ColumnGuess, Guess
-from freelearn.measurements.intake.headings import INNER_DIAMETER
+from freelearn.measurements.intake.doubt import NO, YES, Doubt
+from freelearn.measurements.intake.guess import ColumnGuess, Guess
 from freelearn.measurements.intake.joined import DesignGuess
-from freelearn.measurements.intake.languages import plain
+from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.measurements.intake.recipe import DESIGN, FURTHER, MARKS, READINGS
+from freelearn.measurements.intake.recipe_text import Path, recipe_lines
 from freelearn.measurements.intake.units import unit_of
+
+# Question → answer: texts of choices and units, numbers in the table's units.
+Answers = Mapping[str, str | float]
 
 # Units as names of columns write them → as people do.
 SPELLED = {"n": "N", "pa": "Pa", "kpa": "kPa", "nmm": "N·mm", "nm": "N·m"}
@@ -21,77 +25,247 @@ CONSTANTS = {
     "inner_radius_mm": "unloaded inner radius",
     "outer_radius_mm": "unloaded outer radius",
 }
-STEPS = "step: derive   # 0, 1, … in consecutive rows of one state"
 # A muscle or a braid has two families of fibers.
-SECOND = "  # gamma2_deg: …   # a braid (McKibben, Festo) has a second family: minus the first angle"
+SECOND = "a braid (McKibben, Festo) has a second family: minus the first angle"
 # A strain beyond it, without a unit, may be one in percent.
 LARGEST_STRAIN = 1.5
-CONTRACTIONS = ("contract", "kontrakt", "verkurz", "verkuerz", "stauch", "contraz", "contrac", "収縮")
 
 
-def draft(found: Guess, files: Sequence[str] = (), joined: DesignGuess | None = None) -> str:
+def draft(
+    found: Guess, files: Sequence[str] = (), joined: DesignGuess | None = None, answers: Answers | None = None
+) -> str:
     """The recipe's text. files: names, where the data are a folder of such files. joined: designs that stand elsewhere.
-    What the guess could not know is left blank and marked TODO."""
-    bed = BEDS[found.bed]
-    lines = [
-        f"# How {found.name} becomes a measurement table: a guess. Check every line, then run intake with this recipe.",
-        f"bed: {found.bed}   # {', '.join(BEDS)}",
-    ]
-    lines += [f"read: {{sheet: {quoted(found.sheet)}}}"] if found.sheet else []
-    lines += _design(joined) if joined else _sample(found, files)
-    given = quantities_given(found)
-    said = {*given, *(joined.columns if joined else ())}
-    design = {name: about for name, about in CONSTANTS.items() if name not in said}
-    several = len(found.samples) > 1 and not files and "length_mm" in design and not joined
-    shared = {n: a for n, a in design.items() if not (found.pressures and n == "gamma_deg")}
-    if several:
-        lines += ["samples:   # what differs from actuator to actuator; or a file of designs: intake … design=FILE"]
-        lines += [f"  {i}: {{length_mm: }}   # TODO: unloaded length of {w}" for i, w in sample_keys(found)]
-        del shared["length_mm"]
-    imposed = [
-        q.column for q in bed.imposed if q.column not in given and not (found.pressures and q.column == "pressure_kpa")
-    ]
-    lines.append("constants:" if shared or imposed else "constants: {}")
-    same = "; if it differs, under samples" if several else ""
-    for name, about in shared.items():
-        lines.append(f"  {name}:   # TODO: {about}{same}")
-    lines += [SECOND] if "gamma2_deg" not in said and not found.pressures and (shared or imposed) else []
-    lines += [f"  {name}:   # TODO: no column says it; 0 if it was held at 0" for name in imposed]
-    lines.append("columns:")
-    for name, column in given.items():
-        lines += _column(name, column)
-    if not given:
-        lines[-1] = "columns: {}   # TODO: {force_n: {from: …, unit: N}, …}"
-    if found.pressures:
-        lines.append("members:")
-        for column in (c for c in found.columns if c.name in found.pressures):
-            lines.append(f"  - pressure: {{from: {quoted(column.name)}, unit: {quoted(column.unit)}}}")
-            about = f"fiber angle of the actuator at {column.name}, negative for the other sense of winding"
-            lines.append(f"    gamma_deg:   # TODO: {about}")
-            lines.append("    # gamma2_deg: …   # of a braid: minus the first angle")
-    if found.order_by:
-        names = ", ".join(map(quoted, found.order_by))
-        lines.append(f"order_by: [{names}]   # the rows are sorted by pressure: this puts each state's together")
-    step = found.of("step")
-    lines.append(f"step: {{from: {quoted(step.name)}}}   # or: derive" if step else STEPS)
-    lines += [f"{mark}: {{{quoted(marked.name)}: 1}}" for mark in MARKS if (marked := found.of(mark))]
+    answers: by the keys of the questions. What neither guess nor answers know is left blank and marked TODO."""
+    made = _Draft(found, files, joined, answers or {})
+    made.make()
+    head = f"# How {found.name} becomes a measurement table" + (
+        "." if answers else ": a guess. Check every line, then run intake with this recipe."
+    )
     unused = [c.name for c in found.columns if not c.chosen]
-    if unused:
-        lines.append(f"# Not used: {', '.join(map(quoted, unused))}.")
-    return "\n".join(lines) + "\n"
+    tail = [f"# Not used: {', '.join(map(repr, unused))}."] if unused else []
+    return "\n".join([head, *recipe_lines(made.content, made.remarks), *made.further, *tail]) + "\n"
 
 
-def _design(joined: DesignGuess) -> list[str]:
-    """Whose rows they are, and where their designs stand."""
-    where = f"file: {quoted(joined.file)}" if joined.file else f"sheet: {quoted(joined.sheet)}"
-    lines = [f"sample: {{from: {quoted(joined.sample)}}}", "design:", f"  {where}", f"  by: {quoted(joined.by)}"]
-    lines.append("  columns:")
-    for name, (column, factor) in joined.columns.items():
-        unit = quoted(SPELLED.get(column.unit, column.unit)) if column.unit else ""
-        scale = "" if factor == 1 else f", scale: {factor:g}"
-        remark = "" if column.unit else f"   # TODO: its unit (the table's is {unit_of(name)})"
-        lines.append(f"    {name}: {{from: {quoted(column.name)}, unit: {unit}{scale}}}{remark}")
-    return lines
+def open_design(found: Guess, joined: DesignGuess | None) -> dict[str, str]:
+    """What of the design no column says, with what it is called."""
+    said = {*quantities_given(found), *(joined.columns if joined else ())}
+    return {name: about for name, about in CONSTANTS.items() if name not in said}
+
+
+def held_open(found: Guess, bed: str) -> list[str]:
+    """What a bed imposes and no column says."""
+    given = quantities_given(found)
+    several = bool(found.pressures)
+    return [
+        q.column for q in BEDS[bed].imposed if q.column not in given and not (several and q.column == "pressure_kpa")
+    ]
+
+
+def named_samples(found: Guess, joined: DesignGuess | None, answers: Answers) -> list[tuple[int, str]]:
+    """The number and the word of each of several actuators whose designs are to be given one by one."""
+    if joined is not None:
+        return []
+    if found.of("sample") is None and answers.get("sample") == "column":
+        return list(enumerate(found.perhaps_words, start=1))
+    return sample_keys(found) if len(found.samples) > 1 else []
+
+
+class _Draft:
+    """content: plain values of the recipe; remarks: behind them; further: lines at its end."""
+
+    def __init__(self, found: Guess, files: Sequence[str], joined: DesignGuess | None, answers: Answers) -> None:
+        self.found, self.files, self.joined, self.answers = found, files, joined, answers
+        self.bed = str(answers.get("bed", found.bed))
+        self.content: dict[str, Any] = {}
+        self.remarks: dict[Path, str] = {}
+        self.further: list[str] = []
+
+    def make(self) -> None:
+        """Everything, in the order of the recipe."""
+        found = self.found
+        self.content["bed"] = self.bed
+        if "bed" not in self.answers:
+            self.remarks["bed",] = ", ".join(BEDS)
+        if found.sheet:
+            self.content["read"] = {"sheet": found.sheet}
+        self._samples()
+        self._constants()
+        given = quantities_given(found)
+        self.content["columns"] = {name: self._column(name, column) for name, column in given.items()}
+        if not given:
+            self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
+        if found.pressures:
+            self._members()
+        step = found.of("step")
+        self.content["step"] = {"from": step.name} if step else "derive"
+        self.remarks["step",] = "or: derive" if step else "0, 1, … in consecutive rows of one state"
+        self.content |= {mark: {marked.name: 1} for mark in MARKS if (marked := found.of(mark))}
+        for doubt in found.doubts:
+            self._doubt(doubt)
+        if self.files:
+            self.content["files"] = [{"name": name, "sample": i} for i, name in enumerate(self.files, start=1)]
+            self.remarks["files",] = "constants that differ from file to file go here, constants: {gamma_deg: 20}"
+
+    def _samples(self) -> None:
+        found, column = self.found, self.found.of("sample")
+        if self.joined:
+            self.content["sample"] = {"from": self.joined.sample}
+            self._design(self.joined)
+        elif self.files:
+            return
+        elif column is None and found.perhaps and self.answers.get("sample") == "column":
+            words = {word: number for number, word in enumerate(found.perhaps_words, start=1)}
+            self.content["sample"] = {"from": found.perhaps, "as": words}
+        elif column is None and found.perhaps and "sample" not in self.answers:
+            self.content["sample"] = None
+            name = repr(found.perhaps)
+            self.remarks["sample",] = f"TODO: 1 if all rows are of one actuator; {{from: {name}}} if {name} says which"
+        elif column is None:
+            self.content["sample"] = 1
+            self.remarks["sample",] = "all rows are of one actuator; else {from: COLUMN}"
+        else:
+            self.content["sample"] = {"from": column.name}
+            if not numbered(found):
+                self.content["sample"]["as"] = {word: number for number, word in sample_keys(found)}
+
+    def _design(self, joined: DesignGuess) -> None:
+        where = {"file": joined.file} if joined.file else {"sheet": joined.sheet}
+        columns = {}
+        for name, (column, factor) in joined.columns.items():
+            unit = SPELLED.get(column.unit, column.unit) or None
+            columns[name] = {"from": column.name, "unit": unit} | ({} if factor == 1 else {"scale": factor})
+            if unit is None:
+                self.remarks["design", "columns", name] = f"TODO: its unit (the table's is {unit_of(name)})"
+        self.content["design"] = {**where, "by": joined.by, "columns": columns}
+
+    def _constants(self) -> None:
+        found, answers = self.found, self.answers
+        design = open_design(found, self.joined)
+        several = named_samples(found, self.joined, answers) if not self.files else []
+        apart = [n for n in design if several and (n == "length_mm" or answers.get("alike") == NO)]
+        if apart:
+            self.content["samples"] = {}
+            self.remarks["samples",] = (
+                "what differs from actuator to actuator; or a file of designs: intake … design=FILE"
+            )
+            for number, word in several:
+                of = {name: answers.get(f"design.{name}.{number}") for name in apart}
+                self.content["samples"][number] = of
+                left = [CONSTANTS[name] for name, value in of.items() if value is None]
+                if left:
+                    self.remarks["samples", number] = f"TODO: {', '.join(left)} of {word}"
+        constants: dict[str, Any] = {}
+        same = "; if it differs, under samples" if several else ""
+        for name, about in design.items():
+            if name in apart or (found.pressures and name == "gamma_deg"):
+                continue
+            told = next((one for one in found.about if one.name == name), None)
+            constants[name] = answers.get(f"design.{name}", told.value if told else None)
+            if f"design.{name}" not in answers:
+                self.remarks["constants", name] = f"{told.words}: check" if told else f"TODO: {about}{same}"
+            if name == "gamma_deg" and answers.get("braid") == YES and constants[name] is not None:
+                constants["gamma2_deg"] = -float(constants[name])
+        for name in held_open(found, self.bed):
+            constants[name] = answers.get(f"held.{name}")
+            if constants[name] is None:
+                self.remarks["constants", name] = "TODO: no column says it; 0 if it was held at 0"
+        self.content["constants"] = constants
+        if "gamma_deg" in constants and "braid" not in answers and "gamma2_deg" not in quantities_given(found):
+            self.remarks["constants", "gamma_deg"] += f"; {SECOND}, as gamma2_deg"
+
+    def _column(self, name: str, column: ColumnGuess) -> dict[str, Any]:
+        path: Path = ("columns", name)
+        entry, remarks = self._entry(column, name)
+        if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
+            remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
+        if remarks:
+            self.remarks[path] = "; ".join(remarks)
+        return entry
+
+    def _entry(self, column: ColumnGuess, name: str) -> tuple[dict[str, Any], list[str]]:
+        """A column of the recipe with what is to be said of it."""
+        meaning = MEANINGS[column.quantity or ""]
+        unit = str(self.answers.get(f"unit.{column.name}", column.unit))
+        entry: dict[str, Any] = {"from": column.name}
+        remarks = []
+        if unit:
+            entry["unit"] = SPELLED.get(unit, unit)
+        elif meaning.kind != "ratio":
+            entry["unit"] = None
+            remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
+        elif percents(column):
+            entry["unit"] = "?"
+            remarks.append('TODO: % or "1"')
+        turned = self.answers.get(f"sign.{column.name}") == YES
+        for key, value in meaning.keys:
+            entry[key] = -float(value) if key == "sign" and turned else value
+        if turned and "sign" not in entry:
+            entry["sign"] = -1
+        elif entry.get("sign") == 1:
+            del entry["sign"]
+        if offset := self.answers.get(f"offset.{column.name}"):
+            entry["offset"] = offset
+        if meaning.words in ("contraction", "shortening"):
+            remarks.append("a contraction shortens")
+        if column.confidence != "sure" and f"unit.{column.name}" not in self.answers:
+            remarks.append(f"{column.confidence}: check")
+        return entry, remarks
+
+    def _members(self) -> None:
+        self.content["members"] = []
+        for number, column in enumerate(c for c in self.found.columns if c.name in self.found.pressures):
+            pressure, remarks = self._entry(column, "pressure_kpa")
+            angle = self.answers.get(f"member.{number + 1}")
+            member: dict[str, Any] = {"pressure": pressure, "gamma_deg": angle}
+            if remarks:
+                self.remarks["members", number, "pressure"] = "; ".join(remarks)
+            if angle is None:
+                about = f"fiber angle of the actuator at {column.name}, negative for the other sense of winding"
+                self.remarks["members", number, "gamma_deg"] = f"TODO: {about}; of a braid gamma2_deg, too"
+            elif self.answers.get("braid") == YES:
+                member["gamma2_deg"] = -float(angle)
+            self.content["members"].append(member)
+
+    def _doubt(self, doubt: Doubt) -> None:
+        """What an answer, or the likely one, makes of the recipe."""
+        answer = str(self.answers.get(doubt.key, doubt.proposed or ""))
+        if not answer:
+            choices = " | ".join(words for _, words in doubt.options)
+            self.further.append(f"# To be decided: {doubt.text} ({choices})")
+            return
+        changes = dict(doubt.changes.get(answer, {}))
+        if shift := changes.pop("gauge", None):
+            members = self.content.get("members")
+            for pressure in [m["pressure"] for m in members] if members else [self.content["columns"]["pressure_kpa"]]:
+                pressure["minus"] = shift
+        merge(self.content, changes)
+        if doubt.key not in self.answers:
+            for key in changes:
+                self.remarks.setdefault((key,), f"a guess: {doubt.text}")
+
+
+def merge(content: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Adds plain values to plain values: mappings are joined, lists go on.
+
+    >>> a = {"drop": [1], "columns": {"force_n": {"unit": "N"}}}
+    >>> merge(a, {"drop": [2], "columns": {"force_n": {"offset": 3}}})
+    >>> a
+    {'drop': [1, 2], 'columns': {'force_n': {'unit': 'N', 'offset': 3}}}
+    """
+    for key, value in more.items():
+        there = content.get(key)
+        if isinstance(there, dict) and isinstance(value, Mapping):
+            merge(there, value)
+        elif isinstance(there, list):
+            content[key] = [*there, *value]
+        else:
+            content[key] = value
+
+
+def percents(column: ColumnGuess) -> bool:
+    """Whether a ratio without a unit may be one in percent."""
+    strain = column.quantity in ("strain", "contraction")
+    return strain and not column.unit and max(abs(column.low), abs(column.high)) > LARGEST_STRAIN
 
 
 def sample_keys(found: Guess) -> list[tuple[int, str]]:
@@ -106,69 +280,8 @@ def numbered(found: Guess) -> bool:
     return all(word.removesuffix(".0").isdigit() and float(word) >= 1 for word in found.samples)
 
 
-def _sample(found: Guess, files: Sequence[str]) -> list[str]:
-    column = found.of("sample")
-    if files:
-        lines = ["files:   # constants that differ from file to file go here, constants: {gamma_deg: 20}"]
-        return [*lines, *(f"  - {{name: {quoted(name)}, sample: {i}}}" for i, name in enumerate(files, start=1))]
-    if column is None and found.perhaps:
-        name = quoted(found.perhaps)
-        return [f"sample:   # TODO: 1 if all rows are of one actuator; {{from: {name}}} if {name} says which"]
-    if column is None:
-        return ["sample: 1   # all rows are of one actuator; else {from: COLUMN}"]
-    if numbered(found):
-        return [f"sample: {{from: {quoted(column.name)}}}"]
-    words = ", ".join(f"{quoted(word)}: {number}" for number, word in sample_keys(found))
-    return [f"sample: {{from: {quoted(column.name)}, as: {{{words}}}}}"]
-
-
 def quantities_given(found: Guess) -> dict[str, ColumnGuess]:
-    """Column of the table → the file's column; a length, stretch or strain becomes an elongation, half an inner
-    diameter the inner radius."""
-    given = {}
-    stand_in = {"elongation_mm": ("stretch", "strain", HELD), "inner_radius_mm": (INNER_DIAMETER,)}
-    for name in (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER):
-        column = found.of(name)
-        if column is None:
-            column = next((c for q in stand_in.get(name, ()) if (c := found.of(q))), None)
-        if column is not None and not (name == "pressure_kpa" and found.pressures):
-            given[name] = column
-    return given
-
-
-def _column(name: str, column: ColumnGuess) -> list[str]:
-    keys, remarks = [f"from: {quoted(column.name)}"], []
-    ratio = column.quantity in ("stretch", "strain")
-    if column.unit:
-        keys.append(f"unit: {quoted(SPELLED.get(column.unit, column.unit))}")
-    elif not ratio:
-        keys.append("unit: ")
-        remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
-    elif column.quantity == "strain" and max(abs(column.low), abs(column.high)) > LARGEST_STRAIN:
-        keys.append('unit: "?"')
-        remarks.append('TODO: % or "1"')
-    if ratio:
-        keys += ["times: length_mm", *(["minus: length_mm"] if column.quantity == "stretch" else [])]
-    if name == "elongation_mm" and any(word in plain(column.name) for word in CONTRACTIONS):
-        keys.append("sign: -1")
-        remarks.append("a contraction shortens")
-    keys += ["minus: length_mm"] if column.quantity == HELD else []
-    keys += ["scale: 0.5"] if column.quantity == INNER_DIAMETER else []
-    if column.confidence != "sure":
-        remarks.append(f"{column.confidence}: check")
-    if name in ("force_n", "moment_nmm"):
-        remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
-    remark = f"   # {'; '.join(remarks)}" if remarks else ""
-    return [f"  {name}: {{{', '.join(keys)}}}{remark}"]
-
-
-def quoted(text: str) -> str:
-    """A text as YAML takes it for one."""
-    plain_word = text.replace("_", "").isalnum() and text.isascii() and not text[:1].isdigit()
-    words = {"null", "true", "false", "yes", "no", "on", "off"}
-    return text if plain_word and text.lower() not in words else _escaped(json.dumps(text, ensure_ascii=False))
-
-
-def _escaped(text: str) -> str:
-    """Characters that no YAML may hold, as their numbers."""
-    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
+    """Column of the table → the file's column that becomes it."""
+    chosen = {c.column: c for c in found.columns if c.chosen and c.name not in found.pressures}
+    order = (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER)
+    return {name: chosen[name] for name in order if name in chosen}

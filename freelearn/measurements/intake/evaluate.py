@@ -57,8 +57,10 @@ class Evaluation:
 
     def make(self, name: str, column: Column) -> np.ndarray:
         """The quantity that a column of the recipe says, recorded under `name`."""
-        raw = self.raw.numbers(column.source)
+        raw = self.raw.numbers(column.source, column.blanks)
         record: dict[str, Any] = {"from": self.raw.known(column.source), "unit": column.unit}
+        if column.fill == "above":
+            raw, record["filled"] = _as_above(raw), {"with": "above", "cells": int(np.isnan(raw).sum())}
         raw = corrected(self.raw.name, column, raw, record)
         change = conversion(column.unit, "" if column.times else unit_of(name))
         offset = self._offset(column, raw, record)
@@ -120,7 +122,7 @@ class Evaluation:
             blanked = self.where(column.blank_where)
             values[blanked] = np.nan
             record["blanked"] = int(blanked.sum())
-        if column.fill is not None:
+        if isinstance(column.fill, float):
             blank = np.isnan(values)
             values[blank] = column.fill
             record["filled"] = {"with": column.fill, "cells": int(blank.sum())}
@@ -141,3 +143,9 @@ class Evaluation:
                 f"{self.raw.name}, line {line}: {name} would be {values[huge[0]]:.3g} {unit_of(name)}, which nothing "
                 "measures: correct the cell, or drop the row."
             )
+
+
+def _as_above(values: np.ndarray) -> np.ndarray:
+    """Blanks as the last number above them."""
+    place = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
+    return np.asarray(values[place])

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from freelearn.errors import UserError
+from freelearn.measurements.intake.cells import is_number
 from freelearn.measurements.intake.grid import Grid, Row, few
 from freelearn.measurements.intake.reading import Reading
 
@@ -30,12 +32,14 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     _check_archive(content, name)
     sheet = _sheet(_workbook(content, name), name, reading)
     rows: list[Row] = [(i, [_text(v) for v in row]) for i, row in enumerate(sheet.iter_rows(values_only=True), start=1)]
+    spread = [f"{name}: cells {area} are merged: each row has their value." for area in _spread(sheet, rows)]
     rows = [(i, cells) for i, cells in rows if any(cells)]
     width = max((len(cells) - _trailing(cells) for _, cells in rows), default=0)
     rows = [(i, cells[:width]) for i, cells in rows]
     _refuse_merged(sheet, rows, name)
     _refuse_formulas(content, sheet, name)
-    return Grid(name, rows, notes=_hidden(sheet, [i for i, _ in rows], name))
+    hidden = [] if sheet.sheet_state == "visible" else [f"{name}: the sheet {sheet.title!r} is hidden in the workbook."]
+    return Grid(name, rows, notes=[*hidden, *spread, *_hidden(sheet, [i for i, _ in rows], name)])
 
 
 def filled_sheets(content: bytes, name: str) -> list[str]:
@@ -117,15 +121,31 @@ def _trailing(cells: list[str]) -> int:
     return next((i for i, cell in enumerate(reversed(cells)) if cell), len(cells))
 
 
-def _refuse_merged(sheet: Worksheet, rows: list[Row], name: str) -> None:
-    """Merged cells in rows that fill most columns: only the first of them has a value, and nobody knows the others'.
-
-    In titles above the header they do no harm.
-    """
-    filled = {i for i, cells in rows if 2 * sum(map(bool, cells)) >= len(cells)}
+def _spread(sheet: Worksheet, rows: list[Row]) -> list[str]:
+    """Writes the text of merged headings into all of their cells: a name over two rows is that of its column; and a
+    value that stands once for several rows into each. Gives the areas of such values."""
+    values = []
     for area in sheet.merged_cells.ranges:
-        if filled & set(range(area.min_row, area.max_row + 1)):
+        part = [cells for i, cells in rows if area.min_row <= i <= area.max_row]
+        text = part[0][area.min_col - 1] if part else ""
+        of_rows = any(map(_has_number, part))
+        if text and (not of_rows or area.min_col == area.max_col):
+            for cells in part:
+                cells[area.min_col - 1 : area.max_col] = [text] * (area.max_col - area.min_col + 1)
+            values += [str(area)] if of_rows else []
+    return values
+
+
+def _refuse_merged(sheet: Worksheet, rows: list[Row], name: str) -> None:
+    """Cells merged across rows of numbers, or one heading over several columns of them: nobody knows the others'."""
+    filled = {i for i, cells in rows if _has_number(cells) and 2 * sum(map(bool, cells)) >= len(cells)}
+    for area in sheet.merged_cells.ranges:
+        if area.max_col > area.min_col and filled & set(range(area.min_row, area.max_row + 2)):
             raise UserError(f"{name}, sheet {sheet.title!r}: cells {area} are merged: unmerge them and fill in each.")
+
+
+def _has_number(cells: Sequence[str]) -> bool:
+    return any(map(is_number, cells))
 
 
 def _refuse_formulas(content: bytes, sheet: Worksheet, name: str) -> None:

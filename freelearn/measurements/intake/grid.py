@@ -5,21 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import POINTS, Style
 
 Row = tuple[int, list[str]]
 
 
+class NoTable(UserError):
+    """There are cells, but no rows of numbers under names."""
+
+
 @dataclass(frozen=True)
 class Grid:
     """rows: (line, cells) of every line that is neither blank nor a comment, but for one that names the columns.
-    cut_off: the file ends inside a line."""
+    comments: the other comments, without their marks. cut_off: the file ends inside a line."""
 
     name: str
     rows: list[Row]
     style: Style = POINTS
     notes: list[str] = field(default_factory=list)
     cut_off: bool = False
+    comments: list[Row] = field(default_factory=list)
 
 
 def few(lines: Sequence[int], most: int = 5) -> str:

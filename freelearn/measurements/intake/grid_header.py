@@ -7,13 +7,15 @@ from collections.abc import Sequence
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import is_blank, is_number
-from freelearn.measurements.intake.grid import Grid, Row, few
+from freelearn.measurements.intake.grid import Grid, NoTable, Row, few
 from freelearn.measurements.intake.headings import heading
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.units import dimension
 
 # So many rows are looked at to find the header.
 LOOKED_AT = 400
+# A list of names and numbers above the header is no longer than this.
+LONGEST_LIST = 40
 
 
 def first_row(grid: Grid, rows: list[Row], reading: Reading) -> int:
@@ -31,11 +33,31 @@ def first_row(grid: Grid, rows: list[Row], reading: Reading) -> int:
     for place, (_, cells) in enumerate(rows[:LOOKED_AT]):
         filled = [cell for cell in cells if cell.strip()]
         numeric = sum(is_number(cell) for cell in filled)
-        if len(cells) >= min(width, 2) and numeric and 2 * numeric >= len(filled) and len(filled) * 3 >= width:
+        looks = (
+            bool(numeric) and len(cells) >= min(width, 2) and 2 * numeric >= len(filled) and len(filled) * 3 >= width
+        )
+        if looks and not _names_one_thing(rows, place):
             return place
     if all(not is_number(cell) for _, cells in rows for cell in cells) and len(rows) == 1:
-        raise UserError(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
-    raise UserError(f"{grid.name} holds no rows of numbers: look whether it is the right file, or set read.header.")
+        raise NoTable(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
+    raise NoTable(f"{grid.name} holds no rows of numbers: look whether it is the right file, or set read.header.")
+
+
+def _names_one_thing(rows: list[Row], place: int) -> bool:
+    """Whether a row is one of a list above the header, such as "Länge; 150; mm", and not the first of the table's."""
+    cells = [cell.strip() for cell in rows[place][1]]
+    if is_number(next(filter(None, cells))):
+        return False
+    later = [row for _, row in rows[place + 1 : place + 1 + LOOKED_AT]]
+    for column, cell in enumerate(cells):
+        there = [row[column] for row in later if column < len(row) and row[column].strip()]
+        if cell and not is_number(cell) and 2 * sum(map(is_number, there)) > len(later):
+            return True
+    before = [row for _, row in rows[:place]]
+    return any(
+        sum(bool(cell.strip()) for cell in row) > 1 and not any(map(is_number, row)) and row not in before
+        for row in later[:LONGEST_LIST]
+    )
 
 
 def header_of(grid: Grid, rows: list[Row], first: int, reading: Reading) -> tuple[list[str], list[str], list[str]]:
@@ -56,7 +78,7 @@ def header_of(grid: Grid, rows: list[Row], first: int, reading: Reading) -> tupl
         units, place = rows[place][1], above[-2]
     if reading.header is not None:
         place = above[0]
-    line, header = rows[place]
+    line, header = rows[place][0], _with_groups(rows, place)
     filled = len([cell for cell in header if cell.strip()])
     if 2 * filled < width:
         raise UserError(
@@ -68,6 +90,21 @@ def header_of(grid: Grid, rows: list[Row], first: int, reading: Reading) -> tupl
     if skipped:
         notes.append(f"{grid.name}: lines before the header (line {line}) were passed over: {few(skipped)}.")
     return [*header, *[""] * (width - len(header))], units, notes
+
+
+def _with_groups(rows: list[Row], place: int) -> list[str]:
+    """The header at a place. A row of names of groups right above it (Sensor 1, , Sensor 2, ) names columns that have
+    no name there, and tells those of one name apart."""
+    line, header = rows[place]
+    above = rows[place - 1] if place else (0, [])
+    groups = [cell.strip() for cell in above[1]]
+    if above[0] != line - 1 or sum(map(bool, groups)) < 2 or any(map(is_number, groups)):
+        return header
+    groups += [""] * (len(header) - len(groups))
+    names = [cell.strip() or group for cell, group in zip(header, groups, strict=False)]
+    spread = [next((g for g in reversed(groups[: i + 1]) if g), "") for i in range(len(names))]
+    twice = {name for name in names if names.count(name) > 1}
+    return [f"{group} {n}".strip() if n in twice and group != n else n for n, group in zip(names, spread, strict=True)]
 
 
 def _refuse_transposed(grid: Grid, rows: list[Row], reading: Reading) -> None:

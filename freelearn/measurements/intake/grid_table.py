@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import is_blank, is_number
-from freelearn.measurements.intake.grid import Grid, Row, few
+from freelearn.measurements.intake.grid import Grid, NoTable, Row, few
 from freelearn.measurements.intake.grid_header import first_row, header_of
 from freelearn.measurements.intake.raw_table import RawTable, unique_names
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.told_elsewhere import told_of
 from freelearn.measurements.records import MOST_COLUMNS
 
 
@@ -15,22 +16,23 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
     """The table in a grid. Raises UserError where there is none, or its rows do not fit its header."""
     rows = [(line, cells) for line, cells in grid.rows if any(cell.strip() for cell in cells)]
     if not rows:
-        raise UserError(f"{grid.name} is empty: it needs a header and rows.")
+        raise NoTable(f"{grid.name} is empty: it needs a header and rows.")
     line, widest = max(rows, key=lambda row: len(row[1]))
     if len(widest) > MOST_COLUMNS:
         raise UserError(f"{grid.name} has {len(widest)} columns, more than any table has: look at line {line}.")
     first = first_row(grid, rows, reading)
     header, units, notes = header_of(grid, rows, first, reading)
+    about = told_of([*grid.comments, *rows[:first]], grid.style, grid.name)
     names, width = unique_names(header), len(header)
     kept, more = _fitting(grid, rows[first:], width, [header, units])
     if not kept:
-        raise UserError(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
+        raise NoTable(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
     columns = {name: [cells[place] for _, cells in kept] for place, name in enumerate(names)}
     said = {name: unit for name, unit in zip(names, units, strict=False) if unit.strip()}
     empty = {n for n, cells in columns.items() if n.startswith("column ") and not any(c.strip() for c in cells)}
     columns = {name: cells for name, cells in columns.items() if name not in empty}
     lines = [line for line, _ in kept]
-    return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more))
+    return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more), tuple(about))
 
 
 def _fitting(grid: Grid, rows: list[Row], width: int, titles: list[list[str]]) -> tuple[list[Row], list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,24 @@ import pandas as pd
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.cells import numbers
+from freelearn.measurements.intake.doubt import Doubt
 from freelearn.measurements.intake.headings import INNER_DIAMETER, Confidence, heading
+from freelearn.measurements.intake.meanings import HELD, MEANINGS, OUTER_DIAMETER, column_of
 from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.reading_doubts import reading_doubts
 from freelearn.measurements.intake.recipe import DESIGN, MARKS
+from freelearn.measurements.intake.row_doubts import row_doubts, sums
+from freelearn.measurements.intake.summary_rows import without_sums
 from freelearn.measurements.intake.suspicious import SCATTERED, raw_suspicions
+from freelearn.measurements.intake.told_elsewhere import Told
+from freelearn.measurements.members import pressure_column
 from freelearn.measurements.text_file import read_bytes
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
-# A length that was held: the table's own is the unloaded one.
-HELD = "held_length"
-# What a heading says that the table has only after a conversion.
-LENGTHS = ("elongation_mm", HELD, "stretch", "strain")
+# What a heading says that the table has only after a conversion, in the order in which one stands in for the others.
+LENGTHS = ("elongation_mm", "shortening", HELD, "stretch", "strain", "contraction")
 # More words than this name no actuators.
 MOST_SAMPLES = 50
 # What a column of marks holds.
@@ -33,8 +38,9 @@ MARKED = {"0", "1", "0.0", "1.0", ""}
 
 @dataclass(frozen=True)
 class ColumnGuess:
-    """quantity: of the table, held_length, stretch or strain; None: none known. unit: as written, "" where the heading
-    says none. example: the first reading. low, high: the range, NaN for texts. chosen: whether the draft takes it."""
+    """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
+    reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
+    may name actuators, each once."""
 
     name: str
     quantity: str | None
@@ -44,6 +50,22 @@ class ColumnGuess:
     low: float
     high: float
     chosen: bool = False
+    words: tuple[str, ...] = ()
+
+    @property
+    def column(self) -> str:
+        """The column of the table that it becomes, "" for none."""
+        return column_of(self.quantity)
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it holds numbers."""
+        return self.low == self.low
+
+    @property
+    def meant(self) -> dict[str, str]:
+        """Its name and its meaning."""
+        return {self.name: self.quantity or ""}
 
 
 @dataclass(frozen=True)
@@ -66,10 +88,24 @@ class Guess:
     order_by: tuple[str, ...] = ()
     # Of a workbook with several.
     sheet: str = ""
+    # What stands elsewhere in the file about the actuator.
+    about: tuple[Told, ...] = ()
+    # What the numbers leave open.
+    doubts: tuple[Doubt, ...] = ()
 
     def of(self, quantity: str) -> ColumnGuess | None:
         """The column chosen for a quantity."""
         return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
+
+    @property
+    def measured(self) -> list[ColumnGuess]:
+        """The chosen columns that have a unit: of readings, of what was set, of designs."""
+        return [c for c in self.columns if c.chosen and MEANINGS[c.quantity or ""].kind]
+
+    def table_column(self, column: ColumnGuess) -> str:
+        """The column of the table that a chosen one becomes."""
+        several = column.name in self.pressures
+        return pressure_column(self.pressures.index(column.name) + 1) if several else column.column
 
 
 def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) -> Guess:
@@ -79,20 +115,36 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
     return guess_table(raw_table(source, name, reading))
 
 
-def guess_table(raw: RawTable) -> Guess:
-    """The guess for a table that was read."""
+def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
+    """The guess for a table that was read. said: of columns, name → a key of MEANINGS, or NOT_USED."""
     columns = _told_apart(raw, [column_guess(raw, name) for name in raw.columns])
-    pressures = _pressures(columns)
-    chosen = _chosen(columns, pressures)
+    found = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), said or {})
+    time = next((c.name for c in found.columns if c.chosen and c.quantity == "time_s"), None)
+    measured = [quantity.column for quantity in BEDS[found.bed].measured]
+    readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
+    notes = (*raw.notes, *raw_suspicions(raw, readings, time, sums=False))
+    found = replace(found, notes=notes, about=raw.about, **several_actuators(raw, found))
+    kept = without_sums(raw)
+    found = replace(found, order_by=order_wanted(kept, found))
+    return replace(found, doubts=(*sums(raw), *row_doubts(kept, found), *reading_doubts(kept, found)))
+
+
+def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
+    """The guess once somebody has said what columns are: name → a key of MEANINGS, or NOT_USED; of the others the one
+    that says a quantity most clearly is chosen. Doubts about other meanings are gone."""
+    columns = [
+        replace(c, quantity=said[c.name] if said[c.name] in MEANINGS else None, confidence="sure")
+        if c.name in said
+        else c
+        for c in found.columns
+    ]
+    pressures = _pressures(columns, said)
+    chosen = _chosen(columns, pressures, said)
     columns = [replace(c, chosen=c.name in chosen or c.name in pressures) for c in columns]
-    quantities = {c.quantity for c in columns if c.chosen}
-    time = next((c.name for c in columns if c.chosen and c.quantity == "time_s"), None)
-    bed = _bed(quantities)
-    measured = [quantity.column for quantity in BEDS[bed].measured]
-    readings = [c.name for c in columns if c.chosen and c.quantity in measured]
-    notes = [*raw.notes, *raw_suspicions(raw, readings, time)]
-    found = Guess(raw.name, len(raw), bed, tuple(columns), pressures, tuple(notes))
-    return replace(found, **several_actuators(raw, found), order_by=order_wanted(raw, found))
+    known = {c.name: c.quantity for c in columns if c.chosen}
+    left = tuple(d for d in found.doubts if all(known.get(name) == meaning for name, meaning in d.of.items()))
+    bed = _bed({c.quantity for c in columns if c.chosen})
+    return replace(found, columns=tuple(columns), pressures=pressures, bed=bed, doubts=left)
 
 
 def column_guess(raw: RawTable, name: str) -> ColumnGuess:
@@ -107,19 +159,29 @@ def column_guess(raw: RawTable, name: str) -> ColumnGuess:
     if said.quantity == "stretch" and not said.unit and not 0.2 < low <= high < 5:
         # No ratio of lengths: an elongation, whose unit is asked for.
         said = replace(said, quantity="elongation_mm", confidence="likely")
+    if said.quantity in ("contraction", "shortening") and high <= 0:
+        # It is written as an elongation, which is negative here.
+        said = replace(said, quantity={"contraction": "strain", "shortening": "elongation_mm"}[said.quantity])
     usable = len(finite) > 0 or said.quantity == "sample"
-    return ColumnGuess(name, said.quantity if usable else None, said.unit, said.confidence, example, low, high)
+    words = tuple(dict.fromkeys(word for word in raw.text(name) if word))
+    few_words = words if len(words) <= MOST_SAMPLES and (len(finite) == 0 or said.quantity == "sample") else ()
+    quantity = said.quantity if usable else None
+    return ColumnGuess(name, quantity, said.unit, said.confidence, example, low, high, words=few_words)
 
 
 def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
     """The columns, where those of one name may be two things: beside an elongation a length that each sample has one of
-    is the unloaded one, else it was held; a radius that changes is no design, and what is not 0 or 1 no mark."""
+    is the unloaded one, else it was held; a radius that changes is no design, and what is not 0 or 1 no mark; a
+    diameter that stays the same is no reading."""
     sample = next((raw.text(c.name) for c in columns if c.quantity == "sample"), [""] * len(raw))
-    elongated = any(c.quantity == "elongation_mm" for c in columns)
+    elongated = any(c.column == "elongation_mm" for c in columns)
     out = []
     for column in columns:
         quantity = column.quantity
-        if quantity in DESIGN and len(set(zip(sample, raw.text(column.name), strict=True))) > len(set(sample)):
+        each = set(zip(sample, raw.text(column.name), strict=True))
+        if quantity == "outer_diameter_mm" and len(each) == len(set(sample)):
+            quantity = OUTER_DIAMETER
+        if column.column in DESIGN and len(each) > len(set(sample)):
             quantity = HELD if quantity == "length_mm" else None
         if quantity == "length_mm" and not elongated:
             quantity = HELD
@@ -129,32 +191,35 @@ def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGue
     return out
 
 
-def _pressures(columns: Sequence[ColumnGuess]) -> tuple[str, ...]:
+def _pressures(columns: Sequence[ColumnGuess], said: Mapping[str, str]) -> tuple[str, ...]:
     """Columns of pressures that differ: those of several members, if their headings and unit have one form."""
-    found = [c for c in columns if c.quantity == "pressure_kpa" and c.confidence == "sure" and not c.name.endswith("]")]
+    found = [c for c in columns if c.quantity == "pressure_kpa" and not c.name.endswith("]")]
+    told = [c for c in found if c.name in said]
+    if len(told) > 1:
+        return tuple(c.name for c in told)
+    found = [c for c in found if c.confidence == "sure" or any(map(str.isdigit, c.name))]
     forms = {"".join(x for x in c.name if not x.isdigit()).replace("m", "").lower() for c in found}
-    return tuple(c.name for c in found) if len(found) > 1 and len(forms) == 1 else ()
+    return tuple(c.name for c in found) if len(found) > 1 and len(forms) == 1 and not told else ()
 
 
-def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...]) -> set[str]:
-    """For each quantity the column that says it most clearly; of equals, one with readings that differ, then the
-    first. Length, stretch and strain stand in for the elongation."""
+def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...], said: Mapping[str, str]) -> set[str]:
+    """For each column of the table the one of the file that says it most clearly: what somebody said, else the surest;
+    of equals, one with readings that differ, then the first."""
     best: dict[str, ColumnGuess] = {}
     for column in columns:
-        if column.quantity is None or (column.quantity == "pressure_kpa" and pressures):
+        if not column.column or (column.quantity == "pressure_kpa" and pressures):
             continue
-        rank = _rank(column)
-        if column.quantity not in best or rank < _rank(best[column.quantity]):
-            best[column.quantity] = column
-    for quantity in [q for q in LENGTHS if q in best][1:]:
-        del best[quantity]
-    if "inner_radius_mm" in best:
-        best.pop(INNER_DIAMETER, None)
+        rank = _rank(column, said)
+        if column.column not in best or rank < _rank(best[column.column], said):
+            best[column.column] = column
     return {column.name for column in best.values()}
 
 
-def _rank(column: ColumnGuess) -> tuple[int, bool]:
-    return ORDER.index(column.confidence), column.low == column.high
+def _rank(column: ColumnGuess, said: Mapping[str, str]) -> tuple[bool, int, int, bool]:
+    # A radius before a diameter, an elongation before what only becomes one.
+    derived = LENGTHS.index(column.quantity) if column.quantity in LENGTHS else column.quantity == INNER_DIAMETER
+    first = (column.name not in said, int(derived))
+    return (first[0], first[1], ORDER.index(column.confidence), column.low == column.high)
 
 
 def _bed(quantities: set[str | None]) -> str:
@@ -171,11 +236,11 @@ def several_actuators(raw: RawTable, found: Guess) -> dict[str, Any]:
     """The words of the column that says which actuator a row is of, or a column that may say so."""
     column = found.of("sample")
     if column is not None:
-        return {"samples": tuple(dict.fromkeys(word for word in raw.text(column.name) if word))}
+        return {"samples": column.words}
     for other in found.columns:
         words = raw.text(other.name)
         kinds = set(words) - {""}
-        text = not other.chosen and other.low != other.low
+        text = not other.chosen and not other.numeric
         # Each word in several rows: no remarks.
         if text and 2 <= len(kinds) <= MOST_SAMPLES and min(words.count(word) for word in kinds) > 1:
             named = tuple(dict.fromkeys(word for word in words if word))

@@ -6,29 +6,35 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from freelearn.measurements.intake.languages import FULL_WIDTH, plain, words_of
+from freelearn.measurements.intake.languages import CONTRACTIONS, FULL_WIDTH, plain, words_of
 from freelearn.measurements.intake.units import dimension
 
 Confidence = Literal["sure", "likely", "unsure"]
 # No quantity of the table: half of it is the inner radius.
 INNER_DIAMETER = "inner_diameter"
+# Nor is the thickness of the wall: with the inner radius it makes the outer one.
+WALL = "wall"
 
 # Words → quantity. The first whose words fit counts; a unit of another kind rules a quantity out.
 ENGLISH: tuple[tuple[str, str], ...] = (
     (INNER_DIAMETER, r"id|inner ?diameter|inside ?diameter|bore"),
+    (WALL, r"wall( ?thickness)?|thickness"),
     ("outer_diameter_mm", r"od|outer ?diameter|outside ?diameter|diameter"),
     ("inner_radius_mm", r"ir|inner ?radius|ri"),
     ("outer_radius_mm", r"or|outer ?radius|ro|radius"),
     ("gamma2_deg", r"gamma ?2"),
     ("gamma_deg", r"gamma|fib(er|re) ?angle|braid ?angle|winding ?angle"),
     ("elongation_mm", r"d ?l|delta ?l(ength)?|elongation|extension|displacement|disp|stroke|travel|s|z|dz"),
-    ("length_mm", r"(held ?|unloaded ?|rest ?|initial ?|free ?)?length|l ?0?|len|gauge ?length"),
+    (
+        "length_mm",
+        r"(held ?|unloaded ?|rest(ing)? ?|initial ?|free ?|active ?|original ?)?length|l ?0?|len|gauge ?length",
+    ),
     ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
-    ("strain", r"strain|contraction|eps(ilon)?"),
+    ("strain", r"strain|contraction|shortening|eps(ilon)?"),
     ("twist_deg", r"d ?phi|phi|twist|rotation|rot\d*|angle|w|theta|turn"),
-    ("pressure_kpa", r"p\w{0,4}?\d*|pressure\w*|press|gauge"),
+    ("pressure_kpa", r"p\w{0,4}?\d*|(gauge|internal|inner|supply|air) ?pressure|pressure\w*|press|gauge"),
+    ("force_n", r"f|fz|force|load|axial ?(force|load)|pull|tension|thrust|(tensile|pulling) ?force"),
     ("moment_nmm", r"m|mz|tz|torque|moment|torsion|load"),
-    ("force_n", r"f|fz|force|load|axial ?force|pull|tension|thrust"),
     ("time_s", r"t|time|elapsed|timestamp"),
     ("temperature_c", r"temp|temperature"),
     ("step", r"step"),
@@ -42,6 +48,7 @@ BY_UNIT = {"elongation_mm": "strain", "strain": "elongation_mm", "stretch": "elo
 WORDS = tuple((quantity, words_of(quantity, pattern)) for quantity, pattern in ENGLISH)
 KIND = {
     INNER_DIAMETER: "length",
+    WALL: "length",
     "outer_diameter_mm": "length",
     "inner_radius_mm": "length",
     "outer_radius_mm": "length",
@@ -51,6 +58,8 @@ KIND = {
     "length_mm": "length",
     "stretch": "ratio",
     "strain": "ratio",
+    "contraction": "ratio",
+    "shortening": "length",
     "twist_deg": "angle",
     "pressure_kpa": "pressure",
     "moment_nmm": "moment",
@@ -60,6 +69,8 @@ KIND = {
 }
 # Of the table itself, for a unit alone.
 OF_KIND = {"pressure": "pressure_kpa", "moment": "moment_nmm", "force": "force_n", "time": "time_s"}
+# A contraction is a negative elongation.
+SHORTENED = {"strain": "contraction", "elongation_mm": "shortening"}
 # Words that say how a reading was treated, not what it is of.
 TREATED = {"raw", "meas", "measured", "avg", "mean", "act", "actual", "net", "sensor", "kistler", "ch", "channel"}
 # Statistics and commands beside the reading are not the reading.
@@ -94,6 +105,8 @@ def heading(name: str, unit: str = "") -> Heading:
     spoken = " ".join(word for word in words if word not in TREATED)
     whole = _with_units([q for q, pattern in WORDS if pattern.fullmatch(spoken)], kind)
     fits = [q for q in whole or _containing(spoken) if kind is None or KIND.get(q) in (kind, None)]
+    if any(word in plain(name) for word in CONTRACTIONS):
+        fits = [SHORTENED.get(q, q) for q in fits]
     if fits:
         agrees = bool(whole) and (kind is not None or KIND.get(fits[0], "ratio") == "ratio")
         long = len(spoken) > 2
@@ -110,7 +123,8 @@ def _with_units(whole: list[str], kind: str | None) -> list[str]:
 
 def _split(name: str) -> tuple[str, str]:
     """The words of a heading and the unit that it ends with."""
-    bare = re.sub(r" \[\d+\]$", "", name.translate(FULL_WIDTH).strip())
+    # Of a matrix's columns, and of columns of one name, each has its number.
+    bare = re.sub(r"(?<=\S) (\[\d+\]|\d{1,2})$", "", name.translate(FULL_WIDTH).strip())
     if match := re.fullmatch(r"(.*?)[\s_]*[(\[]([^()\[\]]*)[)\]]\s*", bare):
         return match.group(1) or match.group(2), match.group(2)
     for separator in ("_", " in ", " en ", ", ", "/", " ", "."):

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from freelearn.errors import UserError
-from freelearn.measurements.intake.guess import HELD, ColumnGuess, Guess, column_guess, guess_table
-from freelearn.measurements.intake.headings import INNER_DIAMETER
-from freelearn.measurements.intake.raw_file import raw_table, sheet_names
+from freelearn.measurements.intake.cells import POINTS
+from freelearn.measurements.intake.grid import NoTable
+from freelearn.measurements.intake.guess import ColumnGuess, Guess, column_guess, guess_table
+from freelearn.measurements.intake.meanings import MEANINGS, OUTER_DIAMETER
+from freelearn.measurements.intake.raw_file import raw_table, sheet_grid, sheet_names
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
 from freelearn.measurements.intake.recipe import DESIGN
+from freelearn.measurements.intake.told_elsewhere import Told, told_of
 from freelearn.measurements.text_file import read_bytes
 
-# What a column of designs may be called otherwise, and how it becomes the table's.
-STANDS_FOR = {HELD: ("length_mm", 1.0), INNER_DIAMETER: ("inner_radius_mm", 0.5)}
-OUTER_DIAMETER = ("outer_radius_mm", 0.5)
+# A measurement reads, or holds, so many quantities at least.
+LEAST_READINGS = 2
 
 
 @dataclass(frozen=True)
@@ -36,43 +39,69 @@ class DesignGuess:
 def guess_file(path: Path, design: Path | None = None) -> tuple[Guess, DesignGuess | None]:
     """The guess at a file, of its sheets the one that holds readings; and the designs that are joined with it. design:
     their file, where they have one. Raises UserError."""
-    content = read_bytes(path)
-    names = sheet_names(content, path.name)
+    return guess_and_table(path, design)[:2]
+
+
+def guess_and_table(
+    path: Path, design: Path | None = None, name: str = ""
+) -> tuple[Guess, DesignGuess | None, RawTable]:
+    """The same with the table that the guess is about. name: what the file is called, if not as its path ends. Raises
+    UserError."""
+    content, name = read_bytes(path), name or path.name
+    names = sheet_names(content, name)
     if len(names) < 2:
-        raw = raw_table(content, path.name)
+        raw = raw_table(content, name)
         found = guess_table(raw)
         others: list[tuple[str, RawTable]] = []
     else:
-        tables = _tables(content, path.name, names)
+        tables, unread = _tables(content, name, names)
         sheet, raw = max(tables, key=lambda one: _readings(guess_table(one[1])))
         others = [one for one in tables if one[0] != sheet]
-        note = f"{path.name}: of its sheets {', '.join(map(repr, names))} {sheet!r} was read."
+        note = f"{name}: of its sheets {', '.join(map(repr, names))} {sheet!r} was read."
         found = guess_table(raw)
-        found = replace(found, sheet=sheet, notes=(note, *found.notes))
+        if unread and _readings(found)[0] < LEAST_READINGS:
+            # The readings may stand where nothing could be read.
+            raise unread[0]
+        about = {told.name: told for told in [*_told(content, name, names, sheet), *found.about]}
+        notes = (note, *map(str, unread), *found.notes)
+        found = replace(found, sheet=sheet, notes=notes, about=tuple(about.values()))
     if design is not None:
         joined = _joined(found, raw, raw_table(read_bytes(design), design.name), design.name, "")
         if joined is None:
             raise UserError(
-                f"{design} names no actuators as {path.name} does: it needs a column with the same words as one there, "
+                f"{design} names no actuators as {name} does: it needs a column with the same words as one there, "
                 "and columns of the design with their units."
             )
     else:
         made = (_joined(found, raw, table, "", sheet) for sheet, table in others)
         joined = next((one for one in made if one is not None), None)
-    return found, joined
+    return found, joined, raw
 
 
-def _tables(content: bytes, name: str, sheets: Sequence[str]) -> list[tuple[str, RawTable]]:
-    """The sheets that hold tables. Raises UserError where none does."""
-    tables, mistake = [], None
+def _told(content: bytes, name: str, sheets: Sequence[str], sheet: str) -> list[Told]:
+    """What other sheets than `sheet` say of the actuator, in rows of names and numbers."""
+    told = []
+    for other in (one for one in sheets if one != sheet):
+        with suppress(UserError):
+            told += told_of(sheet_grid(content, name, other).rows, POINTS, f"sheet {other!r}")
+    return told
+
+
+def _tables(content: bytes, name: str, sheets: Sequence[str]) -> tuple[list[tuple[str, RawTable]], Sequence[UserError]]:
+    """The sheets that hold tables, and why others cannot be read. Raises UserError where none can."""
+    tables, unread = [], []
     for sheet in sheets:
         try:
             tables.append((sheet, raw_table(content, name, Reading(sheet=sheet))))
+        except NoTable:
+            pass
         except UserError as problem:
-            mistake = mistake or problem
+            unread.append(problem)
     if not tables:
-        raise mistake or UserError(f"{name} is empty: it needs a header and rows.")
-    return tables
+        raise (
+            unread[0] if unread else NoTable(f"{name} holds no table in any of its sheets: it needs a header and rows.")
+        )
+    return tables, unread
 
 
 def _readings(found: Guess) -> tuple[int, int]:
@@ -87,11 +116,10 @@ def _joined(found: Guess, raw: RawTable, designs: RawTable, file: str, sheet: st
     for name in designs.columns:
         # Each by itself: what differs from row to row is a design here.
         column = column_guess(designs, name)
-        quantity, factor = STANDS_FOR.get(column.quantity or "", (column.quantity or "", 1.0))
-        if column.quantity == "outer_diameter_mm":
-            quantity, factor = OUTER_DIAMETER
-        if quantity in DESIGN and quantity not in columns:
-            columns[quantity] = (column, factor)
+        # Nothing is read from a design: its diameter is the unloaded one.
+        meaning = MEANINGS.get(OUTER_DIAMETER if column.quantity == "outer_diameter_mm" else column.quantity or "")
+        if meaning is not None and meaning.column in DESIGN and meaning.column not in columns:
+            columns[meaning.column] = (column, float(dict(meaning.keys).get("scale", 1.0)))
     if not columns:
         return None
     likely = sorted(raw.columns, key=lambda name: (found.of("sample") or found.columns[0]).name != name)

@@ -8,6 +8,8 @@ import unicodedata
 # Words as `plain` leaves them, without accents: German, French, Italian, Spanish, Japanese.
 ABROAD: dict[str, str] = {
     "inner_diameter": r"innendurchmesser|diametre (interieur|interne)|diametro (interno|interior)|内径",
+    "wall": r"wand(starke|staerke|dicke)|epaisseur( de (la )?paroi)?|spessore( (della )?parete)?"
+    r"|espesor( de (la )?pared)?|肉厚",
     "outer_diameter_mm": r"aussendurchmesser|durchmesser|diametre( (exterieur|externe))?"
     r"|diametro( (esterno|exterior|externo))?"
     r"|外径|直径",
@@ -19,9 +21,11 @@ ABROAD: dict[str, str] = {
     "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
     r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
     r"|伸び|変位|ストローク",
-    "length_mm": r"lange|laenge|longueur|lunghezza|longitud|長さ|全長",
-    "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction|deformazione"
-    r"|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
+    "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess)?(lange|laenge)( unbelastet| im ruhezustand)?"
+    r"|longueur( (initiale|libre|a vide|au repos))?|lunghezza( (iniziale|libera|a riposo))?"
+    r"|longitud( (inicial|libre|en reposo))?|長さ|全長|自然長|初期長さ?",
+    "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction"
+    r"|raccourcissement|deformazione|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
     "stretch": r"streckung|verstreckung|elongation relative|伸長比",
     "twist_deg": r"verdrehung|drehwinkel|verdrehwinkel|torsionswinkel|winkel|drehung|rotation|torsion"
     r"|angle de (torsion|rotation)|rotazione|torsione|angolo( di (torsione|rotazione))?"
@@ -36,6 +40,20 @@ ABROAD: dict[str, str] = {
     "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
     r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
 }
+
+# Parts of words that say that a length becomes shorter, as `plain` leaves them.
+CONTRACTIONS = (
+    "contract",
+    "shorten",
+    "kontrakt",
+    "verkurz",
+    "verkuerz",
+    "stauch",
+    "contraz",
+    "contrac",
+    "raccourc",
+    "収縮",
+)
 
 # Latin letters, digits and brackets as Japanese keyboards write them; not NFKC, for which ² is 2.
 FULL_WIDTH = {0xFF01 + i: 0x21 + i for i in range(94)} | {0x3000: 0x20}

@@ -6,14 +6,17 @@ import io
 import subprocess
 import sys
 import zipfile
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake import matlab_reader
+from freelearn.measurements.intake.cells import POINTS
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
+from freelearn.measurements.intake.told_elsewhere import Told, one_told, with_the_wall
 
 # Reading a gigabyte takes no longer [s].
 LONGEST = 120
@@ -32,7 +35,8 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors. Raises UserError."""
     found = _read(content, name)
     numeric, passed = _chosen(found, name, reading)
-    columns = _columns(numeric, name, found)
+    columns, others = _of_one_length(_columns(numeric, name, found), name)
+    passed += others
     if reading.names:
         if len(reading.names) != len(columns):
             raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
@@ -40,7 +44,7 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
     cells = {k: ["" if np.isnan(v) else repr(float(v)) for v in column] for k, column in columns.items()}
     size = len(next(iter(columns.values())))
-    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes))
+    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes), about=tuple(_about(found, name)))
 
 
 def no_h5py(name: str) -> str:
@@ -93,7 +97,9 @@ def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, n
     wanted = list(reading.variables) or names
     if lacking := [variable for variable in wanted if variable not in names]:
         raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, names))}.")
-    apart = bool(reading.variables) or (not found.arrays and len(found.structures) == 1)
+    vectors = any(array.size > 1 for array in found.arrays.values())
+    structures = [key for key, fields in found.structures.items() if any(x.size > 1 for x in fields.values())]
+    apart = bool(reading.variables) or (not vectors and len(structures) == 1)
     numeric: dict[str, np.ndarray] = {}
     passed = []
     for variable in wanted:
@@ -104,6 +110,26 @@ def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, n
         else:
             passed.append(variable)
     return numeric, passed
+
+
+def _of_one_length(columns: dict[str, np.ndarray], name: str) -> tuple[dict[str, np.ndarray], list[str]]:
+    """The columns that most others are as long as, and the names of the rest. Raises UserError where none are most."""
+    lengths = Counter(map(len, columns.values()))
+    (length, most), *others = lengths.most_common()
+    if others and others[0][1] == most:
+        shown = ", ".join(f"{k} {len(v)}" for k, v in list(columns.items())[:6])
+        raise UserError(f"{name}: arrays differ in length ({shown}): choose with read: {{variables: […]}}.")
+    return {k: v for k, v in columns.items() if len(v) == length}, [k for k, v in columns.items() if len(v) != length]
+
+
+def _about(found: _Variables, name: str) -> list[Told]:
+    """Parts of the design among the single numbers: L0_mm = 150."""
+    single = {k: x for fields in (found.arrays, *found.structures.values()) for k, x in fields.items() if x.size == 1}
+    told: dict[str, Told] = {}
+    for key, value in single.items():
+        if not np.iscomplexobj(value) and (one := one_told(key, repr(float(value.ravel()[0])), "", POINTS, name)):
+            told.setdefault(one.name, one)
+    return with_the_wall(told)
 
 
 def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> dict[str, np.ndarray]:
@@ -119,10 +145,6 @@ def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> di
             columns |= {f"{variable} {i + 1}": value[:, i].astype(np.float64) for i in range(value.shape[1])}
     if not columns:
         raise UserError(f"{name} holds no numeric arrays{_instead(found)}.")
-    lengths = {k: len(v) for k, v in columns.items()}
-    if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{k} {n}" for k, n in list(lengths.items())[:6])
-        raise UserError(f"{name}: arrays differ in length ({shown}): choose with read: {{variables: […]}}.")
     return columns
 
 

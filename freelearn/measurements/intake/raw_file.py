@@ -12,6 +12,7 @@ from freelearn.measurements.intake.further_grids import (
     open_document_sheets,
     parquet_grid,
 )
+from freelearn.measurements.intake.grid import Grid
 from freelearn.measurements.intake.grid_table import table_of
 from freelearn.measurements.intake.matlab_table import matlab_table
 from freelearn.measurements.intake.raw_table import RawTable
@@ -57,6 +58,12 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     if name.lower().endswith((".xlsx", ".xlsm")):
         raise UserError(f"{name} is no .xlsx workbook in spite of its name: save it as .xlsx again, or rename it.")
     return table_of(text_grid(content, name, reading), reading)
+
+
+def sheet_grid(content: bytes, name: str, sheet: str) -> Grid:
+    """The cells of one sheet of a workbook. Raises UserError."""
+    reader = open_document_grid if is_open_document(content) else excel_grid
+    return reader(content, name, Reading(sheet=sheet))
 
 
 def sheet_names(content: bytes, name: str) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import POINTS, Style, numbers
+from freelearn.measurements.intake.told_elsewhere import Told
 
 MOST_SHOWN = 3
 
@@ -17,7 +18,8 @@ MOST_SHOWN = 3
 @dataclass(frozen=True)
 class RawTable:
     """columns: name → N cells; of columns with one name the second is called "name [2]". units: of a row of units.
-    lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed."""
+    lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed. about: what
+    the file says of the actuator outside the table."""
 
     name: str
     columns: dict[str, list[str]]
@@ -25,6 +27,7 @@ class RawTable:
     style: Style = POINTS
     units: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    about: tuple[Told, ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -45,10 +48,12 @@ class RawTable:
         """The column's cells without spaces around them. Raises UserError."""
         return [cell.strip() for cell in self.columns[self.known(column)]]
 
-    def numbers(self, column: str) -> np.ndarray:
-        """The column as float64, NaN where blank. Raises UserError where a cell is neither blank nor a number."""
+    def numbers(self, column: str, blanks: Sequence[str] = ()) -> np.ndarray:
+        """The column as float64, NaN where blank. blanks: further words for it. Raises UserError where a cell is
+        neither blank nor a number."""
         name = self.known(column)
-        read = numbers(self.columns[name], self.style)
+        cells = self.columns[name]
+        read = numbers(["" if cell.strip() in blanks else cell for cell in cells] if blanks else cells, self.style)
         if read.bad:
             rows = list(read.bad)
             shown = "; ".join(

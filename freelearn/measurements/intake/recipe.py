@@ -52,8 +52,9 @@ class Column:
     """value = sign · scale · (reading − offset) in `unit`, converted to the table's unit, × times, + plus, − minus.
 
     source: a column of the file. offset: what it reads where it should read zero, or "rest" for the mean of the rows at
-    rest. times: a column of the table, by which a ratio is multiplied. blank_where: rows whose value is blanked; fill:
-    written into blank cells. correct: readings that are known to be wrong, with the right ones.
+    rest. times: a column of the table, by which a ratio is multiplied. blank_where: rows whose value is blanked;
+    blanks: words that stand for no reading; fill: written into blank cells, "above" for what stands above them.
+    correct: readings that are known to be wrong, with the right ones.
     """
 
     source: str
@@ -65,7 +66,8 @@ class Column:
     plus: tuple[Term, ...] = ()
     minus: tuple[Term, ...] = ()
     blank_where: Condition | None = None
-    fill: float | None = None
+    fill: float | Literal["above"] | None = None
+    blanks: tuple[str, ...] = ()
     correct: tuple[tuple[float, float], ...] = ()
 
 

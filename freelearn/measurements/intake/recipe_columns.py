@@ -10,7 +10,20 @@ from freelearn.measurements.intake.recipe_conditions import condition_of
 from freelearn.measurements.intake.section import Section, is_number
 from freelearn.measurements.intake.units import conversion, unit_of
 
-COLUMN_KEYS = ("from", "unit", "sign", "scale", "offset", "times", "plus", "minus", "blank_where", "fill", "correct")
+COLUMN_KEYS = (
+    "from",
+    "unit",
+    "sign",
+    "scale",
+    "offset",
+    "times",
+    "plus",
+    "minus",
+    "blank_where",
+    "blanks",
+    "fill",
+    "correct",
+)
 
 
 def columns_of(section: Section) -> dict[str, Column]:
@@ -44,7 +57,8 @@ def column_of(section: Section, name: str) -> Column:
         plus=_terms(section, "plus", name),
         minus=_terms(section, "minus", name),
         blank_where=condition_of(section.section("blank_where")) if "blank_where" in section else None,
-        fill=section.number("fill"),
+        fill="above" if section.content.get("fill") == "above" else section.number("fill"),
+        blanks=section.texts("blanks"),
         correct=_corrections(section.section("correct")),
     )
 

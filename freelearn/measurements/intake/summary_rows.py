@@ -15,22 +15,22 @@ WORDS = {
 }
 
 
-def summary_rows(raw: RawTable) -> Iterator[str]:
-    """A sentence for each column of numbers in whose last rows such a word stands.
+def without_sums(raw: RawTable) -> RawTable:
+    """The rows that are readings."""
+    lines = {line for _, _, of in summary_rows(raw) for line in of}
+    return raw.rows([row for row, line in enumerate(raw.lines) if line not in lines]) if lines else raw
+
+
+def summary_rows(raw: RawTable) -> Iterator[tuple[str, list[str], list[int]]]:
+    """Each column of numbers in whose last rows such words stand, with the words and their lines.
 
     >>> raw = RawTable("a.csv", {"t": ["1", "2", "3", "Mean"], "F": ["1", "2", "3", "2"]}, [2, 3, 4, 5])
     >>> next(summary_rows(raw))
-    "sums and means are no readings: 'Mean' on line 5: leave them out with drop: {t: Mean}."
+    ('t', ['Mean'], [5])
     """
     for name, cells in raw.columns.items():
         last = [row for row in range(max(len(raw) - LAST, 0), len(raw)) if cells[row].strip(" :.").lower() in WORDS]
         words = sum(raw.style.number(cell) is None for cell in cells)
         numbers = sum(not is_blank(cell) for cell in cells) - words
         if last and words == len(last) and numbers >= LEAST:
-            words_there = list(dict.fromkeys(cells[row].strip() for row in last))
-            shown = words_there[0] if len(words_there) == 1 else f"[{', '.join(words_there)}]"
-            lines = ", ".join(str(raw.lines[row]) for row in last)
-            yield (
-                f"sums and means are no readings: {', '.join(map(repr, words_there))} on line {lines}: leave them out "
-                f"with drop: {{{name}: {shown}}}."
-            )
+            yield name, list(dict.fromkeys(cells[row].strip() for row in last)), [raw.lines[row] for row in last]

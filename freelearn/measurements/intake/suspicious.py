@@ -31,10 +31,11 @@ SCATTERED = 1.5
 SET_STATES, SET_LEVELS = 3, 6
 
 
-def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None) -> list[str]:
-    """Sentences about a file's columns. readings: those of the bed's instruments; time: the column of time, if any."""
+def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None, sums: bool = True) -> list[str]:
+    """Sentences about a file's columns. readings: those of the bed's instruments; time: the column of time, if any.
+    sums: whether rows that sum up others are among them."""
     read = [name for name in dict.fromkeys(readings) if name in raw.columns]
-    whole = (_twice(raw), _rows_twice(raw), summary_rows(raw))
+    whole = (_twice(raw), _rows_twice(raw), *((_summed_up(raw),) if sums else ()))
     checks = (*whole, _constant(raw, read), _saturated(raw, read), _backwards(raw, time))
     return [f"{raw.name}: {sentence}" for check in checks for sentence in check]
 
@@ -51,6 +52,15 @@ def _twice(raw: RawTable) -> Iterator[str]:
     for name in raw.columns:
         if name in first and name.endswith("]") and (plain := name.rsplit(" [", 1)[0]) in raw.columns:
             yield f"two columns are called {plain!r} and differ; the second is {name!r} here."
+
+
+def _summed_up(raw: RawTable) -> Iterator[str]:
+    for name, words, lines in summary_rows(raw):
+        shown = words[0] if len(words) == 1 else f"[{', '.join(words)}]"
+        yield (
+            f"sums and means are no readings: {', '.join(map(repr, words))} on line {', '.join(map(str, lines))}: "
+            f"leave them out with drop: {{{name}: {shown}}}."
+        )
 
 
 def _rows_twice(raw: RawTable) -> Iterator[str]:

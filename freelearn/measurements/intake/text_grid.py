@@ -28,7 +28,7 @@ def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
     separator = reading.separator or ""
     if lines and (told := re.fullmatch(r"sep=(.)\s*", lines[0])):
         separator, lines[0] = separator or told.group(1), "\n"
-    plain = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)]
+    plain = [line for line in lines if line.strip() and not _is_comment(line)]
     if not plain:
         raise UserError(f"{name} is empty: it needs a header and rows.")
     separator = separator or _separator(plain)
@@ -39,7 +39,18 @@ def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
         notes.append(f"{name}: columns are separated by {NAMES.get(separator, repr(separator))}.")
     if style.decimal == ",":
         notes.append(f"{name}: numbers have decimal commas.")
-    return Grid(name, rows, style, notes, cut_off=not text.endswith(("\n", "\r")))
+    remarks = [(i, _remark(line, separator)) for i, line in enumerate(lines, start=1) if _is_comment(line)]
+    return Grid(name, rows, style, notes, cut_off=not text.endswith(("\n", "\r")), comments=remarks)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENTS)
+
+
+def _remark(line: str, separator: str) -> list[str]:
+    """The cells of a comment; of one with spaces between its words they are one."""
+    text = line.strip().lstrip("#%/; ")
+    return [text] if separator == " " else text.split(separator)
 
 
 def _rows(lines: list[str], separator: str, name: str) -> Iterator[Row]:

@@ -55,6 +55,15 @@ def conversion(source: str, target: str) -> Conversion:
     return Conversion(source, target, one - zero, zero)
 
 
+def in_units_of(column: str, unit: str, difference: float) -> float:
+    """A difference of readings in the unit of a column of the table; as it is where their own is not known.
+
+    >>> in_units_of("elongation_mm", "in", 0.5)
+    12.7
+    """
+    return float(f"{conversion(unit, unit_of(column)).factor * difference:.6g}") if unit else difference
+
+
 def dimension(text: str) -> str | None:
     """What a unit measures, in one word of KINDS; None where the text is no unit."""
     try:

@@ -11,41 +11,44 @@ from rich.console import Console
 
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.guess import Guess
+from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.tables import Column, DisplayTable
 
-HEADINGS = ("column", "quantity", "unit", "how sure", "from … to", "first")
+HEADINGS = ("column", "what it is", "unit", "how sure", "from … to", "first")
 
 
-def show_guess(console: Console, found: Guess, recipe: Path, command: str, asks: bool = False) -> None:
-    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one. asks: whether
-    the rest is asked for at once, and the recipe written then."""
+def show_columns(console: Console, found: Guess) -> None:
+    """The columns, numbered, with what they seem to be, and what looks wrong."""
     rows = [
         (
-            c.name,
-            (c.quantity or "") if c.chosen else "–",
+            f"{number} {c.name}",
+            MEANINGS[c.quantity].words if c.chosen and c.quantity else "–",
             c.unit,
-            c.confidence if c.quantity else "",
+            c.confidence if c.chosen else "",
             _range(c.low, c.high),
             c.example,
         )
-        for c in found.columns
+        for number, c in enumerate(found.columns, start=1)
     ]
     columns = tuple(Column(heading, words=True) for heading in HEADINGS)
-    title = f"{found.name}: {found.rows} rows, perhaps of a {found.bed} bed"
-    console.print(rich_table(DisplayTable(columns, tuple(rows), title)))
+    console.print(rich_table(DisplayTable(columns, tuple(rows), f"{found.name}: {found.rows} rows")))
     _say(console, found.notes)
-    if asks:
-        console.print(f"Your answers are kept as {recipe}", markup=False, highlight=False, soft_wrap=True)
-        console.print(f"  again without questions: {command}", markup=False, highlight=False, soft_wrap=True)
-        return
+
+
+def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> None:
+    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one."""
+    show_columns(console, found)
     console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
     console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
     console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
 
 
-def show_intake(console: Console, intake: Intake, files: Sequence[Path], commands: Sequence[str]) -> None:
-    """How many rows came of each file, what looks wrong, and where the table is. commands: that use it."""
+def show_intake(
+    console: Console, intake: Intake, files: Sequence[Path], commands: Sequence[str], going_on: bool = False
+) -> None:
+    """How many rows came of each file, what looks wrong, and where the table is. commands: that use it. going_on: with
+    the first of them at once."""
     for file in intake.files:
         left = [f"{file['dropped']} dropped"] if file["dropped"] else []
         left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
@@ -55,7 +58,7 @@ def show_intake(console: Console, intake: Intake, files: Sequence[Path], command
     _say(console, intake.warnings)
     for path in files:
         console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
-    console.print("next:", markup=False, highlight=False)
+    console.print("now:" if going_on else "next:", markup=False, highlight=False)
     for command in commands:
         console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
 

@@ -10,10 +10,11 @@ from raw_files import HEADER, ROWS, raw_text
 from freelearn.errors import UserError
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.convert import convert
-from freelearn.measurements.intake.draft import draft, quoted
+from freelearn.measurements.intake.draft import draft
 from freelearn.measurements.intake.guess import guess
 from freelearn.measurements.intake.headings import heading
 from freelearn.measurements.intake.recipe_file import recipe_of
+from freelearn.measurements.intake.recipe_text import quoted
 from freelearn.measurements.intake.template import members_template, template
 from freelearn.measurements.intake.units import conversion
 from freelearn.measurements.members_table import read_members
@@ -36,7 +37,11 @@ HEADINGS = {
     "Temp °C": ("temperature_c", "°C"),
     "t_s": ("time_s", "s"),
     "lambda_z": ("stretch", ""),
-    "contraction (%)": ("strain", "%"),
+    "contraction (%)": ("contraction", "%"),
+    "Verkürzung [mm]": ("shortening", "mm"),
+    "P_kPa 2": ("pressure_kpa", "kPa"),
+    "F [N] [2]": ("force_n", "N"),
+    "Wandstärke [mm]": ("wall", "mm"),
     "Load [kg]": ("force_n", "kg"),
     "PressureSensor (bar)": ("pressure_kpa", "bar"),
     "gamma_deg": ("gamma_deg", "deg"),

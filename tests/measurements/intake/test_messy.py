@@ -80,9 +80,14 @@ def with_a_date(sheet, _):
     sheet.cell(4, 3).value = datetime.datetime(2026, 2, 25)
 
 
-def merged_cells(sheet, _):
+def merged_down(sheet, _):
     filled(sheet)
     sheet.merge_cells("A2:A5")
+
+
+def merged_across(sheet, _):
+    filled(sheet)
+    sheet.merge_cells("A2:B2")
 
 
 def mat(**variables):
@@ -170,6 +175,7 @@ RIGHT = {
     "excel title.xlsx": lambda: book(titled),
     "excel shifted.xlsx": lambda: book(lambda sheet, _: filled(sheet, start=4, column=3)),
     "excel sheets.xlsx": lambda: book(with_a_second_sheet),
+    "excel merged rows.xlsx": lambda: book(merged_down),
     "excel text.xlsx": lambda: book(text_cells),
     "old.mat": lambda: mat(**dict(zip(PLAIN, TRUE.T, strict=True))),
     "structure.mat": lambda: mat(data=dict(zip(PLAIN, TRUE.T, strict=True))),
@@ -188,7 +194,7 @@ REFUSED = {
     "date in a cell.csv": (lambda: lines(n4="0,25.02.2026,-30"), "is a date"),
     "thousands.csv": (lambda: text(separator=";").replace("-23.5", "-1,023.5"), "thousands|not a number"),
     "excel date.xlsx": (lambda: book(with_a_date), "date"),
-    "merged.xlsx": (lambda: book(merged_cells), "merged"),
+    "merged.xlsx": (lambda: book(merged_across), "merged"),
     "two muscles.csv": (
         lambda: text(("wer", *PLAIN), rows=[f"{'ab'[i % 2]},{','.join(map(str, r))}" for i, r in enumerate(TRUE)]),
         "sample is blank",
