@@ -8,7 +8,8 @@ from textwrap import wrap
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.draft import draft
-from freelearn.measurements.intake.guess import Guess, guess_table
+from freelearn.measurements.intake.guess import guess_table
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.joined import DesignGuess
 from freelearn.measurements.intake.questions import Question, answer, in_words, meaning_of, questions, said
 from freelearn.measurements.intake.raw_table import RawTable

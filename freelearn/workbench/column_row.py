@@ -10,7 +10,7 @@ from markupsafe import escape
 
 from freelearn.measurements.intake.doubt import NO, YES
 from freelearn.measurements.intake.draft import Answers
-from freelearn.measurements.intake.guess import ColumnGuess
+from freelearn.measurements.intake.guessed import ColumnGuess
 from freelearn.measurements.intake.meanings import MEANINGS, NOT_USED, UNITS
 from freelearn.measurements.intake.questions import WHAT
 from freelearn.measurements.intake.units import conversion, dimension

@@ -10,8 +10,9 @@ import panel as pn
 
 from freelearn.errors import UserError
 from freelearn.measurements.intake.draft import draft
-from freelearn.measurements.intake.guess import Guess, with_meanings
+from freelearn.measurements.intake.guess import with_meanings
 from freelearn.measurements.intake.guess_plain import Guessed
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.meanings import MEANINGS, NOT_USED
 from freelearn.measurements.intake.questions import WHAT, questions, said
 from freelearn.workbench.column_row import ColumnRow

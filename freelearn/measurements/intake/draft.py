@@ -7,7 +7,7 @@ from typing import Any
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.doubt import NO, YES, Doubt
-from freelearn.measurements.intake.guess import ColumnGuess, Guess
+from freelearn.measurements.intake.guessed import ColumnGuess, Guess
 from freelearn.measurements.intake.joined import DesignGuess
 from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.measurements.intake.recipe import DESIGN, FURTHER, MARKS, READINGS

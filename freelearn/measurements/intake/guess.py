@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,9 @@ import pandas as pd
 
 from freelearn.measurements.beds import BEDS
 from freelearn.measurements.intake.cells import numbers
-from freelearn.measurements.intake.doubt import Doubt
+from freelearn.measurements.intake.guessed import ColumnGuess, Guess
 from freelearn.measurements.intake.headings import INNER_DIAMETER, Confidence, heading
-from freelearn.measurements.intake.meanings import HELD, MEANINGS, OUTER_DIAMETER, column_of
+from freelearn.measurements.intake.meanings import HELD, MEANINGS, OUTER_DIAMETER
 from freelearn.measurements.intake.raw_file import raw_table
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.reading import Reading
@@ -23,8 +23,6 @@ from freelearn.measurements.intake.recipe import DESIGN, MARKS
 from freelearn.measurements.intake.row_doubts import row_doubts, sums
 from freelearn.measurements.intake.summary_rows import without_sums
 from freelearn.measurements.intake.suspicious import SCATTERED, raw_suspicions
-from freelearn.measurements.intake.told_elsewhere import Told
-from freelearn.measurements.members import pressure_column
 from freelearn.measurements.text_file import read_bytes
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
@@ -34,78 +32,6 @@ LENGTHS = ("elongation_mm", "shortening", HELD, "stretch", "strain", "contractio
 MOST_SAMPLES = 50
 # What a column of marks holds.
 MARKED = {"0", "1", "0.0", "1.0", ""}
-
-
-@dataclass(frozen=True)
-class ColumnGuess:
-    """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
-    reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
-    may name actuators, each once."""
-
-    name: str
-    quantity: str | None
-    unit: str
-    confidence: Confidence
-    example: str
-    low: float
-    high: float
-    chosen: bool = False
-    words: tuple[str, ...] = ()
-
-    @property
-    def column(self) -> str:
-        """The column of the table that it becomes, "" for none."""
-        return column_of(self.quantity)
-
-    @property
-    def numeric(self) -> bool:
-        """Whether it holds numbers."""
-        return self.low == self.low
-
-    @property
-    def meant(self) -> dict[str, str]:
-        """Its name and its meaning."""
-        return {self.name: self.quantity or ""}
-
-
-@dataclass(frozen=True)
-class Guess:
-    """What a file seems to hold. bed: the one that fits these columns. pressures: names of the columns that are
-    members' pressures, where there are several. notes: how the file was read and what looks wrong in it."""
-
-    name: str
-    rows: int
-    bed: str
-    columns: tuple[ColumnGuess, ...]
-    pressures: tuple[str, ...]
-    notes: tuple[str, ...]
-    # Of which actuator the rows are: the words of the column that says so, in their order.
-    samples: tuple[str, ...] = ()
-    # A column that may say so, although its heading does not.
-    perhaps: str = ""
-    perhaps_words: tuple[str, ...] = ()
-    # Columns by which the rows of one state come to stand together, where they lie sorted by pressure.
-    order_by: tuple[str, ...] = ()
-    # Of a workbook with several.
-    sheet: str = ""
-    # What stands elsewhere in the file about the actuator.
-    about: tuple[Told, ...] = ()
-    # What the numbers leave open.
-    doubts: tuple[Doubt, ...] = ()
-
-    def of(self, quantity: str) -> ColumnGuess | None:
-        """The column chosen for a quantity."""
-        return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
-
-    @property
-    def measured(self) -> list[ColumnGuess]:
-        """The chosen columns that have a unit: of readings, of what was set, of designs."""
-        return [c for c in self.columns if c.chosen and MEANINGS[c.quantity or ""].kind]
-
-    def table_column(self, column: ColumnGuess) -> str:
-        """The column of the table that a chosen one becomes."""
-        several = column.name in self.pressures
-        return pressure_column(self.pressures.index(column.name) + 1) if several else column.column
 
 
 def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) -> Guess:

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from freelearn.measurements.intake.guess import Guess
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.joined import DesignGuess
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from freelearn.errors import UserError
 from freelearn.measurements.intake.cells import POINTS
 from freelearn.measurements.intake.grid import NoTable
-from freelearn.measurements.intake.guess import ColumnGuess, Guess, column_guess, guess_table
+from freelearn.measurements.intake.guess import column_guess, guess_table
+from freelearn.measurements.intake.guessed import ColumnGuess, Guess
 from freelearn.measurements.intake.meanings import MEANINGS, OUTER_DIAMETER
 from freelearn.measurements.intake.raw_file import raw_table, sheet_grid, sheet_names
 from freelearn.measurements.intake.raw_table import RawTable

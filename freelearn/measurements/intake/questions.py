@@ -18,7 +18,7 @@ from freelearn.measurements.intake.draft import (
     percents,
     quantities_given,
 )
-from freelearn.measurements.intake.guess import ColumnGuess, Guess
+from freelearn.measurements.intake.guessed import ColumnGuess, Guess
 from freelearn.measurements.intake.joined import DesignGuess
 from freelearn.measurements.intake.meanings import MEANINGS, NOT_USED
 from freelearn.measurements.intake.units import conversion, unit_of

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from freelearn.measurements.intake.doubt import YES, Doubt
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.units import in_units_of
-
-if TYPE_CHECKING:
-    from freelearn.measurements.intake.guess import Guess
 
 # A reading of exactly 0 in so many rows is no chance.
 LEAST_ZEROS = 3

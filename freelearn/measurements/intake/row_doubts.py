@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from freelearn.measurements.intake.cells import POINTS, number_styles, numbers
 from freelearn.measurements.intake.doubt import NO, YES, Doubt
 from freelearn.measurements.intake.grid import few
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.measurements.intake.plateaus import find_plateaus
 from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.recipe import DESIGN, STATE
 from freelearn.measurements.intake.summary_rows import summary_rows
 from freelearn.measurements.intake.units import in_units_of
-
-if TYPE_CHECKING:
-    from freelearn.measurements.intake.guess import Guess
 
 # A log whose rows mostly stand on plateaus of so many readings.
 LEAST_READINGS, LEAST_PLATEAUS, ON_PLATEAUS, STEADY = 8, 4, 0.6, 0.01

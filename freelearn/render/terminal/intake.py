@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from freelearn.measurements.intake.assemble import Intake
-from freelearn.measurements.intake.guess import Guess
+from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.meanings import MEANINGS
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.tables import Column, DisplayTable
