@@ -14,13 +14,17 @@ from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.settings import IntakeSettings
 from freelearn.api.tasks.intake import TakenIn, taken_in
 from freelearn.api.tasks.intake_files import PROVENANCE, beside
+from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in
 from freelearn.commands.command_line import command_line, program
 from freelearn.commands.small_app import small_app
 from freelearn.files import remove_unfinished, write_text
 from freelearn.measurements.intake.draft import draft
 from freelearn.measurements.intake.joined import guess_file
+from freelearn.measurements.intake.rubber.guess import guess_tests, looks_like_rubber
+from freelearn.measurements.intake.rubber.questions import rubber_draft
 from freelearn.measurements.intake.sources import is_folder, table_files
-from freelearn.render.terminal.intake import show_guess, show_intake
+from freelearn.measurements.text_file import read_bytes
+from freelearn.render.terminal.intake import show_draft, show_guess, show_intake, show_rubber, show_tests
 
 
 def intake_app() -> None:
@@ -47,6 +51,9 @@ def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     path = folder / f"{stem_of(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     remove_unfinished(folder)
+    if looks_like_rubber(found):
+        _draft_rubber(data, files, path, console)
+        return
     write_text(path, draft(found, files, joined))
     words = [option("data.path", data), option("recipe", path)]
     # What was asked for this time is asked for the next time, too.
@@ -55,13 +62,32 @@ def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     show_guess(console, found, path, command)
 
 
+def _draft_rubber(data: Path, files: Sequence[str], path: Path, console: Console) -> None:
+    """The draft of a recipe of tests of rubber."""
+    paths = [data / name for name in files] or [data]
+    tests = guess_tests({one.name: read_bytes(one) for one in paths})
+    write_text(path, rubber_draft(tests, {}, data.name))
+    show_tests(console, tests)
+    show_draft(console, path, _command([*program("intake"), option("data.path", data), option("recipe", path)]))
+
+
 def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: Console) -> None:
     data = settings.data.path
+    if is_rubber_recipe(recipe_path):
+        rubber = rubber_taken_in([data], recipe_path, settings.out or folder / f"{stem_of(data)}_table.csv")
+        files = [rubber.path, beside(rubber.path, PROVENANCE)]
+        show_rubber(console, rubber.intake, files, specimens_command(rubber.path))
+        return
     made = taken_in(data, recipe_path, settings.out or folder / f"{stem_of(data)}_table.csv", settings.design)
     members = [] if made.members is None else [made.members]
     files = [made.path, *members, beside(made.path, PROVENANCE)]
     following = [_command([*program(name), "train=all", *table_options(made)]) for name in ("train", "discover")]
     show_intake(console, made.intake, files, following)
+
+
+def specimens_command(table: Path) -> str:
+    """The command that fits a table of tests of rubber."""
+    return command_line(program("specimens", ["python", "-m", "freelearn.specimens"]), [str(table), "--best"])
 
 
 def stem_of(data: Path) -> str:

@@ -1,18 +1,21 @@
-"""Questions about a raw file in the terminal, one after the other; any answer can be changed."""
+"""Questions about raw files in the terminal, one after the other; any answer can be changed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from textwrap import wrap
 
 from freelearn.errors import UserError
+from freelearn.measurements.intake.doubt import NO, YES
 from freelearn.measurements.intake.draft import draft
 from freelearn.measurements.intake.guess import guess_table
 from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.joined import DesignGuess
 from freelearn.measurements.intake.questions import Question, answer, in_words, meaning_of, questions, said
 from freelearn.measurements.intake.raw_table import RawTable
+from freelearn.measurements.intake.rubber.guess import RubberGuess
+from freelearn.measurements.intake.rubber.questions import mode_of, rubber_draft, rubber_questions
 from freelearn.measurements.intake.units import unit_of
 
 # A choice of more has several on a line.
@@ -23,14 +26,72 @@ Ask = Callable[[str], str]
 
 @dataclass
 class Interview:
-    """found: the guess at the file as far as it is known. tell: shows a sentence. answers: by the keys of questions."""
+    """ask: gives what was typed. tell: shows a sentence. answers: by the keys of questions."""
 
-    first: Guess
-    joined: DesignGuess | None
-    raw: RawTable
     ask: Ask
     tell: Callable[[str], None]
     answers: dict[str, str | float] = field(default_factory=dict)
+
+    def questions(self) -> Iterator[Question]:
+        """All that are to be asked, as far as the answers tell."""
+        raise NotImplementedError
+
+    def recipe(self) -> str:
+        """The recipe that the answers make."""
+        raise NotImplementedError
+
+    def run(self) -> None:
+        """Asks all that is open."""
+        while (question := next((q for q in self.questions() if q.key not in self.answers), None)) is not None:
+            self.put(question)
+
+    def put(self, question: Question) -> None:
+        """Asks a question until there is an answer."""
+        shown = _prompt(question)
+        while True:
+            try:
+                self.answers[question.key] = answer(question, self.ask(shown), self.answers)
+                return
+            except UserError as mistake:
+                self.tell(str(mistake))
+
+    def change(self) -> bool:
+        """Asks one of the questions anew, and what follows from it; False where nothing is to be changed."""
+        asked = [q for q in self.questions() if q.key in self.answers]
+        for number, question in enumerate(asked, start=1):
+            self.tell(f"{number:3d}  {question.short}: {in_words(question, self.answers[question.key])}")
+        place = self.number("Enter to go on, or the number of an answer to change: ", len(asked))
+        if place is None:
+            return False
+        self.put(asked[place])
+        self.run()
+        return True
+
+    def number(self, prompt: str, count: int) -> int | None:
+        """The place of what somebody chose by its number, None where nothing was typed."""
+        while typed := self.ask(prompt).strip():
+            if typed.isdigit() and 1 <= int(typed) <= count:
+                return int(typed) - 1
+            self.tell(f"{typed!r} is none of them: write a number from 1 to {count}")
+        return None
+
+    def sure(self, text: str) -> bool:
+        """Yes or no."""
+        question = Question("", text, "choice", options=((YES, "yes"), (NO, "no")))
+        while True:
+            try:
+                return answer(question, self.ask(_prompt(question)), {}) == YES
+            except UserError as mistake:
+                self.tell(str(mistake))
+
+
+@dataclass
+class ActuatorInterview(Interview):
+    """first: the guess at the file; raw: the table that it is about. joined: designs that stand elsewhere."""
+
+    first: Guess = field(kw_only=True)
+    raw: RawTable = field(kw_only=True)
+    joined: DesignGuess | None = field(kw_only=True, default=None)
     _known: dict[tuple[tuple[str, str], ...], Guess] = field(default_factory=dict)
 
     @property
@@ -48,57 +109,52 @@ class Interview:
 
     def columns(self) -> None:
         """Lets whoever sees the table of the guess put columns right, by their numbers."""
-        columns = self.first.columns
-        while typed := self.ask("Is every line right? Enter if so, else the number of one that is not: ").strip():
-            if typed.isdigit() and 1 <= int(typed) <= len(columns):
-                self._put(meaning_of(columns[int(typed) - 1]))
-            else:
-                self.tell(f"{typed!r} is none of them: write a number from 1 to {len(columns)}")
+        prompt = "Is every line right? Enter if so, else the number of one that is not: "
+        while (place := self.number(prompt, len(self.first.columns))) is not None:
+            self.put(meaning_of(self.first.columns[place]))
 
-    def run(self) -> None:
-        """Asks all that is open."""
-        while (question := self._open()) is not None:
-            self._put(question)
-
-    def _open(self) -> Question | None:
-        found = self.found
-        return next((q for q in questions(found, self.joined, self.answers) if q.key not in self.answers), None)
-
-    def _put(self, question: Question) -> None:
-        shown = _prompt(question)
-        while True:
-            try:
-                self.answers[question.key] = answer(question, self.ask(shown), self.answers)
-                return
-            except UserError as mistake:
-                self.tell(str(mistake))
-
-    def change(self) -> bool:
-        """Asks one of the questions anew, and what follows from it; False where nothing is to be changed."""
-        asked = [q for q in questions(self.found, self.joined, self.answers) if q.key in self.answers]
-        for number, question in enumerate(asked, start=1):
-            self.tell(f"{number:3d}  {question.short}: {in_words(question, self.answers[question.key])}")
-        while True:
-            typed = self.ask("Enter to go on, or the number of an answer to change: ").strip()
-            if not typed:
-                return False
-            if typed.isdigit() and 1 <= int(typed) <= len(asked):
-                self._put(asked[int(typed) - 1])
-                self.run()
-                return True
-            self.tell(f"{typed!r} is none of them: write a number from 1 to {len(asked)}")
+    def questions(self) -> Iterator[Question]:
+        """Those about an actuator's file."""
+        return questions(self.found, self.joined, self.answers)
 
     def recipe(self) -> str:
-        """The recipe that the answers make."""
+        """A recipe of a measurement table."""
         return draft(self.found, (), self.joined, self.answers)
+
+
+@dataclass
+class RubberInterview(Interview):
+    """tests: as far as the files tell. name: of the files."""
+
+    tests: Sequence[RubberGuess] = field(kw_only=True)
+    name: str = field(kw_only=True)
+
+    def columns(self) -> None:
+        """Lets whoever sees the tests put the columns of one right, by its number."""
+        prompt = "Is every line right? Enter if so, else the number of one that is not: "
+        while (place := self.number(prompt, len(self.tests))) is not None:
+            test = self.tests[place]
+            self.put(mode_of(place + 1, test))
+            for which, words in (("along", "stretch, strain or elongation"), ("stress", "stress or force")):
+                options = tuple((c.name, f"{c.name} ({c.low:.4g} … {c.high:.4g})") for c in test.columns)
+                text = f"Which column of {test.label} is the {words}?"
+                self.put(Question(f"{place + 1}.{which}", text, "choice", "", options, None, text))
+
+    def questions(self) -> Iterator[Question]:
+        """Those about tests of rubber."""
+        return rubber_questions(self.tests, self.answers)
+
+    def recipe(self) -> str:
+        """A recipe of a table of specimen tests."""
+        return rubber_draft(self.tests, self.answers, self.name)
 
 
 def _prompt(question: Question) -> str:
     """The question with its choices, and what Enter takes."""
     names = [name for name, _ in question.options]
     taken = "" if question.proposed is None else in_words(question, question.proposed)
-    if names == ["yes", "no"]:
-        return f"{question.text} [{'Y/n' if taken == 'yes' else 'y/N' if taken else 'y/n'}]: "
+    if names == [YES, NO]:
+        return f"{question.text} [{'Y/n' if taken == YES else 'y/N' if taken else 'y/n'}]: "
     numbered = [f"{i}  {words}" for i, (_, words) in enumerate(question.options, start=1)]
     lines = [
         question.text,

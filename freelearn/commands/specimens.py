@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
+import pandas as pd
 from rich.console import Console
 
 from freelearn.api.tasks.specimens import NEO_HOOKEAN, compared_specimens, fitted_specimens
@@ -23,9 +24,15 @@ from freelearn.results.specimen_tables import combination_table, mode_table, rub
 
 
 def fit_specimens(
-    data: Specimens, effects: Sequence[str], held_out: Sequence[str], out: Path, console: Console
+    data: Specimens,
+    effects: Sequence[str],
+    held_out: Sequence[str],
+    out: Path,
+    console: Console,
+    compared: tuple[pd.DataFrame, str] | None = None,
 ) -> None:
-    """Fits, writes specimen.json, curves.png and curves.csv to `out`, and prints a short table. Raises UserError."""
+    """Fits, writes specimen.json, curves.png, curves.csv and report.html to `out`, and prints a short table. Raises
+    UserError."""
     check_folder(out)
     fit, alone = fitted_specimens(data, effects, held_out)
     write_result(out / "specimen.json", fit, data.files)
@@ -36,21 +43,29 @@ def fit_specimens(
     fits = {NEO_HOOKEAN: alone} | ({f"with {' + '.join(effects)}": fit} if effects else {})
     curves = curve_table(data.table, fits)
     save(specimen_curves(curves, fits), curves, out / "curves.png")
+    from freelearn.render.html.specimen import report_specimen
+
+    notes = [*rubber_notes(fit, alone), *data.warnings]
+    report_specimen(out / "report.html", fits, curves, notes, compared, out / "specimen.json")
     shown = {NEO_HOOKEAN: alone} | ({"with effects": fit} if effects else {})
     console.print(rich_table(mode_table(shown)))
     console.print(rich_table(rubber_parameters(fit)))
-    for note in [*rubber_notes(fit, alone), *data.warnings]:
+    for note in notes:
         console.print(f"! {note}", markup=False, highlight=False)
-    console.print(f"files: {out}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"report: {out / 'report.html'}", markup=False, highlight=False, soft_wrap=True)
 
 
-def compare_specimens(data: Specimens, out: Path, console: Console) -> None:
-    """Prints the comparison of all combinations of effects and writes comparison.csv to `out`. Raises UserError."""
+def compare_specimens(data: Specimens, out: Path, console: Console, best: bool = False) -> None:
+    """Prints the comparison of all combinations of effects and writes comparison.csv to `out`. best: goes on to fit
+    what the tests ask for. Raises UserError."""
     check_folder(out)
-    compared, said = compared_specimens(data)
+    compared, said, effects = compared_specimens(data)
     write_whole(out / "comparison.csv", lambda p: compared.to_csv(p, index=False, float_format="%.6g"))
     console.print(rich_table(combination_table(compared)))
     console.print(said, markup=False, highlight=False)
+    if best:
+        fit_specimens(data, effects, (), out, console, (compared, said))
+        return
     for warning in data.warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(f"table: {out / 'comparison.csv'}", markup=False, highlight=False, soft_wrap=True)
@@ -82,14 +97,16 @@ def main() -> None:
     )
     parser.add_argument("--held-out", nargs="*", default=[], type=_mode, metavar="MODE", help="modes to predict only")
     parser.add_argument("--compare", action="store_true", help="compare all combinations of effects instead")
+    parser.add_argument("--best", action="store_true", help="compare them, then fit what the tests ask for")
     parser.add_argument("--out", type=Path, help="folder to write to (default: under outputs/specimens)")
     arguments = parser.parse_args()
-    if arguments.compare and (arguments.effects or arguments.held_out):
-        parser.error("--compare tries all effects and holds out each mode in turn: drop --effects and --held-out")
+    compares = arguments.compare or arguments.best
+    if compares and (arguments.effects or arguments.held_out):
+        parser.error("--compare and --best try all effects and hold out each mode: drop --effects and --held-out")
     out = arguments.out or Path("outputs/specimens") / datetime.now().strftime("%Y-%m-%d/%H-%M-%S-%f")
     with one_sentence("interrupted before there was a result.", out):
         data = read_specimens(arguments.table)
-        if arguments.compare:
-            compare_specimens(data, out, Console())
+        if compares:
+            compare_specimens(data, out, Console(), arguments.best)
         else:
             fit_specimens(data, arguments.effects, arguments.held_out, out, Console())

@@ -74,6 +74,15 @@ def conclusion(compared: pd.DataFrame) -> str:
     return said
 
 
+def best_effects(compared: pd.DataFrame) -> tuple[str, ...]:
+    """The effects that the tests ask for most, () for the neo-Hookean wall, or where one mode alone was measured."""
+    error = held_out_errors(compared)
+    if not len(error):
+        return ()
+    chosen = asked_for(error)
+    return () if NEO_HOOKEAN in chosen else tuple(str(chosen.index[0]).split())
+
+
 def _effects(error: pd.Series) -> np.ndarray:
     """How many effects each combination has."""
     return np.array([0 if name == NEO_HOOKEAN else len(str(name).split()) for name in error.index])

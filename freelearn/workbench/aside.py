@@ -9,6 +9,7 @@ import panel as pn
 
 from freelearn.workbench.controls import download
 from freelearn.workbench.part import Part
+from freelearn.workbench.question import Question
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import heading, say, table, words
 
@@ -67,7 +68,11 @@ class Aside(Part):
             return
         self._show(latest["question"].run, self.session.folder / latest["folder"])
         question = latest["question"]
-        say(self.lines, [question.command(self.kind), question.python(self.kind)], code=True)
+        say(self.lines, self.lines_of(question), code=True)
+
+    def lines_of(self, question: Question) -> list[str]:
+        """The command, and the lines of Python, with the same answer."""
+        return [question.command(self.kind), question.python(self.kind)]
 
     def _show(self, run: str, folder: Path) -> None:
         # Pandas' table and torch come with it: not before there is an answer.

@@ -27,7 +27,7 @@ KINEMATIC = "kinematic"
 LM = "levenberg_marquardt"
 FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
 # Kinds of jobs that ask something of a finished run, or of rubber alone.
-ASIDES = ("predict", "plan", "rubber")
+ASIDES = ("predict", "plan", "tests", "rubber")
 SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
@@ -43,7 +43,7 @@ class Question:
     or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
     effects that a search of the session wrote, as far as these are in the model; run, asks, rows: of what is asked of a
     finished run: its folder, the file of a table with blanks, and how many rows to plan; sheets: of tests of rubber
-    alone, each with its mode and file."""
+    alone, each file by the name that the user gives it, and as stored."""
 
     data: str = "virtual"
     seed: int = SEED
@@ -104,9 +104,10 @@ class Question:
             options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
             return command_line(["python", "intake.py"], options)
         if kind == "rubber":
-            options = [f"{mode}={path}" for mode, path in self.sheets]
-            options += ["--effects", *self.effects] if self.effects else []
-            return command_line(["python", "-m", "freelearn.specimens"], [*options, "--out", "outputs/rubber"])
+            # In the user's own names: the recipe is there to download.
+            names = [name for name, _ in self.sheets]
+            options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
+            return command_line(["python", "-m", "freelearn", "start"], options)
         if kind in ASIDES:
             options = [f"run={_quoted(self.run)}"]
             options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
@@ -117,10 +118,6 @@ class Question:
 
     def python(self, kind: str) -> str:
         """The lines of Python with the same result, for a question to a finished run."""
-        if kind == "rubber":
-            energies = f", effects={list(self.effects)!r}" if self.effects else ""
-            constituent = "constituent='outputs/rubber/specimen.json'"
-            return f"import freelearn as fl\nfl.fit('mine.csv', train='constituent', {constituent}{energies})"
         if kind == "predict":
             lines = ["import freelearn as fl, pandas as pd", f"blanks = pd.read_csv({self.asks!r})"]
             return "\n".join([*lines, f"fl.load({self.run!r}).invert(blanks).frame()"])
@@ -133,7 +130,7 @@ class Question:
         if kind in ASIDES:
             energies = self.effects if kind == "rubber" else ()
             asked = Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
-            return replace(asked, effects=energies, sheets=self.sheets)
+            return replace(asked, effects=energies, sheets=self.sheets, recipe=self.recipe)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_data(self, other: Question) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ MEGABYTE = 2**20
 LARGEST_CSV = 64 * MEGABYTE
 LONGEST_NAME = 200
 # Endings by which intake knows a file; every other one is kept as text.
-FORMATS = (".xlsx", ".xlsm", ".xls", ".mat", ".pkl", ".pickle")
+FORMATS = (".xlsx", ".xlsm", ".xls", ".ods", ".mat", ".pkl", ".pickle")
 RECIPES = (".yaml", ".yml")
 # What is chosen at first of these data. Few beds measure like the paper's. The muscle's braid angle is assumed; its
 # load cell and gauge were calibrated.
@@ -158,10 +158,28 @@ class Session(Running):
         folder = str((self.folder / runs[-1]["folder"]).resolve())
         self.begin(kind, Question(own=runs[-1]["question"].own, run=folder, asks=asks, rows=rows))
 
-    def fit_rubber(self, sheets: Mapping[str, str], effects: Collection[str]) -> None:
-        """Fits the rubber to its own tests. sheets: stored files by their modes; effects: energies that it has."""
-        if not self.busy and sheets:
-            self.begin("rubber", Question(sheets=tuple(sorted(sheets.items())), effects=tuple(effects)))
+    def add_tests(self, name: str, content: bytes) -> None:
+        """Has a file of tests of rubber read, beside those that are there; one of the same name takes its place."""
+        if self._refused(content):
+            return
+        ending = Path(name).suffix.lower()
+        path = self.stored(content, "rubber", ending if ending in FORMATS else ".raw")
+        before = dict(self.asides["tests"]["question"].sheets) if "tests" in self.asides else {}
+        self.begin("tests", Question(sheets=tuple((before | {shown_name(name): path}).items())))
+
+    def forget_tests(self) -> None:
+        """Begins anew with the files of tests of rubber."""
+        if not self.busy and "tests" in self.asides:
+            del self.asides["tests"]
+            self.save()
+
+    def fit_rubber(self, recipe: bytes, effects: Collection[str]) -> None:
+        """Fits the rubber to its own tests. recipe: how their files are read; effects: energies that it has, none to
+        compare all of them."""
+        if not self.busy and "tests" in self.asides:
+            sheets = self.asides["tests"]["question"].sheets
+            path = self.stored(recipe, "recipe", ".yaml")
+            self.begin("rubber", Question(sheets=sheets, effects=tuple(effects), recipe=path))
 
     def adopt(self) -> None:
         """Goes on with the model that the latest search found, as the search fitted it: with the error it promised."""

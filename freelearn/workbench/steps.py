@@ -15,7 +15,12 @@ from freelearn.workbench.words import heading, say, words
 
 WIDTH = 286
 DOING = {"check": "Reading the file", "convert": "Making the table", "train": "Fitting", "discover": "Searching"}
-DOING |= {"predict": "Filling in the blanks", "plan": "Planning", "rubber": "Fitting the rubber"}
+DOING |= {
+    "predict": "Filling in the blanks",
+    "plan": "Planning",
+    "rubber": "Fitting the rubber",
+    "tests": "Reading the tests",
+}
 
 
 class Steps(Part):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import traceback
 from multiprocessing.connection import Connection
@@ -15,12 +16,16 @@ from freelearn.api.settings.plan_settings import plan_settings
 from freelearn.api.settings.predict_settings import PredictSettings, QuestionsData
 from freelearn.api.tasks.discover import discover
 from freelearn.api.tasks.plan_run import planned, write_plan
+from freelearn.api.tasks.rubber_intake import rubber_taken_in
 from freelearn.api.tasks.train import train
 from freelearn.commands.predict import predict
-from freelearn.commands.specimens import fit_specimens
+from freelearn.commands.specimens import compare_specimens, fit_specimens
 from freelearn.errors import UserError
+from freelearn.files import write_text
 from freelearn.inference.step import Step
+from freelearn.measurements.intake.rubber.guess import guess_tests, plain_tests
 from freelearn.measurements.specimen_table import read_specimens
+from freelearn.measurements.text_file import read_bytes
 from freelearn.results.formats import error_in_words
 from freelearn.work import watched
 from freelearn.workbench.asked import discover_settings, train_settings
@@ -105,14 +110,25 @@ def _plan(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
     write_plan(planned(plan_settings({"run": question.run, "rows": question.rows})), folder, figures=False)
 
 
+def _tests(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    tests = guess_tests({name: read_bytes(path) for name, path in question.sheets})
+    write_text(folder / "tests.json", json.dumps(plain_tests(tests)) + "\n")
+
+
 def _rubber(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
-    pipe.send(("progress", {"text": "fitting the sheets"}))
-    data = read_specimens([f"{mode}={path}" for mode, path in question.sheets])
+    pipe.send(("progress", {"text": "comparing energies" if not question.effects else "fitting"}))
+    files = {name: Path(path) for name, path in question.sheets}
+    made = rubber_taken_in(files, Path(question.recipe), folder / "tests.csv")
+    data = read_specimens([str(made.path)])
     with open(folder / "rubber.txt", "w", encoding="utf-8") as file:
-        fit_specimens(data, question.effects, (), folder, Console(file=file, width=100))
+        console = Console(file=file, width=100)
+        if question.effects:
+            fit_specimens(data, question.effects, (), folder, console)
+        else:
+            compare_specimens(data, folder, console, best=True)
 
 
 JOBS = {
     "check": check, "convert": convert, "train": _train, "discover": _discover, "predict": _predict, "plan": _plan,
-    "rubber": _rubber,
+    "tests": _tests, "rubber": _rubber,
 }  # fmt: skip

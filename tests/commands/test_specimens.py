@@ -61,7 +61,7 @@ def test_result_holds_the_fit_and_its_data(run):
         hashlib.sha256(Path(d["path"]).read_bytes()).hexdigest() for d in data.files
     ]
     assert "equibiaxial (held out)" in text
-    assert sorted(p.name for p in out.iterdir()) == ["curves.csv", "curves.png", "specimen.json"]
+    assert sorted(p.name for p in out.iterdir()) == ["curves.csv", "curves.png", "report.html", "specimen.json"]
 
 
 def test_parameters_are_loaded_by_the_models_names(run):

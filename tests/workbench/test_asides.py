@@ -117,21 +117,37 @@ def test_a_plan_has_as_many_rows_as_were_asked_for(session, monkeypatch):
     assert "earlier fit" in page.said.object
 
 
-def test_the_rubber_of_three_sheets_is_fitted(session):
+def test_the_rubber_of_three_files_is_fitted(session):
     page = Rubber(session)
     page.refresh()
     assert page.go.disabled
     stretch = np.linspace(1.05, 2.0, 12)
-    # Nominal stress of a neo-Hookean solid with C1 = 0.4 MPa, W = C1/2 (I1 - 3).
-    for mode, power in {"UT": -2.0, "ET": -5.0, "PS": -3.0}.items():
-        rows = pd.DataFrame({"stretch": stretch, "stress_mpa": 0.4 * (stretch - stretch**power)})
-        page._taker(mode)("mine.csv", rows.to_csv(index=False).encode())
-    assert "uniaxial tension, equibiaxial tension, pure shear" in page.given.object
+    # Nominal stress of a neo-Hookean solid with C1 = 0.4 MPa, W = C1/2 (I1 - 3), as laboratories write it.
+    for name, power in {"Zug.csv": -2.0, "equi.csv": -5.0, "<b>c.csv": -3.0}.items():
+        rows = pd.DataFrame({"Dehnung [%]": 100 * (stretch - 1), "Spannung [kPa]": 400 * (stretch - stretch**power)})
+        session.add_tests(name, rows.to_csv(index=False).encode())
+        session.poll()
+        page.refresh()
+    assert "2  equi.csv: equibiaxial, 12 rows" in page.given.object
+    assert "&lt;b&gt;c.csv: which loading?" in page.given.object
+    page.asked()
+    assert "still to be said" in page.wrong.object
+    answers = {"3.mode": "pure_shear", **{f"{n}.stress.kind": "stress_mpa" for n in (1, 2, 3)}}
+    for key, value in answers.items():
+        page.questions.fields[key].value = value
+    page.effects.value = ["wall_stiffening"]
     page.asked()
     session.poll()
     page.refresh()
     found = json.loads(Path(page.save.file).read_text())["parameters"]
     assert found["C1"]["value"] == pytest.approx(0.4e6, rel=1e-3)
     assert page.picture.visible
-    assert "python -m freelearn.specimens ET=" in page.lines.object
-    assert Rubber(session).sheets == page.sheets
+    assert "python -m freelearn start Zug.csv equi.csv" in page.lines.object
+    assert "spannung" in Path(page.recipe.file).read_text().lower()
+    assert Path(page.report.file).exists()
+    again = Rubber(session)
+    again.refresh()
+    assert (again.tests, again.effects.value) == (page.tests, ["wall_stiffening"])
+    again.anew.clicks += 1
+    again.refresh()
+    assert again.go.disabled

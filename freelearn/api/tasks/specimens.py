@@ -8,7 +8,7 @@ import pandas as pd
 import torch
 
 from freelearn.fitting.rubber import RubberFit, fit_rubber
-from freelearn.inference.rubber import NEO_HOOKEAN, compare, conclusion
+from freelearn.inference.rubber import NEO_HOOKEAN, best_effects, compare, conclusion
 from freelearn.measurements.specimen_table import Specimens
 from freelearn.models.rubber import Rubber
 
@@ -23,8 +23,9 @@ def fitted_specimens(data: Specimens, effects: Sequence[str], held_out: Sequence
     return fit, fit_rubber(Rubber(), data.table, held_out) if effects else fit
 
 
-def compared_specimens(data: Specimens) -> tuple[pd.DataFrame, str]:
-    """All combinations of effects, each mode held out in turn, and what that says. Raises UserError."""
+def compared_specimens(data: Specimens) -> tuple[pd.DataFrame, str, tuple[str, ...]]:
+    """All combinations of effects, each mode held out in turn, what that says, and the effects that the tests ask for.
+    Raises UserError."""
     torch.set_num_threads(1)
     compared = compare(data.table, data.modes)
-    return compared, conclusion(compared)
+    return compared, conclusion(compared), best_effects(compared)

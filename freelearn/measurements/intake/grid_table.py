@@ -22,7 +22,8 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
         raise UserError(f"{grid.name} has {len(widest)} columns, more than any table has: look at line {line}.")
     first = first_row(grid, rows, reading)
     header, units, notes = header_of(grid, rows, first, reading)
-    about = told_of([*grid.comments, *rows[:first]], grid.style, grid.name)
+    head = [*grid.comments, *rows[:first]]
+    about = tuple(told_of(head, grid.style, grid.name))
     names, width = unique_names(header), len(header)
     kept, more = _fitting(grid, rows[first:], width, [header, units])
     if not kept:
@@ -32,7 +33,7 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
     empty = {n for n, cells in columns.items() if n.startswith("column ") and not any(c.strip() for c in cells)}
     columns = {name: cells for name, cells in columns.items() if name not in empty}
     lines = [line for line, _ in kept]
-    return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more), tuple(about))
+    return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more), about, tuple(head))
 
 
 def _fitting(grid: Grid, rows: list[Row], width: int, titles: list[list[str]]) -> tuple[list[Row], list[str]]:

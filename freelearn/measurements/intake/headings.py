@@ -30,8 +30,9 @@ ENGLISH: tuple[tuple[str, str], ...] = (
         r"(held ?|unloaded ?|rest(ing)? ?|initial ?|free ?|active ?|original ?)?length|l ?0?|len|gauge ?length",
     ),
     ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
-    ("strain", r"strain|contraction|shortening|eps(ilon)?"),
+    ("strain", r"((nominal|eng|engineering|true|logarithmic) ?)*strain|contraction|shortening|eps(ilon)?"),
     ("twist_deg", r"d ?phi|phi|twist|rotation|rot\d*|angle|w|theta|turn"),
+    ("stress", r"((nominal|eng|engineering|true|cauchy|tensile) ?)*stress|sigma|σ"),
     ("pressure_kpa", r"p\w{0,4}?\d*|(gauge|internal|inner|supply|air) ?pressure|pressure\w*|press|gauge"),
     ("force_n", r"f|fz|force|load|axial ?(force|load)|pull|tension|thrust|(tensile|pulling) ?force"),
     ("moment_nmm", r"m|mz|tz|torque|moment|torsion|load"),
@@ -61,6 +62,7 @@ KIND = {
     "contraction": "ratio",
     "shortening": "length",
     "twist_deg": "angle",
+    "stress": "pressure",
     "pressure_kpa": "pressure",
     "moment_nmm": "moment",
     "force_n": "force",
@@ -96,7 +98,7 @@ def heading(name: str, unit: str = "") -> Heading:
     'moment_nmm'
     >>> heading("F_std").quantity
     """
-    stem, written = _split(name)
+    stem, written = split_heading(name)
     unit = unit.strip().strip("[]()") or written
     kind = dimension(unit) if unit else None
     words = [word for word in re.split(r"[\s_.\-]+", plain(_spaced(stem))) if word]
@@ -121,7 +123,7 @@ def _with_units(whole: list[str], kind: str | None) -> list[str]:
     return whole + [BY_UNIT[q] for q in whole if q in BY_UNIT and kind == KIND[BY_UNIT[q]] and BY_UNIT[q] not in whole]
 
 
-def _split(name: str) -> tuple[str, str]:
+def split_heading(name: str) -> tuple[str, str]:
     """The words of a heading and the unit that it ends with."""
     # Of a matrix's columns, and of columns of one name, each has its number.
     bare = re.sub(r"(?<=\S) (\[\d+\]|\d{1,2})$", "", name.translate(FULL_WIDTH).strip())

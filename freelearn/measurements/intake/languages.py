@@ -33,6 +33,8 @@ ABROAD: dict[str, str] = {
     "pressure_kpa": r"(innen|uber|ueber|luft)?druck|pression|pressione|presion|圧力|内圧",
     "moment_nmm": r"drehmoment|torsionsmoment|couple|moment de torsion|coppia|momento( torcente)?|par( de torsion)?"
     r"|momento torsor|トルク|モーメント",
+    "stress": r"((nenn|zug|ingenieur|wahre?) ?)?spannung|contrainte( (nominale|vraie))?|sforzo|tensione( nominale)?"
+    r"|esfuerzo( nominal)?|(公称|真)?応力",
     "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
     r"|力|荷重|張力|軸力",
     "time_s": r"zeit|messzeit|temps|tempo|tiempo|時間|時刻",

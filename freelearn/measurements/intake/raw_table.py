@@ -19,7 +19,7 @@ MOST_SHOWN = 3
 class RawTable:
     """columns: name → N cells; of columns with one name the second is called "name [2]". units: of a row of units.
     lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed. about: what
-    the file says of the actuator outside the table."""
+    the file says of the actuator outside the table. head: the lines above it."""
 
     name: str
     columns: dict[str, list[str]]
@@ -28,6 +28,7 @@ class RawTable:
     units: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     about: tuple[Told, ...] = ()
+    head: tuple[tuple[int, list[str]], ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)

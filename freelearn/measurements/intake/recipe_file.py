@@ -69,6 +69,11 @@ def recipe_text(path: str | Path) -> str:
 
 def recipe_of(text: str, name: str) -> Recipe:
     """The recipe in a text. name: for messages. Raises UserError with every mistake in it."""
+    return parse_recipe(content_of(text, name), name)
+
+
+def content_of(text: str, name: str) -> dict[str, Any]:
+    """The plain values in a recipe's text. name: for messages. Raises UserError."""
     try:
         content = yaml.load(text, _Loader)  # A safe loader, with less.
     except yaml.constructor.ConstructorError as problem:
@@ -81,7 +86,7 @@ def recipe_of(text: str, name: str) -> Recipe:
         raise UserError(f"{name} is no YAML: {str(problem).splitlines()[0]}.") from None
     if not isinstance(content, dict):
         raise UserError(f"{name} is no recipe: write bed:, columns: and constants:, or let intake draft one.")
-    return parse_recipe(content, name)
+    return content
 
 
 def _line(problem: yaml.MarkedYAMLError) -> str:

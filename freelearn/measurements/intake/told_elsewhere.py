@@ -45,7 +45,7 @@ def told_of(rows: Sequence[Row], style: Style, where: str) -> list[Told]:
     """
     found: dict[str, Told] = {}
     for line, cells in rows:
-        for name, value, unit in _pairs(cells):
+        for name, value, unit in pairs_of(cells):
             told = one_told(name, value, unit, style, f"{where}, line {line}")
             if told is not None:
                 found.setdefault(told.name, told)
@@ -60,7 +60,7 @@ def with_the_wall(found: dict[str, Told]) -> list[Told]:
     return list(found.values())
 
 
-def _pairs(cells: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+def pairs_of(cells: Sequence[str]) -> Iterator[tuple[str, str, str]]:
     """Name, number and unit of neighboring cells, or of one cell with a colon or an equals sign."""
     filled = [cell.strip() for cell in cells if cell.strip()]
     for place, cell in enumerate(filled):

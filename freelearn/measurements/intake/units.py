@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pint import Quantity, Unit, UnitRegistry
 
 # The unit of each kind of column of the table, by the ending of its name.
-ENDINGS = {"_deg": "deg", "_mm": "mm", "_kpa": "kPa", "_nmm": "N*mm", "_n": "N", "_s": "s", "_c": "degC"}
+ENDINGS = {"_deg": "deg", "_mpa": "MPa", "_mm": "mm", "_kpa": "kPa", "_nmm": "N*mm", "_n": "N", "_s": "s", "_c": "degC"}
 NO_UNIT = ""
 
 _TEXT = re.compile(r"[\w°µμ%·⋅•×*/^.\s()²³'\"#-]{0,40}")

@@ -12,9 +12,12 @@ from rich.console import Console
 from freelearn.measurements.intake.assemble import Intake
 from freelearn.measurements.intake.guessed import Guess
 from freelearn.measurements.intake.meanings import MEANINGS
+from freelearn.measurements.intake.rubber.convert import RubberIntake
+from freelearn.measurements.intake.rubber.guess import RubberGuess
 from freelearn.render.terminal.table import rich_table
 from freelearn.results.tables import Column, DisplayTable
 
+TESTS = ("test", "loading", "rows", "stretch from", "stress from")
 HEADINGS = ("column", "what it is", "unit", "how sure", "from … to", "first")
 
 
@@ -39,6 +42,11 @@ def show_columns(console: Console, found: Guess) -> None:
 def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> None:
     """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one."""
     show_columns(console, found)
+    show_draft(console, recipe, command)
+
+
+def show_draft(console: Console, recipe: Path, command: str) -> None:
+    """Where the draft is, and how to go on."""
     console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
     console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
     console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
@@ -61,6 +69,36 @@ def show_intake(
     console.print("now:" if going_on else "next:", markup=False, highlight=False)
     for command in commands:
         console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def show_tests(console: Console, tests: Sequence[RubberGuess]) -> None:
+    """Tests of rubber, numbered, with what their columns seem to be, and what looks wrong."""
+    rows = [
+        (
+            f"{number} {test.label}",
+            test.mode.replace("_", " ") or "–",
+            str(test.rows),
+            test.along or "–",
+            test.stress or "–",
+        )
+        for number, test in enumerate(tests, start=1)
+    ]
+    columns = tuple(Column(heading, words=True) for heading in TESTS)
+    console.print(rich_table(DisplayTable(columns, tuple(rows), "Tests of rubber")))
+    _say(console, list(dict.fromkeys(note for test in tests for note in test.notes)))
+
+
+def show_rubber(
+    console: Console, intake: RubberIntake, files: Sequence[Path], command: str, going_on: bool = False
+) -> None:
+    """How many rows came of each test, what looks wrong, and where the table is. command: the one that goes on."""
+    for test in intake.records:
+        console.print(f"{test['file']}: {test['rows']} rows, {test['mode']}", markup=False, highlight=False)
+    _say(console, intake.warnings)
+    for path in files:
+        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
+    console.print("now:" if going_on else "next:", markup=False, highlight=False)
+    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
 
 
 def quoted(words: Sequence[str]) -> str:
