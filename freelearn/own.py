@@ -21,6 +21,7 @@ from freelearn.models.ports import (
     DissipationEffect,
     EndEffect,
     EnergyEffect,
+    EvasionEffect,
     GeometryEffect,
     HistoryEffect,
     MeasurementEffect,
@@ -33,8 +34,8 @@ from freelearn.models.ports import (
 from freelearn.models.prediction import Prediction, Status
 
 __all__ = [
-    "BoundaryEffect", "Continuum", "DissipationEffect", "EndEffect", "Energy", "EnergyEffect", "GeometryEffect",
-    "Helix", "HistoryEffect", "Material", "MeasurementEffect", "Model", "MountEffect", "NeoHookean", "Parameters",
-    "PlayEffect", "Prediction", "Prior", "Recording", "Rows", "StandardFiber", "States", "Status", "TiltEffect",
-    "WallEffect", "columns", "delayed", "held", "helix", "lag", "parameter",
+    "BoundaryEffect", "Continuum", "DissipationEffect", "EndEffect", "Energy", "EnergyEffect", "EvasionEffect",
+    "GeometryEffect", "Helix", "HistoryEffect", "Material", "MeasurementEffect", "Model", "MountEffect", "NeoHookean",
+    "Parameters", "PlayEffect", "Prediction", "Prior", "Recording", "Rows", "StandardFiber", "States", "Status",
+    "TiltEffect", "WallEffect", "columns", "delayed", "held", "helix", "lag", "parameter",
 ]  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from freelearn.errors import UserError
+from freelearn.measurements.beds import KINEMATIC
 from freelearn.models.effect import Effect
 from freelearn.models.effects.registry import EFFECTS, make_effects
 from freelearn.models.parameter import Parameter
@@ -61,8 +62,9 @@ def _drawn(seed: int) -> Hidden:
 
 
 def _shows(name: str) -> bool:
-    """Whether an effect shows in the simulated bed: of the history nothing does in plateaus."""
-    return EFFECTS[name].port != "history" and name not in ELSEWHERE
+    """Whether an effect shows in the simulated bed, a kinematic one: of the history nothing does in plateaus."""
+    effect = EFFECTS[name]
+    return effect.port != "history" and name not in ELSEWHERE and not effect.untold(KINEMATIC.name)
 
 
 def _sized(effect: type[Effect[Any]], generator: np.random.Generator) -> dict[str, float]:

@@ -22,6 +22,7 @@ from freelearn.models.ports import (
     ACTED_ON,
     BoundaryEffect,
     DissipationEffect,
+    EvasionEffect,
     GeometryEffect,
     HistoryEffect,
     MeasurementEffect,
@@ -64,6 +65,7 @@ class Chain(RawVector):
         self._geometry = self._of(GeometryEffect)
         self._wall = self._of(WallEffect)
         self._dissipation = self._of(DissipationEffect)
+        self._evasion = self._of(EvasionEffect)
         self._measurement = self._of(MeasurementEffect)
         remembering = self._of(HistoryEffect)
         # Effects of the history by what they act on.
@@ -107,6 +109,12 @@ class Chain(RawVector):
         """Force and moment (N, 2) on the mount of every row by itself, before the sensors."""
         return self._reached(states, values).prediction
 
+    def straight(self, states: States, values: Values) -> Prediction:
+        """`unsensed` of actuators that do not give way sideways, where the mount leaves those that do."""
+        if not self._evasion:
+            return self.unsensed(states, values)
+        return self._pushed(self._reached(states, values).states if self._mounts else states, values)
+
     def _reached(self, states: States, values: Values) -> Settled:
         """The state that the mount leaves, and force and moment there."""
         if self._mounts:
@@ -141,7 +149,12 @@ class Chain(RawVector):
         return states
 
     def _rested(self, states: States, values: Values) -> Prediction:
-        """Loads on the mount where the table says: those of the actuator, or of all that share the end block."""
+        """Loads on the mount where the table says."""
+        loads, status = self._pushed(states, values)
+        return Prediction(self.evaded(loads, states, values), status)
+
+    def _pushed(self, states: States, values: Values) -> Prediction:
+        """The same of straight actuators: those of one, or of all that share the end block."""
         if not states.members and not self._tilts:
             return self._alone(states, values)
         count = max(len(states.members), 1)
@@ -217,6 +230,12 @@ class Chain(RawVector):
         """What of the actuator's loads reaches the mount."""
         for effect in self._dissipation:
             loads = effect.dissipate(loads, states, effect.own(values, states))
+        return loads
+
+    def evaded(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """What of a straight actuator's loads reaches the mount where it gives way sideways."""
+        for effect in self._evasion:
+            loads = effect.evade(loads, states, effect.own(values, states))
         return loads
 
     def sensed(self, loads: Tensor, states: States, values: Values) -> Tensor:

@@ -38,8 +38,11 @@ class Chain(Protocol):
     def steady(self, states: States, values: Values) -> Prediction:
         """As Chain.steady."""
 
-    def unsensed(self, states: States, values: Values) -> Prediction:
-        """As Chain.unsensed."""
+    def straight(self, states: States, values: Values) -> Prediction:
+        """As Chain.straight."""
+
+    def evaded(self, loads: Tensor, states: States, values: Values) -> Tensor:
+        """As Chain.evaded."""
 
     def sensed(self, loads: Tensor, states: States, values: Values) -> Tensor:
         """As Chain.sensed."""
@@ -175,15 +178,15 @@ def _carried(chain: Chain, recording: Recording[States], loads: Tensor, values: 
         for name in ("wall", "loads"):
             for effect in chain.history[name]:
                 loads = effect.carry(loads, recording, effect.own(values))
-        loads = chain.sensed(loads, recording.states, values)
+        loads = chain.sensed(chain.evaded(loads, recording.states, values), recording.states, values)
     for effect in chain.history["readings"]:
         loads = effect.carry(loads, recording, effect.own(values))
     return loads
 
 
 def _before_sensors(chain: Chain, states: States, values: Values) -> Prediction:
-    """The steady chain, without the sensors where they come after what is carried."""
-    return chain.steady(states, values) if states.bed is DEAD_LOAD else chain.unsensed(states, values)
+    """The steady chain, without what comes after all that is carried."""
+    return chain.steady(states, values) if states.bed is DEAD_LOAD else chain.straight(states, values)
 
 
 def _blocks(chain: Chain, states: States, values: Values) -> Prediction:

@@ -9,6 +9,7 @@ geometry     GeometryEffect.reshape  the actuator as it really is
 energy       EnergyEffect.psi        a further strain energy of the wall or its fibers
 dissipation  WallEffect.soften       the share of the wall's stresses that is left
              DissipationEffect.dissipate  what of the actuator's loads reaches the mount
+             EvasionEffect.evade     the same, where the actuator gives way sideways
 measurement  MeasurementEffect.sense      what the sensors show
 history      HistoryEffect.carry     what a pressure, a wall, loads or readings become by what was before, in a log
 """
@@ -181,6 +182,20 @@ class DissipationEffect(Effect[P]):
         raise NotImplementedError
 
 
+class EvasionEffect(Effect[P]):
+    """What reaches the mount of an actuator that gives way sideways: in a log after all that its wall and friction
+    carry."""
+
+    of_each = False
+    port = "dissipation"
+    method = "evade"
+    late = True
+
+    def evade(self, loads: Tensor, states: States, p: P) -> Tensor:
+        """Loads (N, 2) N, N·m on the mount, from those that the actuator would have straight."""
+        raise NotImplementedError
+
+
 class EndEffect(DissipationEffect[P]):
     """Changes the loads by what the actuator's ends are beside an ideal tube's, as a potential of their own does.
 
@@ -256,6 +271,7 @@ BASES: tuple[type[Effect[Any]], ...] = (
     EnergyEffect,
     WallEffect,
     DissipationEffect,
+    EvasionEffect,
     MeasurementEffect,
     HistoryEffect,
 )

@@ -17,6 +17,7 @@ from freelearn.models.ports import (
     BoundaryEffect,
     DissipationEffect,
     EnergyEffect,
+    EvasionEffect,
     GeometryEffect,
     HistoryEffect,
     MeasurementEffect,
@@ -78,6 +79,8 @@ def _call(effect: Effect[Any], values: Mapping[str, Tensor], states: States) -> 
         return [("energies", effect.psi(*invariants, p=p, material=material), (count,))]
     if isinstance(effect, DissipationEffect):
         return [("loads", effect.dissipate(loads, states, p), (count, 2))]
+    if isinstance(effect, EvasionEffect):
+        return [("loads", effect.evade(loads, states, p), (count, 2))]
     if isinstance(effect, MeasurementEffect):
         return [("loads", effect.sense(loads, states, p), (count, 2))]
     if isinstance(effect, HistoryEffect):

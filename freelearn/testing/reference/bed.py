@@ -16,6 +16,7 @@ import pandas as pd
 
 from freelearn.testing.reference.braided import (
     BLUNT,
+    bent,
     beyond_threshold,
     contact,
     jammed,
@@ -240,7 +241,8 @@ def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[
     """Loads (N, 2) of actuators that have taken up the play of their mount, and equilibrium, (N,)."""
     s = beyond_threshold(moved_on(s, fx), fx)
     taken = s | {"twist": at_rest(s, c1, c2, fx)} if "twist_slack" in fx else s
-    return handed_on(taken, c1, c2, fx)
+    loads, balanced = handed_on(taken, c1, c2, fx)
+    return bent(loads, s, fx), balanced
 
 
 def bed_loads(

@@ -109,6 +109,18 @@ def jammed(s: Mapping[str, Array], fx: Effects, apart: bool = False) -> Array | 
     return np.asarray(-np.stack([longer, turned], axis=1))
 
 
+def bent(loads: Array, s: Mapping[str, Array], fx: Effects, sharp: bool = False) -> Array:
+    """Loads (N, 2) that reach the mount of tubes that bend aside under Euler's load. sharp: at once, where they come to
+    it."""
+    p = fx.get("buckling")
+    if p is None:
+        return loads
+    euler = (2 * np.pi / s["reference"]) ** 2 / p["flexibility"]
+    push = np.maximum(loads[:, 0], 0.0)
+    held = np.minimum(push, euler) if sharp else euler * (1 - np.exp(-push / euler))
+    return np.stack([np.where(loads[:, 0] > 0, held, loads[:, 0]), loads[:, 1]], axis=1)
+
+
 def unfilled(s: Mapping[str, Array], fx: Effects) -> Array | float:
     """Loads (N, 2) of a bladder that does not fill its braid: −∂/∂(l, φ) of its energy and of the fluid that is not
     where it would be without it, at the radius of least potential, found by bisection up to the bore."""

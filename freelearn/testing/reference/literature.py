@@ -19,6 +19,7 @@ end_taper (`braided`): 0.001 %, at most 0.05 %, of cones that are sharp at rest 
 threshold_pressure (`braided`): nothing, as long as no pressure is near it; there the package rounds off what is a kink.
 contact_friction (`braided`, `rubbing`): nothing, like the other friction.
 strand_jamming (`braided`): each family's strands as they lie; without twist nothing.
+buckling (`braided`): Euler's load is a kink here; at it the package has two thirds of it.
 bladder_slack (`braided`): nothing, the same potential, its least value by bisection.
 viscoelasticity (`lagging`): τ 30 s, 6 %, at most 11 %; 60 s, 8 and 14 %: of moves as long as the bed's the wall's loads
     are not linear, which one shifted place is. τ 150 s, as long as a state: 20 and 28 %, because the package forgets
@@ -37,7 +38,7 @@ import numpy as np
 
 from freelearn.testing.reference.backlash import settled
 from freelearn.testing.reference.bed import Effects
-from freelearn.testing.reference.braided import beyond_threshold, contact, jammed, tapered, unfilled
+from freelearn.testing.reference.braided import bent, beyond_threshold, contact, jammed, tapered, unfilled
 from freelearn.testing.reference.history import Law, Memory, loads, remembered
 from freelearn.testing.reference.lagging import overstress
 from freelearn.testing.reference.points import Points
@@ -82,7 +83,8 @@ def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[
     if "twist_slack" in fx:
         twist, memory = _taken_up(s, law, memory, at, lagging)
     bare, balanced = loads(at(twist), law, memory)
-    return bare + _beside(s | {"twist": twist}, fx) + lagging, balanced
+    straight = bare + _beside(s | {"twist": twist}, fx) + lagging
+    return bent(straight, s, fx, sharp=True), balanced
 
 
 def _lagging(s: dict[str, Array], law: Law) -> Array | float:

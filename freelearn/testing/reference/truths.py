@@ -51,11 +51,13 @@ MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
     "viscoelasticity": {"share": 0.05},
 }
-# As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block.
+# As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block;
+# or one bed, which measures no moment.
 APART: dict[str, dict[str, float]] = {
     "block_tilt": {"compliance": 2e-6},
     "bladder_slack": {"stiffness": 50.0},
     "strand_jamming": {"stiffness": 500.0},
+    "buckling": {"flexibility": 30.0},
 }
 FIXED = {
     "relaxation": {"time": 45.0},
