@@ -30,6 +30,7 @@ from freelearn.measurements.rows import Rows
 from freelearn.measurements.thinned import thinned
 from freelearn.models.base import Model
 from freelearn.models.build import build_model
+from freelearn.models.effects.registry import EFFECTS
 
 RATE = 2.0
 # Rest length [mm] and largest contraction by the length that a muscle was cut to [cm]; contraction by its label.
@@ -73,9 +74,14 @@ def read(folder: Path) -> pd.DataFrame:
 
 
 def fitted(table: pd.DataFrame, effects: tuple[str, ...], seen: np.ndarray) -> Model:
-    """The continuum model with effects, fitted to some rows, (N,) bool."""
-    model, rows = build_model("continuum", effects=effects), Rows.from_table(table)[torch.as_tensor(seen)]
-    fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
+    """The continuum model with effects, fitted to some rows, (N,) bool: first without those of the history, of which
+    nothing can be told while the model is far off."""
+    rows = Rows.from_table(table)[torch.as_tensor(seen)]
+    values: dict[str, float] = {}
+    for names in dict.fromkeys((tuple(name for name in effects if EFFECTS[name].port != "history"), effects)):
+        model = build_model("continuum", values, effects=names)
+        fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
+        values = model.scalars()
     return model
 
 

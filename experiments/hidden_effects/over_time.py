@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
-from itertools import combinations
+from itertools import product
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from freelearn.testing.reference.logs import UNIT
+from freelearn.testing.reference.logs import C1, C2, POSITION, SENSORS, STATIC, UNIT, UNKNOWN, log
 
-# Times a noticeable effect that is hidden.
-SIZES = (0.5, 1.0, 2.0)
+# Sizes in σ after refitting C1 and C2; of what is hidden together, and of what no library has.
+SIZES, TOGETHER, UNKNOWN_SIZE = (8, 15, 30), 30, 100
+# Correlations of the noise of neighboring rows, drawn at random.
+MEMORIES = (0.0, 0.0, 0.8)
 # What tells the size of an effect; all else is how it acts.
 SIZED = {
     "maxwell_slip": ("share",),
@@ -21,64 +25,183 @@ SIZED = {
     "sensor_lag": ("force", "moment"),
 }
 MOST = 0.95
+# Rounds of sizing, and by how much one may change the amount.
+ROUNDS, STRIDE = 6, 30.0
+TIMES = ("creep.time", "supply_lag.time", "dead_time.delay", "sensor_lag.force", "sensor_lag.moment")
 
 
 def over_time(seeds: int) -> list[dict]:
-    """Single effects, pairs and none: kind, hidden effects with their parameters, size, samples and seed."""
+    """Single effects of the history, pairs of them and with a static effect, what is in no library, and none: kind,
+    hidden effects, size in σ, sample, correlation of the noise, and seed."""
     sets: list[dict] = []
     for seed in range(seeds):
         generator = np.random.default_rng([seed, 2032])
-        hidden: list[tuple[str, list[str], float]] = [("none", [], 0.0)] * 6
+        hidden: list[tuple[str, list[str], int]] = [("none", [], 0)] * 12
         hidden += [("one", [name], size) for name in UNIT for size in SIZES]
-        hidden += [("pair", list(pair), 1.0) for pair in combinations(UNIT, 2)][::3]
+        together = [pair for pair in product(UNIT, [*UNIT, *STATIC]) if pair[0] < pair[1] or pair[1] in STATIC]
+        picked = sorted(generator.choice(len(together), 12, replace=False))
+        hidden += [("pair", list(together[k]), TOGETHER) for k in picked]
+        hidden += [("unknown", [name], UNKNOWN_SIZE) for name in UNKNOWN]
         for kind, names, size in hidden:
             s = {"kind": kind, "hidden": names, "size": size, "recordings": 10}
-            sets.append(s | {"sample": int(generator.choice([3, 4, 5])), "seed": int(generator.integers(1 << 30))})
+            s |= {"sample": int(generator.choice([3, 4, 5])), "memory": float(generator.choice(MEMORIES))}
+            sets.append(s | {"seed": int(generator.integers(1 << 30))})
     return [s | {"number": number} for number, s in enumerate(sets)]
 
 
-def values(names: list[str], size: float) -> dict[str, dict[str, float]]:
-    """The hidden effects' parameters, SI."""
-    grown = {}
-    for name in names:
-        each = dict(UNIT[name])
-        for label in SIZED[name]:
-            each[label] = min(size * each[label], MOST) if label == "share" else size * each[label]
-        grown[name] = each
-    return grown
+def amounts(name: str, a: float) -> dict[str, float]:
+    """An effect's parameters at `a` times a noticeable one, SI."""
+    known = UNIT | STATIC | UNKNOWN
+    sized = SIZED.get(name, tuple(known[name]))
+    grown = {label: a * value if label in sized else value for label, value in known[name].items()}
+    return {label: min(value, MOST) if label == "share" else value for label, value in grown.items()}
+
+
+def make_time(job: dict) -> tuple[pd.DataFrame, dict[str, dict[str, float]], list[float]]:
+    """The job's log, what is hidden in it with its parameters, SI, and the size of each in σ."""
+
+    def table(fx: dict[str, dict[str, float]], noise: float) -> pd.DataFrame:
+        return log(fx, job["seed"], (job["sample"],), job["recordings"], noise=noise, memory=job["memory"])
+
+    plain = table({}, 0.0)
+    size_of = sizes(plain, job["memory"])
+    hidden, reached = {}, []
+    for name in job["hidden"]:
+        a, now = 1.0, size_of(table({name: amounts(name, 1.0)}, 0.0))
+        for _ in range(ROUNDS):
+            a *= float(np.clip(job["size"] / max(now, 1e-9), 1 / STRIDE, STRIDE))
+            now = size_of(table({name: amounts(name, a)}, 0.0))
+            if abs(now / job["size"] - 1) < 0.05:
+                break
+        hidden[name] = amounts(name, a)
+        reached.append(now)
+    return table(hidden, 1.0), hidden, reached
+
+
+def sizes(plain: pd.DataFrame, memory: float) -> Any:
+    """What tells how many σ a noiseless table is from the plain one, after refitting C1 and C2: by a dense covariance
+    of every recording."""
+    import torch
+
+    from freelearn.fitting.problem import Problem
+    from freelearn.inference.noise import sensitivities
+    from freelearn.measurements.rows import Rows
+    from freelearn.models.build import build_model
+
+    rows = Rows.from_table(plain)
+    model = build_model("continuum", {"C1": C1, "C2": C2})
+    slopes = sensitivities(model, rows.states).numpy()
+    jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
+    each = jacobian.reshape(len(rows), 2, -1).numpy()
+    roots = {}
+    for run in np.unique(rows.state):
+        own = np.flatnonzero(rows.state == run)
+        apart = np.abs(np.subtract.outer(np.arange(len(own)), np.arange(len(own))))
+        fades = memory**apart if memory else np.eye(len(own))
+        place = slopes[own][:, :, :2] * (POSITION[0] * 1e-3, np.deg2rad(POSITION[1]))
+        gauge = slopes[own][:, :, 2] * SENSORS[0] * 1e3
+        covariance = np.einsum("ick,jdk->icjd", place, place)
+        covariance += np.einsum("ic,jd,ij->icjd", gauge, gauge, fades)
+        for channel, sigma in enumerate((SENSORS[1], SENSORS[2] * 1e-3)):
+            covariance[:, channel, :, channel] += sigma**2 * fades
+        roots[run] = own, np.linalg.cholesky(covariance.reshape(2 * len(own), -1))
+
+    def white(columns: np.ndarray) -> np.ndarray:
+        parts = [np.linalg.solve(root, columns[own].reshape(2 * len(own), -1)) for own, root in roots.values()]
+        return np.concatenate(parts)
+
+    span = np.linalg.qr(white(each))[0]
+
+    def size_of(table: pd.DataFrame) -> float:
+        change = white((Rows.from_table(table).loads - rows.loads).numpy())
+        return float(np.linalg.norm(change - span @ (span.T @ change)))
+
+    return size_of
 
 
 def examine_time(job: dict) -> dict:
-    """The job with the verdict, the effects named, what each may be taken for, and seconds."""
-    import freelearn as fl
-    from freelearn.testing.reference.logs import log
+    """The job with the verdict, the effects named, what each may be taken for, which intervals hold, and seconds."""
+    import torch
+    from hidden_effects.examine import covered
 
-    table = log(values(job["hidden"], job["size"]), job["seed"], (job["sample"],), job["recordings"])
+    from freelearn.inference.question import Question
+    from freelearn.inference.search import search
+    from freelearn.inference.testable import candidates
+    from freelearn.measurements.accuracy import PAPER
+    from freelearn.measurements.rows import Rows
+    from freelearn.models.build import build_model
+
+    torch.set_num_threads(1)
+    table, fx, reached = make_time(job)
     began = time.perf_counter()
-    found = fl.discover(table, progress=False)
-    seconds = time.perf_counter() - began
-    return job | {"verdict": found.verdict, "named": found.effects, "classes": found.classes, "seconds": seconds}
+    rows = Rows.from_table(table)
+
+    def build(names: Any) -> Any:
+        return build_model("continuum", {}, list(names), [job["sample"]])
+
+    library, _ = candidates(build([]), [], table.columns, rows)
+    result = job | {"reached": reached, "truth": fx}
+    try:
+        found = search(Question(build, library, rows, PAPER, job["seed"] % 1000))
+    except Exception as problem:  # a failure is a result too
+        reason = f"{type(problem).__name__}: {problem}"
+        return result | {
+            "verdict": "failed",
+            "reason": reason,
+            "named": [],
+            "classes": [],
+            "covered": {},
+            "seconds": 0.0,
+        }
+    truth = {"C1": C1, "C2": C2} | {f"{name}.{p}": v for name, values in fx.items() for p, v in values.items()}
+    right = set(found.effects) == set(job["hidden"]) and job["kind"] != "unknown"
+    scatter = found.final.whiten.scatter
+    memory = None if scatter is None else scatter.memory
+    return result | {
+        "verdict": found.verdict,
+        "named": found.effects,
+        "classes": [list(c) for c in found.classes],
+        "covered": covered(found, truth) if right else {},
+        "fades": None if memory is None else memory.time.tolist(),
+        "failed": [check.says for check in found.referee.failed] if found.referee else [],
+        "seconds": time.perf_counter() - began,
+    }
 
 
 def report_time(results: list[dict]) -> None:
-    """Prints, by kind and size, how often the right effect was named, alone or in a class of three or fewer."""
-    print(f"{'kind':6}{'size':>6}{'sets':>6}{'right':>8}{'verdicts':>12}")
+    """Prints, by kind and size, how often the right effect was named, alone or in a class of three or fewer; and which
+    intervals hold."""
+    print(f"{'kind':8}{'σ':>4}{'sets':>6}{'right':>8}   verdicts")
     for kind, size in sorted({(r["kind"], r["size"]) for r in results}):
         own = [r for r in results if (r["kind"], r["size"]) == (kind, size)]
         right = sum(map(is_right, own))
         verdicts = {v: sum(r["verdict"] == v for r in own) for v in sorted({r["verdict"] for r in own})}
-        print(f"{kind:6}{size:>6g}{len(own):>6}{right / len(own):>8.0%}   {verdicts}")
+        print(f"{kind:8}{size:>4g}{len(own):>6}{right / len(own):>8.0%}   {verdicts}")
+    held = [(label, held) for r in results for label, held in r["covered"].items()]
+    times = [hold for label, hold in held if label in TIMES]
+    for what, holds in (("all parameters", [hold for _, hold in held]), ("time constants", times)):
+        if holds:
+            print(f"95 % intervals of {what} that hold: {np.mean(holds):.1%} of {len(holds)}")
     took = [r["seconds"] for r in results]
     print(f"seconds: median {np.median(took):.0f}, most {max(took):.0f}")
     for r in results:
         if not is_right(r):
-            print(f"  {r['number']}: hidden {r['hidden']} × {r['size']:g}, {r['verdict']}: {r['named']} {r['classes']}")
+            sizes = ", ".join(f"{size:.0f}" for size in r["reached"])
+            print(
+                f"  {r['number']}: hidden {r['hidden']} ({sizes} σ, correlation {r['memory']:g}), {r['verdict']}: "
+                f"{r['classes']} {r.get('reason', '')} {'; '.join(r.get('failed', []))}"
+            )
 
 
 def is_right(result: dict) -> bool:
-    """Whether what is hidden was named, each by itself or within a class of at most three, and nothing else."""
-    named = result["named"]
-    if len(named) != len(result["hidden"]):
+    """Whether what is hidden was named, each by itself or within a class of at most three, and nothing else; of what is
+    in no library, whether nothing of it was named."""
+    claims = result["verdict"] in ("named", "class", "proposed")
+    if result["kind"] == "unknown":
+        return result["verdict"] != "adequate" and not (claims and result["verdict"] != "proposed")
+    if not result["hidden"]:
+        return not claims
+    if len(result["named"]) != len(result["hidden"]) or not claims:
         return False
-    classes = [{name, *(members or [])} for name, members in zip(named, result["classes"], strict=True)]
+    classes = [set(members) for members in result["classes"]]
     return all(any(h in c and len(c) <= 3 for c in classes) for h in result["hidden"])

@@ -34,6 +34,17 @@ UNIT: dict[str, dict[str, float]] = {
     "dead_time": {"delay": 0.15},
     "sensor_lag": {"force": 0.15, "moment": 0.15},
 }
+# Noticeable effects without a memory, and what is in no library: a gauge that rings, as so large a share of the force.
+STATIC: dict[str, dict[str, float]] = {
+    "pressure_gain": {"gain": 0.02},
+    "length_offset": {"length": 2e-4},
+    "force_offset": {"force": 0.1},
+    "force_gain": {"gain": 0.02},
+    "moment_gain": {"gain": 0.02},
+}
+UNKNOWN: dict[str, dict[str, float]] = {"ringing": {"share": 0.5}}
+# Its period [s], and its damping in units of the critical one.
+PERIOD, DAMPING = 1.5, 0.1
 
 
 def log(
@@ -108,6 +119,12 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
     """Force and moment, (n, 2) N, N·m, that the sensors show at fine instants, from the pressure shown (n,) Pa."""
     gamma, length, inner, outer = SAMPLES[sample]
     dt = float(time[1] - time[0])
+
+    def known(effect: str, p: str) -> float:
+        return effects.get(effect, {}).get(p, 0.0)
+
+    pressure = pressure * (1 + known("pressure_gain", "gain"))
+    place = place[0] + known("length_offset", "length") / MM, place[1]
     if "supply_lag" in effects:
         pressure = _late(pressure, effects["supply_lag"]["time"], dt)
     if "dead_time" in effects:
@@ -137,6 +154,11 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
         pressed = pressure * 2 * np.pi * radius * (length + place[0]) * MM
         bound = np.stack([p["force"] * pressed, p["moment"] * pressed * radius], axis=1)
         loads = loads - p["share"] * _sticking(loads, -bound, bound)
+    gain = np.array([known("force_gain", "gain"), known("moment_gain", "gain")])
+    loads = loads * (1 + gain) + np.array([known("force_offset", "force"), 0.0])
+    if "ringing" in effects:
+        share = effects["ringing"]["share"]
+        loads = np.stack([loads[:, 0] + share * (_ringing(loads[:, 0], dt) - loads[:, 0]), loads[:, 1]], axis=1)
     if "sensor_lag" in effects:
         each = effects["sensor_lag"]["force"], effects["sensor_lag"]["moment"]
         loads = np.stack([_late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
@@ -151,6 +173,17 @@ def _late(signal: Array, tau: float, dt: float) -> Array:
         slope = (signal[n - 1] - y) / tau
         there = (signal[n] - (y + dt * slope)) / tau
         y += dt * (slope + there) / 2
+        found[n] = y
+    return found
+
+
+def _ringing(signal: Array, dt: float) -> Array:
+    """y with y'' + 2 ζ ω y' + ω² y = ω² x, by the semi-implicit Euler rule."""
+    omega = 2 * np.pi / PERIOD
+    y, speed, found = float(signal[0]), 0.0, np.empty_like(signal)
+    for n, x in enumerate(signal):
+        speed += dt * (omega**2 * (x - y) - 2 * DAMPING * omega * speed)
+        y += dt * speed
         found[n] = y
     return found
 
