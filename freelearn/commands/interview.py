@@ -17,6 +17,7 @@ from freelearn.measurements.intake.raw_table import RawTable
 from freelearn.measurements.intake.rubber.guess import RubberGuess
 from freelearn.measurements.intake.rubber.questions import mode_of, rubber_draft, rubber_questions
 from freelearn.measurements.intake.units import unit_of
+from freelearn.measurements.intake.wanted import Actuators, wanted_draft, wanted_questions
 
 # A choice of more has several on a line.
 MOST_LINES = 8
@@ -149,6 +150,21 @@ class RubberInterview(Interview):
         return rubber_draft(self.tests, self.answers, self.name)
 
 
+@dataclass
+class WantedInterview(ActuatorInterview):
+    """known: what a fitted run knows of its actuators."""
+
+    known: Actuators = field(kw_only=True)
+
+    def questions(self) -> Iterator[Question]:
+        """Those about a file that asks something of the run."""
+        return wanted_questions(self.found, self.known, self.answers)
+
+    def recipe(self) -> str:
+        """A recipe of a table of questions."""
+        return wanted_draft(self.found, self.known, self.answers)
+
+
 def _prompt(question: Question) -> str:
     """The question with its choices, and what Enter takes."""
     names = [name for name, _ in question.options]
@@ -172,5 +188,5 @@ def _wrapped(words: Sequence[str]) -> list[str]:
 
 
 def _unit(question: Question) -> str:
-    unit = unit_of(question.column) if question.kind == "number" else ""
+    unit = unit_of(question.column) if question.kind in ("number", "given") else ""
     return f" [{unit.replace('*', '·')}]" if unit else ""

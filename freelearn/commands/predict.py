@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.predict_settings import PredictSettings
+from freelearn.commands.command_line import command_line, program
 from freelearn.commands.small_app import small_app
 from freelearn.errors import UserError
 from freelearn.measurements.text_file import missing_file
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from freelearn.results.answers import Answers
 
 
 def predict_app() -> None:
@@ -48,14 +51,32 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
                 console.print(f"map: {path}", markup=False, highlight=False, soft_wrap=True)
 
 
+def draw_answers(answers: Answers, folder: Path) -> None:
+    """Writes answers.png, where there are enough to see something in it."""
+    from freelearn.render.png.answers import answers_figure
+    from freelearn.render.png.canvas import save_picture
+
+    figure = answers_figure(answers)
+    if figure is not None:
+        save_picture(figure, answers.filled, folder / "answers.png")
+
+
 def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Console) -> None:
     from freelearn.measurements.questions import read_questions
     from freelearn.render.terminal.answers import show_answers
     from freelearn.render.terminal.long_work import LongWork
 
     assert settings.data.path is not None
-    asked = read_questions(settings.data.path, fitted.columns)
+    try:
+        asked = read_questions(settings.data.path, fitted.columns)
+    except UserError as mistake:
+        words = [str(settings.data.path), "--run", str(settings.run)]
+        start = command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
+        raise UserError(
+            f"{mistake}\nA laboratory's own file asks, once it is said what its columns are, by\n  {start}"
+        ) from None
     with LongWork(console, "answering…"):
         answers = fitted.invert(asked.table, bands=settings.bands)
     answers.save(folder)
+    draw_answers(answers, folder)
     show_answers(console, answers, fitted, asked.warnings, folder)

@@ -13,12 +13,13 @@ from typing import Any
 
 from rich.console import Console
 
+from freelearn.api.tasks.asked_intake import actuators_of, asked_of
 from freelearn.api.tasks.intake import taken_in
 from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in, same_names
 from freelearn.commands.command_line import command_line, program
 from freelearn.commands.ending import one_sentence
 from freelearn.commands.intake import option, specimens_command, stem_of, table_options
-from freelearn.commands.interview import ActuatorInterview, Ask, Interview, RubberInterview
+from freelearn.commands.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.measurements.intake.joined import guess_and_table
@@ -49,6 +50,9 @@ def main() -> None:
         "files, or the sheets of one.",
     )
     parser.add_argument("raw", type=Path, nargs="+", help="the file: text, Excel, OpenDocument, MATLAB, HDF5, Parquet")
+    parser.add_argument(
+        "--run", type=Path, help="a fitted run, of which the file asks: pressures for a trajectory, loads"
+    )
     parser.add_argument("--design", type=Path, help="designs of several actuators, a file with a row for each")
     parser.add_argument("--recipe", type=Path, help="of an earlier start: nothing is asked again")
     parser.add_argument("--out", type=Path, help="folder for all that is made; by default outputs/start/DAY/TIME")
@@ -61,13 +65,19 @@ def main() -> None:
     now = datetime.now()
     folder = asked.out or Path("outputs", "start", f"{now:%Y-%m-%d}", f"{now:%H-%M-%S-%f}")
     with one_sentence("interrupted; no table was written."):
-        following = start(raws, folder, Console(), input, asked.design, asked.recipe)
+        following = start(raws, folder, Console(), input, asked.design, asked.recipe, asked.run)
     # The search is a command of its own, with its settings, its report and its way of going on after an interruption.
     if following.command == "specimens":
         sys.argv = ["freelearn specimens", *following.words, "--out", str(folder)]
         from freelearn.commands.specimens import main as specimens
 
         specimens()
+        return
+    if following.command == "predict":
+        sys.argv = ["freelearn predict", *following.words, *options, option("hydra.run.dir", folder)]
+        from freelearn.commands.predict import predict_app
+
+        predict_app()
         return
     sys.argv = ["freelearn discover", *following.words, *options, option("hydra.run.dir", folder)]
     from freelearn.commands.app import discover_app
@@ -82,6 +92,7 @@ def start(
     ask: Ask,
     design: Path | None = None,
     recipe: Path | None = None,
+    run: Path | None = None,
 ) -> Next:
     """Writes recipe, table and provenance to `folder`; gives the command that goes on. Raises UserError."""
     for raw in raws:
@@ -90,7 +101,10 @@ def start(
                 f"{raw} is a folder: start takes files; for several of actuators, draft a recipe with intake."
             )
     same_names(raws)
-    return _Start(list(raws), folder, console, ask, design, recipe).run()
+    if run is not None and len(raws) > 1:
+        raise UserError("One file asks something of a run: name one.")
+    started = _Start(list(raws), folder, console, ask, design, recipe)
+    return started.asks(run) if run is not None else started.run()
 
 
 @dataclass
@@ -102,6 +116,8 @@ class _Start:
     design: Path | None
     recipe: Path | None
     shown: bool = False
+    # A fitted run, of which the file asks something.
+    of: Path | None = None
 
     def run(self) -> Next:
         """Asks where there is no recipe, and makes the table."""
@@ -118,6 +134,18 @@ class _Start:
             with self._answered(interview):
                 rubber = interview.sure(RUBBER)
         return self._rubber() if rubber else self._actuator(interview)
+
+    def asks(self, run: Path) -> Next:
+        """What the file asks of a fitted run, as a table of questions."""
+        known, self.of = actuators_of(run), run
+        interview = None
+        found, _, cells = guess_and_table(self.raws[0])
+        if self.recipe is None:
+            interview = WantedInterview(self.ask, self._tell, first=found, raw=cells, known=known)
+        made = self._made(interview, lambda recipe: asked_of(self.raws[0], recipe, known, self._table()))
+        words = [option("run", run), option("data.path", made.path)]
+        self.console.print(f"written: {made.path}", markup=False, highlight=False, soft_wrap=True)
+        return Next("predict", words)
 
     def _actuator(self, interview: ActuatorInterview | None = None) -> Next:
         made = self._made(interview, lambda recipe: taken_in(self.raws[0], recipe, self._table(), self.design))
@@ -194,7 +222,7 @@ class _Start:
 
     def _again(self) -> str:
         """The command that asks nothing."""
-        words = [*map(str, self.raws), "--recipe", str(self._kept())]
+        words = [*map(str, self.raws), "--recipe", str(self._kept()), *(["--run", str(self.of)] if self.of else [])]
         words += ["--design", str(self.design)] if self.design else []
         return command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
 

@@ -44,7 +44,7 @@ class OpenQuestions:
 
     def _build(self, question: Question, value: str | None) -> None:
         text, hidden = words(), {"stylesheets": [HIDDEN_LABEL], "width": WIDTH - 20}
-        unit = unit_of(question.column).replace("*", "·") if question.kind == "number" else ""
+        unit = unit_of(question.column).replace("*", "·") if question.kind in ("number", "given") else ""
         say(text, [question.text + (f" [{unit}]" if unit else "")])
         told = words()
         say(told, [question.told] if question.told else [], "quiet")
@@ -79,4 +79,8 @@ class OpenQuestions:
         return given, wrong
 
 
-HINTS = {"number": "a number, also with its unit: 3.5 in", "unit": "such as mm, kPa, N, deg"}
+HINTS = {
+    "number": "a number, also with its unit: 3.5 in",
+    "given": "a number, or ? to be answered",
+    "unit": "such as mm, kPa, N, deg",
+}

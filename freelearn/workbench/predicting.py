@@ -10,6 +10,7 @@ import panel as pn
 
 from freelearn.csv_text import csv_text
 from freelearn.workbench.aside import Aside
+from freelearn.workbench.asked_file import AskedFile
 from freelearn.workbench.controls import Dropper, download
 from freelearn.workbench.session import Session
 from freelearn.workbench.words import say, words
@@ -18,7 +19,7 @@ ABOUT = (
     "Leave blank what you want to know: the loads at a place, the place where given loads leave the end (0: free), or "
     "the pressure to command. Two quantities may be blank, and one more for each further actuator."
 )
-DROP = "Or drop a table of such questions (CSV), one in each row:"
+DROP = "Or drop a file with a question in each row, such as a trajectory whose pressures are wanted:"
 
 
 class Predicting(Aside):
@@ -36,7 +37,17 @@ class Predicting(Aside):
         self.template = download("Template of the questions", 220, "questions.csv", self._template)
         say(about, [ABOUT], "quiet")
         say(drop, [DROP], "quiet")
-        self.asking.objects = [about, self.row, drop, pn.FlexBox(self.dropped, self.template)]
+        self.asking.objects = [about, self.row]
+        self.laboratory = AskedFile(session)
+        self.recipe = download("Recipe (YAML)", 220, "recipe.yaml")
+        self.picture = pn.pane.PNG(
+            None, max_width=760, sizing_mode="scale_width", visible=False, alt_text="What was given, and the answers"
+        )
+        # The fields and their button first, then a file.
+        above = self.view.objects.index(self.wrong)
+        self.view[above:above] = [drop, pn.FlexBox(self.dropped, self.template), self.laboratory.view]
+        self.view.insert(self.view.objects.index(self.answer), self.picture)
+        self.view.insert(self.view.objects.index(self.lines), self.recipe)
 
     def refresh(self) -> None:
         """Shows the session as it is."""
@@ -46,7 +57,11 @@ class Predicting(Aside):
             self.of = runs[-1]["folder"]
         for part in (self.row, self.dropped, self.template):
             part.visible = bool(runs)
+        self.laboratory.refresh()
         super().refresh()
+        job = self.session.job
+        if job is not None and job.kind == "asks" and job.status == "failed":
+            say(self.wrong, [job.text], "bad")
 
     def _fields(self, folder: Path) -> None:
         """Those that the run's actuators have."""
@@ -86,7 +101,7 @@ class Predicting(Aside):
         self._ask(csv_text(pd.DataFrame([row])).encode())
 
     def _dropped(self, name: str, content: bytes) -> None:
-        self._ask(content)
+        self.session.ask_file(name, content)
 
     def _ask(self, content: bytes) -> None:
         if not self.session.busy:
@@ -95,6 +110,13 @@ class Predicting(Aside):
     def _template(self) -> StringIO:
         names = ["sample", *self.fields]
         return StringIO(",".join(names) + f"\n{self.sample.value}" + "," * len(self.fields) + "\n")
+
+    def _show(self, run: str, folder: Path) -> None:
+        super()._show(run, folder)
+        picture, question = folder / "answers.png", self.session.asides[self.kind]["question"]
+        self.picture.param.update(object=str(picture) if picture.exists() else None, visible=picture.exists())
+        self.recipe.param.update(file=question.recipe or None, visible=bool(question.recipe))
+        self.recipe.filename = f"{Path(question.name).stem}_recipe.yaml"
 
     def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
         """How many questions have an answer."""

@@ -27,7 +27,7 @@ KINEMATIC = "kinematic"
 LM = "levenberg_marquardt"
 FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
 # Kinds of jobs that ask something of a finished run, or of rubber alone.
-ASIDES = ("predict", "plan", "tests", "rubber")
+ASIDES = ("asks", "predict", "plan", "tests", "rubber")
 SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
@@ -108,6 +108,11 @@ class Question:
             names = [name for name, _ in self.sheets]
             options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
             return command_line(["python", "-m", "freelearn", "start"], options)
+        if kind == "predict" and self.recipe:
+            # As above, for a file that asks something of a run.
+            options = [self.name, "--recipe", f"{Path(self.name).stem}_recipe.yaml", "--run", self.run]
+            with named(self.own):
+                return command_line(["python", "-m", "freelearn", "start"], options)
         if kind in ASIDES:
             options = [f"run={_quoted(self.run)}"]
             options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
@@ -130,7 +135,7 @@ class Question:
         if kind in ASIDES:
             energies = self.effects if kind == "rubber" else ()
             asked = Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
-            return replace(asked, effects=energies, sheets=self.sheets, recipe=self.recipe)
+            return replace(asked, effects=energies, sheets=self.sheets, recipe=self.recipe, name=self.name)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_data(self, other: Question) -> bool:

@@ -150,13 +150,22 @@ class Session(Running):
         self.choose(effects=(*(e for e in self.question.effects if e != name), name))
         self.save()
 
-    def ask(self, kind: str, asks: str = "", rows: int = 0) -> None:
-        """Asks something of the latest fit: a `predict` of a stored table with blanks, or a `plan` of so many rows."""
+    def ask(self, kind: str, asks: str = "", rows: int = 0, name: str = "", recipe: str = "") -> None:
+        """Asks something of the latest fit: a `predict` of a stored table with blanks, or of a laboratory's file by a
+        recipe (`asks` tells what that file seems to hold); or a `plan` of so many rows."""
         runs = self.comparable()
         if self.busy or not runs:
             return
         folder = str((self.folder / runs[-1]["folder"]).resolve())
-        self.begin(kind, Question(own=runs[-1]["question"].own, run=folder, asks=asks, rows=rows))
+        own = runs[-1]["question"].own
+        self.begin(kind, Question(own=own, run=folder, asks=asks, rows=rows, name=name, recipe=recipe))
+
+    def ask_file(self, name: str, content: bytes) -> None:
+        """Has a file read that asks something of the latest fit."""
+        if not self._refused(content):
+            ending = Path(name).suffix.lower()
+            path = self.stored(content, "questions", ending if ending in FORMATS else ".raw")
+            self.ask("asks", asks=path, name=shown_name(name))
 
     def add_tests(self, name: str, content: bytes) -> None:
         """Has a file of tests of rubber read, beside those that are there; one of the same name takes its place."""

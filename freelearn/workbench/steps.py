@@ -16,6 +16,7 @@ from freelearn.workbench.words import heading, say, words
 WIDTH = 286
 DOING = {"check": "Reading the file", "convert": "Making the table", "train": "Fitting", "discover": "Searching"}
 DOING |= {
+    "asks": "Reading the questions",
     "predict": "Filling in the blanks",
     "plan": "Planning",
     "rubber": "Fitting the rubber",

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import os
 import traceback
+from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import lightning as L
+import pandas as pd
 from rich.console import Console
 
 from freelearn.api.settings.plan_settings import plan_settings
 from freelearn.api.settings.predict_settings import PredictSettings, QuestionsData
+from freelearn.api.tasks.asked_intake import actuators_of, asked_of, run_rows
 from freelearn.api.tasks.discover import discover
 from freelearn.api.tasks.plan_run import planned, write_plan
 from freelearn.api.tasks.rubber_intake import rubber_taken_in
@@ -23,7 +26,11 @@ from freelearn.commands.specimens import compare_specimens, fit_specimens
 from freelearn.errors import UserError
 from freelearn.files import write_text
 from freelearn.inference.step import Step
+from freelearn.measurements.columns import Columns
+from freelearn.measurements.intake.guess_plain import Guessed
+from freelearn.measurements.intake.joined import guess_and_table
 from freelearn.measurements.intake.rubber.guess import guess_tests, plain_tests
+from freelearn.measurements.questions import read_questions
 from freelearn.measurements.specimen_table import read_specimens
 from freelearn.measurements.text_file import read_bytes
 from freelearn.results.formats import error_in_words
@@ -98,9 +105,26 @@ class _Epochs(L.Callback):
         self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 
+def _asks(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    """asks.json says whether the file is a table of questions, or else what it seems to hold."""
+    asked = Path(question.asks)
+    try:
+        read_questions(asked, Columns.of(pd.read_csv(run_rows(Path(question.run)))))
+        about: dict[str, Any] = {"table": True}
+    except UserError:
+        found, joined, _ = guess_and_table(asked, name=question.name)
+        known = asdict(actuators_of(Path(question.run)))
+        about = {"table": False, "guessed": Guessed(found, joined).plain(), "known": known}
+    write_text(folder / "asks.json", json.dumps(about) + "\n")
+
+
 def _predict(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     pipe.send(("progress", {"text": "answering"}))
-    settings = PredictSettings(run=Path(question.run), data=QuestionsData(Path(question.asks)))
+    asks = Path(question.asks)
+    if question.recipe:
+        known = actuators_of(Path(question.run))
+        asks = asked_of(asks, Path(question.recipe), known, folder / "questions.csv").path
+    settings = PredictSettings(run=Path(question.run), data=QuestionsData(asks))
     with open(folder / "answers.txt", "w", encoding="utf-8") as file:
         predict(settings, folder, Console(file=file, width=110))
 
@@ -130,5 +154,5 @@ def _rubber(question: Question, folder: Path, fits: Path, pipe: Connection) -> N
 
 JOBS = {
     "check": check, "convert": convert, "train": _train, "discover": _discover, "predict": _predict, "plan": _plan,
-    "tests": _tests, "rubber": _rubber,
+    "asks": _asks, "tests": _tests, "rubber": _rubber,
 }  # fmt: skip

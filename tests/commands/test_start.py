@@ -84,6 +84,20 @@ def test_a_line_of_the_guess_and_an_answer_are_put_right(tmp_path):
     assert pd.read_csv(tmp_path / "run" / "raw_table.csv")["force_n"].tolist() == [0, -50, -100] * 2
 
 
+def test_a_file_may_ask_a_run(tmp_path):
+    run, raw = tmp_path / "run", tmp_path / "Bahn.csv"
+    run.mkdir()
+    raw.write_text("Weg [mm];Kraft [N]\n0;0\n-5;100\n")
+    with pytest.raises(UserError, match=r"holds no predictions\.csv"):
+        start([raw], tmp_path / "out", Console(file=StringIO()), typed()[0], run=run)
+    rows = pd.DataFrame({"sample": [1, 1], "length_mm": 90.0, "elongation_mm": [0, 1], "twist_deg": 0.0})
+    rows.to_csv(run / "predictions.csv", index=False)
+    following = start([raw], tmp_path / "out", Console(file=StringIO()), typed("", "", "", "", "y")[0], run=run)
+    table = tmp_path / "out" / "Bahn_table.csv"
+    assert following == Next("predict", [f"run={run}", f"data.path={table}"])
+    assert pd.read_csv(table)["force_n"].tolist() == [0, -100]
+
+
 @pytest.mark.parametrize("name", ["UT.csv", "mine.csv"])
 def test_tests_of_rubber_go_to_their_own_fit(tmp_path, name):
     raw = tmp_path / name

@@ -151,3 +151,45 @@ def test_the_rubber_of_three_files_is_fitted(session):
     again.anew.clicks += 1
     again.refresh()
     assert again.go.disabled
+
+
+def test_a_laboratorys_trajectory_is_answered(session):
+    page = Predicting(session)
+    page.refresh()
+    lines = "".join(f"{t};{2 * t};{-2 * t}\n" for t in range(5))
+    page._dropped("Bahn <b>.csv", f"Zeit [s];Weg [mm];Kraft [N]\n{lines}".encode())
+    session.poll()
+    page.refresh()
+    form = page.laboratory
+    assert form.view.visible
+    assert "Bahn &lt;b&gt;.csv: 5 rows" in form.about.object
+    form.go.clicks += 1
+    assert "a positive force is a pull: still to be said" in form.wrong.object
+    form.questions.fields["sign.Kraft [N]"].value = "yes"
+    form.questions.fields["given.twist_deg"].value = "0"
+    assert {"given.pressure_kpa", "given.moment_nmm"} <= set(form.questions.fields)
+    form.go.clicks += 1
+    session.poll()
+    page.refresh()
+    asked = pd.read_csv(Path(page.save.file).with_name("questions.csv"))
+    assert list(asked) == ["sample", "time_s", "elongation_mm", "twist_deg", "force_n"]
+    assert asked["force_n"].tolist() == [0, 2, 4, 6, 8]
+    answer = pd.read_csv(page.save.file)
+    assert len(answer) == 5
+    expected = freelearn.load(session.folder / "train_x").invert(asked).frame()
+    np.testing.assert_allclose(answer["pressure_kpa"], expected["pressure_kpa"], rtol=1e-6)
+    assert "--recipe" in page.lines.object
+    assert "asks: [pressure_kpa, moment_nmm]" in Path(page.recipe.file).read_text()
+
+
+def test_a_table_of_questions_is_answered_at_once(session):
+    page = Predicting(session)
+    page.refresh()
+    page._dropped("mine.csv", b"elongation_mm,twist_deg,pressure_kpa\n1,0,20\n2,0,20\n3,0,20\n")
+    session.poll()
+    page.refresh()
+    session.poll()
+    page.refresh()
+    assert not page.laboratory.view.visible
+    assert len(pd.read_csv(page.save.file)) == 3
+    assert page.picture.visible

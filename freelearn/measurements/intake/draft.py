@@ -175,46 +175,17 @@ class _Draft:
 
     def _column(self, name: str, column: ColumnGuess) -> dict[str, Any]:
         path: Path = ("columns", name)
-        entry, remarks = self._entry(column, name)
+        entry, remarks = column_entry(column, name, self.answers)
         if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
             remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
         if remarks:
             self.remarks[path] = "; ".join(remarks)
         return entry
 
-    def _entry(self, column: ColumnGuess, name: str) -> tuple[dict[str, Any], list[str]]:
-        """A column of the recipe with what is to be said of it."""
-        meaning = MEANINGS[column.quantity or ""]
-        unit = str(self.answers.get(f"unit.{column.name}", column.unit))
-        entry: dict[str, Any] = {"from": column.name}
-        remarks = []
-        if unit:
-            entry["unit"] = SPELLED.get(unit, unit)
-        elif meaning.kind != "ratio":
-            entry["unit"] = None
-            remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
-        elif percents(column):
-            entry["unit"] = "?"
-            remarks.append('TODO: % or "1"')
-        turned = self.answers.get(f"sign.{column.name}") == YES
-        for key, value in meaning.keys:
-            entry[key] = -float(value) if key == "sign" and turned else value
-        if turned and "sign" not in entry:
-            entry["sign"] = -1
-        elif entry.get("sign") == 1:
-            del entry["sign"]
-        if offset := self.answers.get(f"offset.{column.name}"):
-            entry["offset"] = offset
-        if meaning.words in ("contraction", "shortening"):
-            remarks.append("a contraction shortens")
-        if column.confidence != "sure" and f"unit.{column.name}" not in self.answers:
-            remarks.append(f"{column.confidence}: check")
-        return entry, remarks
-
     def _members(self) -> None:
         self.content["members"] = []
         for number, column in enumerate(c for c in self.found.columns if c.name in self.found.pressures):
-            pressure, remarks = self._entry(column, "pressure_kpa")
+            pressure, remarks = column_entry(column, "pressure_kpa", self.answers)
             angle = self.answers.get(f"member.{number + 1}")
             member: dict[str, Any] = {"pressure": pressure, "gamma_deg": angle}
             if remarks:
@@ -242,6 +213,36 @@ class _Draft:
         if doubt.key not in self.answers:
             for key in changes:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")
+
+
+def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
+    """A column of the recipe for the table's column `name`, with what is to be said of it."""
+    meaning = MEANINGS[column.quantity or ""]
+    unit = str(answers.get(f"unit.{column.name}", column.unit))
+    entry: dict[str, Any] = {"from": column.name}
+    remarks = []
+    if unit:
+        entry["unit"] = SPELLED.get(unit, unit)
+    elif meaning.kind != "ratio":
+        entry["unit"] = None
+        remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
+    elif percents(column):
+        entry["unit"] = "?"
+        remarks.append('TODO: % or "1"')
+    turned = answers.get(f"sign.{column.name}") == YES
+    for key, value in meaning.keys:
+        entry[key] = -float(value) if key == "sign" and turned else value
+    if turned and "sign" not in entry:
+        entry["sign"] = -1
+    elif entry.get("sign") == 1:
+        del entry["sign"]
+    if offset := answers.get(f"offset.{column.name}"):
+        entry["offset"] = offset
+    if meaning.words in ("contraction", "shortening"):
+        remarks.append("a contraction shortens")
+    if column.confidence != "sure" and f"unit.{column.name}" not in answers:
+        remarks.append(f"{column.confidence}: check")
+    return entry, remarks
 
 
 def merge(content: dict[str, Any], more: Mapping[str, Any]) -> None:

@@ -36,13 +36,14 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Question:
-    """text: as it is asked. kind: of the answer. column: of the table, in whose unit a number is and to which a unit
-    has to convert ("" for a ratio). options: of a choice, answer → its words. proposed: what is likely; where there is
-    nothing, an answer is needed. short: beside a field. told: where the file says what is proposed."""
+    """text: as it is asked. kind: of the answer; given: a number, or ? where a fitted run is to answer it. column: of
+    the table, in whose unit a number is and to which a unit has to convert ("" for a ratio). options: of a choice,
+    answer → its words. proposed: what is likely; where there is nothing, an answer is needed. short: beside a field.
+    told: where the file says what is proposed."""
 
     key: str
     text: str
-    kind: Literal["number", "unit", "choice"]
+    kind: Literal["number", "unit", "choice", "given"]
     column: str = ""
     options: tuple[tuple[str, str], ...] = ()
     proposed: str | float | None = None
@@ -56,8 +57,8 @@ def questions(found: Guess, joined: DesignGuess | None, answers: Answers) -> Ite
     yield from _rows(found, joined, answers)
     yield from _bed(found, answers)
     yield from _design(found, joined, answers)
-    yield from _units(found, answers)
-    yield from _signs(found)
+    yield from units_open(found, answers)
+    yield from sign_of_the_force(found)
     for doubt in found.doubts:
         if not doubt.rows:
             yield _asked(doubt)
@@ -181,7 +182,8 @@ def _braid(text: str) -> Question:
     return Question("braid", text, "choice", options=YES_OR_NO, short="a braid, with a second family of fibers")
 
 
-def _units(found: Guess, answers: Answers) -> Iterator[Question]:
+def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
+    """The units that no heading says."""
     before: dict[str, str] = {}
     for column in (c for c in found.columns if c.chosen):
         kind = MEANINGS[column.quantity or ""].kind
@@ -201,7 +203,8 @@ def _units(found: Guess, answers: Answers) -> Iterator[Question]:
             before[kind] = str(unit)
 
 
-def _signs(found: Guess) -> Iterator[Question]:
+def sign_of_the_force(found: Guess) -> Iterator[Question]:
+    """Whether a positive force pulls."""
     column = found.of("force_n")
     # A column with the table's own name has the table's own sign.
     if column is not None and column.name != "force_n":
@@ -214,7 +217,9 @@ def answer(question: Question, typed: str, answers: Answers) -> str | float:
     typed = typed.strip()
     if not typed and question.proposed is not None:
         return question.proposed
-    if question.kind == "number":
+    if question.kind == "given" and typed == "?":
+        return typed
+    if question.kind in ("number", "given"):
         return _number(typed, question.column, answers)
     if question.kind == "unit":
         if not typed:

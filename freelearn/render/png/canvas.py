@@ -71,3 +71,9 @@ def save(figure: Figure, table: pd.DataFrame, path: Path) -> np.ndarray:
 
     write_whole(path, both)
     return pixels
+
+
+def save_picture(figure: Figure, table: pd.DataFrame, path: Path) -> None:
+    """Writes the picture alone, where the table that it was drawn from has a file of its own."""
+    pixels, said = to_rgb(figure), {"Description": json.dumps(ranges(table))}
+    write_whole(path, lambda picture: imsave(picture, pixels, format="png", dpi=figure.dpi, metadata=said))
