@@ -11,7 +11,7 @@ def answers(rows=5, **changed):
     time = np.arange(rows, dtype=float)
     table = pd.DataFrame({"time_s": time, "elongation_mm": -time, "twist_deg": 0.0, "force_n": -10 * time})
     table = table.assign(pressure_kpa=50 * time, pressure_kpa_low=50 * time - 5, pressure_kpa_high=50 * time + 5)
-    table = table.assign(moment_nmm=-0.0, solutions=1, status="ok", **changed)
+    table = table.assign(moment_nmm=-0.0, solutions=1, **{"status": "ok", **changed})
     return Answers(table, pd.DataFrame(), ("pressure_kpa", "moment_nmm"))
 
 
