@@ -23,19 +23,18 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 from rich.console import Console
 
-from freelearn.bed.virtual import DESIGNS
-from freelearn.files import write_whole
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.beds import ELONGATION, FORCE, MOMENT, TWIST, Quantity
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
-from freelearn.models.effect import Effect
-from freelearn.models.effects.registry import EFFECTS, make_effects
-from freelearn.models.prediction import Status
-from freelearn.render.png.canvas import heading, new_figure, ranges, save
-from freelearn.results.formats import MINUS, number, signed
+from freelearn.common.files import write_whole
+from freelearn.common.formats import MINUS, number, signed
+from freelearn.data.accuracy import PAPER
+from freelearn.data.beds import ELONGATION, FORCE, MOMENT, NMM, TWIST, Quantity
+from freelearn.data.states import States
+from freelearn.physics.chain.effect import Effect
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.effects.registry import EFFECTS, make_effects
+from freelearn.physics.models.build import build_model
+from freelearn.physics.simulated_bed import DESIGNS
+from freelearn.report.plots.canvas import heading, new_figure, ranges, save
 from freelearn.testing.effect_page import beds_of, in_library
-from freelearn.units import NMM
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER, PAGE = ROOT / "outputs/effects", ROOT / "docs/effects"

@@ -23,14 +23,14 @@ import pandas as pd
 import torch
 from rich.console import Console
 
+from freelearn.data.beds import BED, ISOMETRIC
+from freelearn.data.rows import Rows
+from freelearn.data.table.log_tables import thinned
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
-from freelearn.measurements.beds import BED, ISOMETRIC
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.thinned import thinned
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.effects.registry import EFFECTS
+from freelearn.physics.chain.model import Model
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import build_model
 
 RATE = 2.0
 # Rest length [mm] and largest contraction by the length that a muscle was cut to [cm]; contraction by its label.

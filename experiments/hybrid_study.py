@@ -21,10 +21,10 @@ from rich.table import Table
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.run import run
-from freelearn.api.tasks.tables import load_table
-from freelearn.measurements.sets import overlap, set_names
-from freelearn.models.build import build_model
+from freelearn.api.tasks.fit_and_score import run
+from freelearn.api.tasks.loaded_table import load_table
+from freelearn.data.sets import overlap, set_names
+from freelearn.physics.models.build import build_model
 
 MODELS = ("continuum", "mlp", "hybrid")
 # On its own set within this of the network; on samples never trained on no worse than the continuum but for this.

@@ -1,9 +1,9 @@
 """python experiments/log_noise.py: do intervals hold where a log's noise has a memory, and is that memory found?
 
-Logs of the bed apart (freelearn/testing/reference/logs.py) with creep hidden, whose noise goes on from row to row by
-several correlations. Of each the model with creep is fitted as the search fits it, and its 95 % intervals (C1, C2,
-share and time of creep) are held against what is hidden. Prints by correlation: how many hold, how many would if the
-noise were taken for white, and the memory that was found beside the true one.
+Logs of the bed apart (freelearn/testing/reference/simulated_logs.py) with creep hidden, whose noise goes on from row to
+row by several correlations. Of each the model with creep is fitted as the search fits it, and its 95 % intervals (C1,
+C2, share and time of creep) are held against what is hidden. Prints by correlation: how many hold, how many would if
+the noise were taken for white, and the memory that was found beside the true one.
 """
 
 from __future__ import annotations
@@ -29,16 +29,15 @@ def examined(job: tuple[float, int]) -> dict[str, Any]:
 
     import torch
 
+    from freelearn.data.accuracy import PAPER
+    from freelearn.data.rows import Rows
+    from freelearn.discovery.fits.prepare import Question, prepare
+    from freelearn.discovery.fits.step import parameter_covariance
+    from freelearn.discovery.fits.white_fit import white_fit
+    from freelearn.discovery.noise.noise import Whitener
     from freelearn.fitting.uncertainty import interval
-    from freelearn.inference.covariance import parameter_covariance
-    from freelearn.inference.noise import Whitener
-    from freelearn.inference.prepare import prepare
-    from freelearn.inference.question import Question
-    from freelearn.inference.white_fit import white_fit
-    from freelearn.measurements.accuracy import PAPER
-    from freelearn.measurements.rows import Rows
-    from freelearn.models.build import build_model
-    from freelearn.testing.reference.logs import C1, C2, UNIT, log
+    from freelearn.physics.models.build import build_model
+    from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
 
     torch.set_num_threads(1)
     memory, seed = job

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from freelearn.files import write_text
+from freelearn.common.files import write_text
 
 DESIGNS = 5
 OUT = Path("outputs/referee_rates")
@@ -39,13 +39,12 @@ def searched_table(design: int, kind: str, number: int) -> dict[str, Any]:
     import torch
     from hidden_effects.examine_few import as_read, build, told
 
-    from freelearn.inference.prepare import prepare
-    from freelearn.inference.question import Question
-    from freelearn.inference.search import search
-    from freelearn.inference.simulate import searched
-    from freelearn.inference.testable import candidates, unclocked
-    from freelearn.measurements.rows import Rows
-    from freelearn.measurements.usable import usable_rows
+    from freelearn.data.columns import usable_rows
+    from freelearn.data.rows import Rows
+    from freelearn.discovery.fits.prepare import Question, prepare
+    from freelearn.discovery.search.search import search
+    from freelearn.discovery.search.simulated_searches import searched
+    from freelearn.discovery.search.testable import candidates, unclocked
 
     torch.set_num_threads(1)
     draw = number if kind == "reference" else 0
@@ -89,7 +88,7 @@ def main() -> None:
 
 def rates(path: dict[tuple[int, str, int], Path]) -> Table:
     """Wrong names of each design: told by simulated tables, found on the reference's."""
-    from freelearn.inference.simulate import rate
+    from freelearn.discovery.search.simulated_searches import rate
 
     shown = Table("design", "told: wrong of", "95 % limits", "found: wrong of", "within", title="Names where none is")
     whole = {"simulated": [0, 0], "reference": [0, 0]}

@@ -18,8 +18,8 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.inference.rubber import NEO_HOOKEAN, asked_for, held_out_errors
-from freelearn.measurements.specimen_modes import MODES
+from freelearn.data.specimen_schema import MODES
+from freelearn.fitting.rubber_effects import NEO_HOOKEAN, asked_for, held_out_errors
 
 COLUMNS = ["mode", "specimen", "stretch", "stretch_2", "stress_mpa", "stress_2_mpa"]
 # The same laboratory's tubing [m]; its notes name a radius of 3/16 in and a wall of 1/16 in.

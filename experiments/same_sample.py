@@ -11,9 +11,9 @@ from rich.table import Table
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.run import run
-from freelearn.api.tasks.tables import load_table
-from freelearn.models.build import build_model
+from freelearn.api.tasks.fit_and_score import run
+from freelearn.api.tasks.loaded_table import load_table
+from freelearn.physics.models.build import build_model
 
 # Mean of the heat maps' diagonals in the paper [%].
 PAPER = {"linear": 21.4, "continuum": 16.87, "mlp": 5.51}

@@ -12,19 +12,19 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from freelearn.package import VERSION
+from freelearn.common.package import VERSION
 
 if TYPE_CHECKING:
-    from freelearn.api.accuracy import Accuracy
     from freelearn.api.actuators import actuators
-    from freelearn.api.fit import Estimator, fit
+    from freelearn.api.estimator import Estimator, fit
     from freelearn.api.fitted_run import FittedRun
     from freelearn.api.found import Found
     from freelearn.api.functions import discover, load, plan, referee
-    from freelearn.api.table import read_table
-    from freelearn.errors import UserError
-    from freelearn.results.answers import Answers
-    from freelearn.results.fitted_model import Answer, FittedModel
+    from freelearn.api.stated_accuracy import Accuracy
+    from freelearn.api.table_files import read_table
+    from freelearn.common.errors import UserError
+    from freelearn.queries.answers import Answers
+    from freelearn.queries.fitted_model import Answer, FittedModel
 
 __version__ = VERSION
 __all__ = [
@@ -34,20 +34,20 @@ __all__ = [
 
 # Imported when asked for: torch takes seconds, and a mistake is told before it is needed.
 WHERE = {
-    "Accuracy": "api.accuracy",
-    "Answer": "results.fitted_model",
-    "Answers": "results.answers",
-    "Estimator": "api.fit",
-    "FittedModel": "results.fitted_model",
+    "Accuracy": "api.stated_accuracy",
+    "Answer": "queries.fitted_model",
+    "Answers": "queries.answers",
+    "Estimator": "api.estimator",
+    "FittedModel": "queries.fitted_model",
     "FittedRun": "api.fitted_run",
     "Found": "api.found",
     "UserError": "errors",
     "actuators": "api.actuators",
     "discover": "api.functions",
-    "fit": "api.fit",
+    "fit": "api.estimator",
     "load": "api.functions",
     "plan": "api.functions",
-    "read_table": "api.table",
+    "read_table": "api.table_files",
     "referee": "api.functions",
 }
 

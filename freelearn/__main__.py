@@ -5,8 +5,8 @@ from __future__ import annotations
 import importlib
 import sys
 
-from freelearn.commands.names import COMMANDS
-from freelearn.package import VERSION
+from freelearn.cli.command_names import COMMANDS
+from freelearn.common.package import VERSION
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """python -m freelearn.gather: the results of finished sweeps as a table and heat maps."""
 
-from freelearn.commands.gather import main
+from freelearn.cli.gathering import main
 
 if __name__ == "__main__":
     main()

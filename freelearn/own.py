@@ -5,18 +5,14 @@ and writes that port's one method; a model derives from `Model` and writes `stru
 named by FREELEARN_EFFECTS or FREELEARN_MODELS.
 """
 
-from freelearn.measurements.recording import Recording
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.mechanics.energy import Energy, NeoHookean, StandardFiber
-from freelearn.mechanics.inextensible import Helix, helix
-from freelearn.models.base import Model
-from freelearn.models.continuum import Continuum
-from freelearn.models.lags import delayed, held, lag
-from freelearn.models.material import Material
-from freelearn.models.parameter import Prior
-from freelearn.models.parameters import Parameters, parameter
-from freelearn.models.ports import (
+from freelearn.data.recordings import Recording
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
+from freelearn.physics.chain.lags import delayed, held, lag
+from freelearn.physics.chain.material import Material
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.parameters import Parameters, Prior, parameter
+from freelearn.physics.chain.ports import (
     BoundaryEffect,
     DissipationEffect,
     EndEffect,
@@ -31,7 +27,10 @@ from freelearn.models.ports import (
     WallEffect,
     columns,
 )
-from freelearn.models.prediction import Prediction, Status
+from freelearn.physics.chain.prediction import Prediction, Status
+from freelearn.physics.mechanics.energy import Energy, NeoHookean, StandardFiber
+from freelearn.physics.mechanics.inextensible import Helix, helix
+from freelearn.physics.models.continuum import Continuum
 
 __all__ = [
     "BoundaryEffect", "Continuum", "DissipationEffect", "EndEffect", "Energy", "EnergyEffect", "EvasionEffect",

@@ -1,6 +1,6 @@
 """python -m freelearn.specimens: fit the rubber to its own tests."""
 
-from freelearn.commands.specimens import main
+from freelearn.cli.specimen_fits import main
 
 if __name__ == "__main__":
     main()

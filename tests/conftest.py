@@ -9,8 +9,8 @@ import pytest
 import torch
 from nightly import EVERY
 
-from freelearn.measurements.states import States
-from freelearn.testing.tables import random_table
+from freelearn.data.states import States
+from freelearn.testing.small_tables import random_table
 
 ROOT = Path(__file__).resolve().parents[1]
 torch.set_num_threads(1)
@@ -91,8 +91,8 @@ def commands(tmp_path_factory):
 def sessions(tmp_path):
     """A work folder's sessions."""
     # Here, not above: the page is imported by its own tests alone.
-    from freelearn.workbench.job import warm_up
-    from freelearn.workbench.sessions import Sessions
+    from freelearn.workbench.state.job import warm_up
+    from freelearn.workbench.state.session import Sessions
 
     # As the page's server does it: jobs are forked from one process that has imported everything.
     warm_up()

@@ -11,10 +11,9 @@ import pytest
 import freelearn as fl
 from freelearn.api.arguments import settings_of
 from freelearn.api.settings.configuration import composed
-from freelearn.api.settings.plan_settings import PlanSettings
-from freelearn.api.settings.referee_settings import RefereeSettings
+from freelearn.api.settings.run_settings import PlanSettings, RefereeSettings
 from freelearn.api.settings.settings import CsvData, DiscoverSettings, TrainSettings
-from freelearn.api.table import table_file
+from freelearn.api.table_files import table_file
 
 # A sweep's own; and what arguments are called that the configuration nests.
 ABSENT, NESTED = {"exclude"}, {"plan": "path", "figures": "figures"}

@@ -9,7 +9,7 @@ import pytest
 import tomllib
 from conftest import ROOT
 
-from freelearn.package import VERSION
+from freelearn.common.package import VERSION
 
 if sys.version_info < (3, 11):
     pytest.skip("tomllib came with Python 3.11", allow_module_level=True)

@@ -11,13 +11,13 @@ import pytest
 import torch
 from hidden_tables import table
 
-from freelearn.cores import CORES, cores, limited, side_by_side
-from freelearn.inference.question import Question
-from freelearn.inference.search import search
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
-from freelearn.work import tell, watched
+from freelearn.common.cores import CORES, cores, limited, side_by_side
+from freelearn.common.progress import tell, watched
+from freelearn.data.accuracy import PAPER
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.search.search import search
+from freelearn.physics.models.build import build_model
 
 
 @pytest.fixture(autouse=True)
@@ -72,7 +72,7 @@ def test_what_a_killed_copy_did_is_done_once_more():
 JOB = 60
 ENDLESS = r"""
 import os, sys, time
-from freelearn.cores import side_by_side
+from freelearn.common.cores import side_by_side
 os.sched_getaffinity = lambda process: {0, 1}
 def job():
     os.write(1, f"{os.getpid()}\n".encode())  # whole, whoever else writes

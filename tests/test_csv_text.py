@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freelearn.csv_text import csv_text
-from freelearn.testing.tables import random_table
+from freelearn.common.csv_text import csv_text
+from freelearn.testing.small_tables import random_table
 
 
 @pytest.mark.parametrize("numbers", ["%.10g", "%.8g"])

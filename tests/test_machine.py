@@ -9,7 +9,7 @@ import pytest
 
 READY = """
 import resource, torch
-from freelearn.machine import made_ready
+from freelearn.common.cores import made_ready
 made_ready()
 """
 FAULTS = """

@@ -12,7 +12,7 @@ from benchmark import commands, exported, fits, models, page, search
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.machine import made_ready
+from freelearn.common.cores import made_ready
 
 ALL = {
     "forward": models.forward,

@@ -30,16 +30,16 @@ from rich.console import Console  # noqa: E402
 
 from freelearn.api.settings.configuration import settings  # noqa: E402
 from freelearn.api.settings.settings import DiscoverSettings  # noqa: E402
-from freelearn.api.tasks.discover import discover  # noqa: E402
-from freelearn.files import write_text  # noqa: E402
-from freelearn.inference.question import Question  # noqa: E402
-from freelearn.inference.search import Findings, search  # noqa: E402
-from freelearn.inference.testable import candidates  # noqa: E402
-from freelearn.measurements.rows import Rows  # noqa: E402
-from freelearn.measurements.usable import usable_rows  # noqa: E402
-from freelearn.models.base import Model  # noqa: E402
-from freelearn.models.build import build_model  # noqa: E402
-from freelearn.results.proposals import known  # noqa: E402
+from freelearn.api.tasks.discover_task import discover  # noqa: E402
+from freelearn.common.files import write_text  # noqa: E402
+from freelearn.data.columns import usable_rows  # noqa: E402
+from freelearn.data.rows import Rows  # noqa: E402
+from freelearn.discovery.fits.prepare import Question  # noqa: E402
+from freelearn.discovery.search.search import Findings, search  # noqa: E402
+from freelearn.discovery.search.testable import candidates  # noqa: E402
+from freelearn.physics.chain.model import Model  # noqa: E402
+from freelearn.physics.models.build import build_model  # noqa: E402
+from freelearn.records.written_effects import known  # noqa: E402
 
 HEADS = ("set", "hidden", "search", "peer", "left out %: search", "peer", "ratio", "between: search", "peer", "s", "s")
 

@@ -55,7 +55,7 @@ def _gather(report: Report, folder: Path) -> None:
     """Gathers copies of the study's jobs, as if of ten seeds."""
     import rich.console
 
-    from freelearn.commands.gather import gather_folders
+    from freelearn.cli.gathering import gather_folders
 
     sweeps = []
     for seed in range(10):
@@ -81,7 +81,7 @@ def memory(report: Report, jobs: int = 300) -> None:
 import resource, sys, tempfile
 from pathlib import Path
 from freelearn.api.settings.configuration import composed
-from freelearn.commands.job import sweep_job
+from freelearn.cli.sweep_job import sweep_job
 with tempfile.TemporaryDirectory() as folder:
     for seed in range({jobs}):
         chosen = ["model=linear", "test=sample3", "figures=false", "fits=null", f"seed={{seed}}"]
@@ -101,8 +101,8 @@ def reports(report: Report) -> None:
 
     from freelearn.api.settings.configuration import settings
     from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-    from freelearn.render.html import discovery as of_discovery
-    from freelearn.render.html import run as of_run
+    from freelearn.report.html import discovery_report as of_discovery
+    from freelearn.report.html import run_report as of_run
 
     seconds = {}
 
@@ -118,8 +118,8 @@ def reports(report: Report) -> None:
 
     watched(of_run, "report_run")
     watched(of_discovery, "report_discovery")
-    from freelearn.api.tasks.discover import discover
-    from freelearn.api.tasks.train import train
+    from freelearn.api.tasks.discover_task import discover
+    from freelearn.api.tasks.train_task import train
 
     with tempfile.TemporaryDirectory() as folder:
         train(settings(TrainSettings, ["train=all", "fits=null"]), Path(folder) / "run")

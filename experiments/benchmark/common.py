@@ -13,8 +13,8 @@ import torch
 
 ROOT = Path(__file__).resolve().parents[2]
 
-from freelearn.bed.virtual import simulate  # noqa: E402
-from freelearn.measurements.rows import Rows  # noqa: E402
+from freelearn.data.rows import Rows  # noqa: E402
+from freelearn.physics.simulated_bed import simulate  # noqa: E402
 
 ACCURACY = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 FIELDS = ("fiber_angle", "reference_length", "inner_radius", "outer_radius", "length", "twist", "pressure")

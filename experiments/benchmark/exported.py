@@ -15,8 +15,8 @@ from benchmark.common import ROOT, Report
 
 import freelearn
 from freelearn.export.actuator import Actuator
-from freelearn.export.compiled import compiler
-from freelearn.export.onnx_file import answered, opened
+from freelearn.export.writers.c_file import compiler
+from freelearn.export.writers.onnx_file import answered, opened
 
 EFFECTS = {
     "three effects": "[end_clamps,friction_hysteresis,force_gain]",

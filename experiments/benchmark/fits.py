@@ -9,16 +9,16 @@ import torch
 from benchmark.common import FIELDS, Report, bed, rows_of, table, timed
 from scipy.optimize import least_squares
 
+from freelearn.data.rows import Rows
+from freelearn.data.sets import samples_of, set_names, split_rows
 from freelearn.fitting.algorithm import LevenbergMarquardtEpochs
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.sets import samples_of, set_names, split_rows
-from freelearn.models.build import build_model
-from freelearn.models.continuum import Continuum
-from freelearn.models.mlp import MLP, inputs
+from freelearn.physics.models.build import build_model
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.models.mlp import MLP, inputs
 from freelearn.testing.reference.numpy_peer import continuum as numpy_continuum
 from freelearn.testing.reference.numpy_peer import linear as numpy_linear
 from freelearn.testing.reference.numpy_peer import network as numpy_network

@@ -8,15 +8,15 @@ import sys
 import torch
 from benchmark.common import FIELDS, Report, timed
 
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
 from freelearn.fitting.problem import Problem
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
-from freelearn.models.continuum import Continuum
+from freelearn.physics.models.build import build_model
+from freelearn.physics.models.continuum import Continuum
 from freelearn.testing.reference import textbook
 from freelearn.testing.reference.numpy_peer import continuum as numpy_continuum
 from freelearn.testing.reference.numpy_peer import continuum_plain
-from freelearn.testing.tables import random_table
+from freelearn.testing.small_tables import random_table
 
 FIVE = ["wall_stiffening", "end_clamps", "twist_offset", "friction_hysteresis", "sensor_crosstalk"]
 
@@ -61,9 +61,9 @@ def large(report: Report) -> None:
     code = f"""
 import resource, sys, time
 import torch
-from freelearn.testing.tables import random_table
-from freelearn.measurements.states import States
-from freelearn.models.continuum import Continuum
+from freelearn.testing.small_tables import random_table
+from freelearn.data.states import States
+from freelearn.physics.models.continuum import Continuum
 model = Continuum(2e5, 1e6)
 part = States.from_table(random_table({count // 100}, 0))
 states = States(**{{n: getattr(part, n).repeat(100) for n in part.__dataclass_fields__}})

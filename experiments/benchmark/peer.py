@@ -14,11 +14,11 @@ import numpy as np
 import torch
 from scipy.optimize import least_squares
 
+from freelearn.data.rows import Rows
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
-from freelearn.models.priors import raw_prior, spans
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.priors import raw_prior, spans
 
 Array = np.ndarray[Any, Any]
 Build = Callable[[Sequence[str]], Model]

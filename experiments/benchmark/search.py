@@ -9,13 +9,13 @@ import torch
 from benchmark.common import ACCURACY, Report, rows_of, table
 from scipy.optimize import least_squares
 
-from freelearn.inference.question import Question
-from freelearn.inference.search import search
-from freelearn.inference.testable import candidates
-from freelearn.inference.white_fit import WhiteProblem
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
+from freelearn.data.accuracy import Accuracy
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.white_fit import WhiteProblem
+from freelearn.discovery.search.search import search
+from freelearn.discovery.search.testable import candidates
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
 
 SAMPLES = (3, 6)
 

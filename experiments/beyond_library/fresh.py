@@ -10,9 +10,9 @@ from beyond_library.kind import Array
 from beyond_library.make import Made
 from hidden_effects.make import NOISE
 
-from freelearn.testing.reference.bed import DEG, KPA, MM, state_of
 from freelearn.testing.reference.laboratory import HIGHEST_KPA, PAUSE, SECONDS_PER_ROW, STRETCH, TWIST_DEG
 from freelearn.testing.reference.laboratory import PAPER_SLENDER as SLENDER
+from freelearn.testing.reference.total_energy import DEG, KPA, MM, state_of
 
 # Kinematic states of each actuator, rising and falling pressures of each, and how far beyond the box.
 STATES, RISING, FALLING, BEYOND = 40, 4, 2, 1.3

@@ -23,11 +23,11 @@ from rich.console import Console
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.tasks.discover import discover
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.effects.registry import EFFECTS
-from freelearn.models.prediction import Status
+from freelearn.api.tasks.discover_task import discover
+from freelearn.data.states import States
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.effects.registry import EFFECTS
 
 # What ports are called, by what is changed there: other names of a port do not count as another place.
 PORT = {

@@ -12,9 +12,8 @@ from beyond_library.truth import Truth
 from hidden_effects.make import NOISE, SILENT, sized
 
 from freelearn.testing.reference import literature
-from freelearn.testing.reference.bed import MM, state_of
-from freelearn.testing.reference.laboratory import Laboratory, protocol, random_actuators
-from freelearn.testing.reference.slips import LOADS, slip
+from freelearn.testing.reference.laboratory import LOADS, Laboratory, protocol, random_actuators, slip
+from freelearn.testing.reference.total_energy import MM, state_of
 
 Actuators = dict[int, tuple[float, float, float, float]]
 # How near to the size asked for a hidden thing has to be, and how many actuators are tried until it is.

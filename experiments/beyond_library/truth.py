@@ -10,9 +10,9 @@ from beyond_library import tube
 from beyond_library.kind import ONE, Array, Kind
 
 from freelearn.testing.reference import literature
-from freelearn.testing.reference.bed import STEP, Effects, bed_loads
+from freelearn.testing.reference.total_energy import STEP, Effects, bed_loads
 
-# As freelearn.testing.reference.bed.state_of.
+# As freelearn.testing.reference.total_energy.state_of.
 States = dict[str, Array]
 FIELD = {"fiber_angle": "gamma", "outer_radius": "outer", "reference_length": "reference"}
 INVARIANT = {"i1": 3.0, "i2": 3.0, "i4": 1.0}

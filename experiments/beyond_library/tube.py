@@ -1,6 +1,7 @@
 """A tube with a further strain energy: the second test bed's wall, with a place for what it does not know.
 
-Energy, bisection for the inner radius and complex steps, as in freelearn.testing.reference.bed; one family of fibers.
+Energy, bisection for the inner radius and complex steps, as in freelearn.testing.reference.total_energy; one family of
+fibers.
 """
 
 from __future__ import annotations
@@ -10,7 +11,15 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from beyond_library.kind import Array
 
-from freelearn.testing.reference.bed import BALLOON, BISECTIONS, NODES, STEP, WEIGHTS, fiber_energy, rubber_energy
+from freelearn.testing.reference.total_energy import (
+    BALLOON,
+    BISECTIONS,
+    NODES,
+    STEP,
+    WEIGHTS,
+    fiber_energy,
+    rubber_energy,
+)
 
 # Invariants by name, complex (N, p) → Ψ [Pa].
 Psi = Callable[[Mapping[str, Array]], Array]

@@ -31,7 +31,7 @@ from hidden_effects.plan import PLANS, some
 from hidden_effects.wrong import wrong
 from rich.progress import track
 
-from freelearn.files import write_text
+from freelearn.common.files import write_text
 
 OUT = {
     "clean": Path("outputs/hidden_effects"),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from freelearn.testing.reference import bed, literature, other_beds
+from freelearn.testing.reference import literature, other_beds, total_energy
 
 # Γ, Γ₂ [deg], L, R_i, R_o [mm].
 Designs = dict[int, other_beds.Design]
@@ -24,7 +24,9 @@ def planned(tubes: str, kind: str, generator: np.random.Generator) -> tuple[Desi
     """Two actuators, and what the bed sets out to impose on them."""
     if tubes == "helix":
         chosen = generator.choice(SAMPLES, 2, replace=False)
-        designs = {int(n): (bed.SAMPLES[int(n)][0], np.nan, *bed.SAMPLES[int(n)][1:]) for n in sorted(chosen)}
+        designs = {
+            int(n): (total_energy.SAMPLES[int(n)][0], np.nan, *total_energy.SAMPLES[int(n)][1:]) for n in sorted(chosen)
+        }
         places = np.stack([generator.uniform(-5, 5, PLACES), generator.uniform(-120, 120, PLACES)], axis=1)
         return designs, other_beds.nominal(kind, designs, places.round(2), HELIX_KPA)
     designs = {number: _braid(generator) for number in (1, 2)}
@@ -45,7 +47,13 @@ def _braid(generator: np.random.Generator) -> other_beds.Design:
 
 
 def measure(
-    kind: str, plan: pd.DataFrame, c1: float, c2: float, fx: bed.Effects, seed: int, accuracy: Mapping[str, float]
+    kind: str,
+    plan: pd.DataFrame,
+    c1: float,
+    c2: float,
+    fx: total_energy.Effects,
+    seed: int,
+    accuracy: Mapping[str, float],
 ) -> pd.DataFrame:
     """The table that the bed gives, effects in the literature's forms."""
     return other_beds.measure(kind, plan, c1, c2, fx, seed, accuracy, literature.on_the_rig)

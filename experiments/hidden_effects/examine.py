@@ -9,15 +9,15 @@ import numpy as np
 import torch
 from hidden_effects.make import Made, make
 
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.step import parameter_covariance
+from freelearn.discovery.residuals.hysteresis import rising_falling
+from freelearn.discovery.residuals.reciprocity import reciprocity
+from freelearn.discovery.search.search import Findings, search
+from freelearn.discovery.search.testable import candidates
 from freelearn.fitting.uncertainty import interval
-from freelearn.inference.covariance import parameter_covariance
-from freelearn.inference.hysteresis import rising_falling
-from freelearn.inference.question import Question
-from freelearn.inference.reciprocity import reciprocity
-from freelearn.inference.search import Findings, search
-from freelearn.inference.testable import candidates
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
+from freelearn.physics.models.build import build_model
 
 
 def examine(job: dict) -> dict:

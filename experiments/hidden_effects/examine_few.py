@@ -16,23 +16,23 @@ import pandas as pd
 import torch
 from hidden_effects import few
 
-from freelearn.csv_text import csv_text
+from freelearn.common.csv_text import csv_text
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.beds import BED, BEDS
+from freelearn.data.columns import usable_rows
+from freelearn.data.error import set_error
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
+from freelearn.discovery.checks.look import failed, looked_over
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.noise.linear_algebra import orthonormal
+from freelearn.discovery.noise.noise import Whitener, sensitivities
+from freelearn.discovery.search.search import Findings, search
+from freelearn.discovery.search.testable import candidates, unclocked
 from freelearn.fitting.problem import Problem
-from freelearn.inference.checks.look import failed, looked_over
-from freelearn.inference.linear_algebra import orthonormal
-from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.inference.question import Question
-from freelearn.inference.search import Findings, search
-from freelearn.inference.testable import candidates, unclocked
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.beds import BED, BEDS
-from freelearn.measurements.error import set_error
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.measurements.usable import usable_rows
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
 from freelearn.testing.reference import other_beds
 
 # A search that takes longer [s] has no answer.

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from freelearn.testing.reference import literature, other_beds
-from freelearn.testing.reference.bed import Effects, Rig
 from freelearn.testing.reference.literature import FIXED
+from freelearn.testing.reference.total_energy import Effects, Rig
 from freelearn.testing.reference.truths import FIXED as PACKAGE_FIXED
 
 Array = np.ndarray[Any, Any]

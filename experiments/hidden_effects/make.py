@@ -11,13 +11,13 @@ import pandas as pd
 import torch
 from hidden_effects import braids
 
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.rows import Rows, loads_of
+from freelearn.discovery.noise.linear_algebra import orthonormal
+from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.fitting.problem import Problem
-from freelearn.inference.linear_algebra import orthonormal
-from freelearn.inference.noise import Whitener, sensitivities
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.rows import Rows, loads_of
-from freelearn.models.build import build_model
-from freelearn.testing.reference import bed, literature, truths
+from freelearn.physics.models.build import build_model
+from freelearn.testing.reference import literature, total_energy, truths
 from freelearn.testing.reference.laboratory import Laboratory, Measured, measure, random_actuators
 
 NOISE = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
@@ -52,15 +52,17 @@ def make(job: dict) -> Made:
     if "tubes" in job:
         actuators, plan = braids.planned(job["tubes"], job["bed"], generator)
     else:
-        actuators = random_actuators(2, generator) if laboratory else {n: bed.SAMPLES[n] for n in job["samples"]}
+        actuators = (
+            random_actuators(2, generator) if laboratory else {n: total_energy.SAMPLES[n] for n in job["samples"]}
+        )
 
-    def measured(fx: dict, noise: dict, extra: bed.Extra | None, quiet: bool = False) -> Measured:
+    def measured(fx: dict, noise: dict, extra: total_energy.Extra | None, quiet: bool = False) -> Measured:
         if "tubes" in job:
             return Measured(braids.measure(job["bed"], plan, *material, fx, job["seed"], noise), NO_SLIPS)
         if laboratory:
             how = replace(laboratory, slipped=0.0) if quiet else laboratory
             return measure(how, actuators, *material, fx, noise, job["seed"], extra)
-        table = bed.measure(job["samples"], *material, fx, noise, job["seed"], extra=extra)
+        table = total_energy.measure(job["samples"], *material, fx, noise, job["seed"], extra=extra)
         return Measured(table, NO_SLIPS)
 
     forms = laboratory.forms if laboratory else "literature" if "tubes" in job else "package"

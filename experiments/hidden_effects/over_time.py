@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.testing.reference.logs import C1, C2, POSITION, SENSORS, STATIC, UNIT, UNKNOWN, log
+from freelearn.testing.reference.simulated_logs import C1, C2, POSITION, SENSORS, STATIC, UNIT, UNKNOWN, log
 
 # Sizes in σ after refitting C1 and C2; of what is hidden together, and of what no library has.
 SIZES, TOGETHER, UNKNOWN_SIZE = (8, 15, 30), 30, 100
@@ -83,10 +83,10 @@ def sizes(plain: pd.DataFrame, memory: float) -> Any:
     of every recording."""
     import torch
 
+    from freelearn.data.rows import Rows
+    from freelearn.discovery.noise.noise import sensitivities
     from freelearn.fitting.problem import Problem
-    from freelearn.inference.noise import sensitivities
-    from freelearn.measurements.rows import Rows
-    from freelearn.models.build import build_model
+    from freelearn.physics.models.build import build_model
 
     rows = Rows.from_table(plain)
     model = build_model("continuum", {"C1": C1, "C2": C2})
@@ -124,12 +124,12 @@ def examine_time(job: dict) -> dict:
     import torch
     from hidden_effects.examine import covered
 
-    from freelearn.inference.question import Question
-    from freelearn.inference.search import search
-    from freelearn.inference.testable import candidates
-    from freelearn.measurements.accuracy import PAPER
-    from freelearn.measurements.rows import Rows
-    from freelearn.models.build import build_model
+    from freelearn.data.accuracy import PAPER
+    from freelearn.data.rows import Rows
+    from freelearn.discovery.fits.prepare import Question
+    from freelearn.discovery.search.search import search
+    from freelearn.discovery.search.testable import candidates
+    from freelearn.physics.models.build import build_model
 
     torch.set_num_threads(1)
     table, fx, reached = make_time(job)

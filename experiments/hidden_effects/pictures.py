@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from freelearn.render.palette import COLORS
-from freelearn.render.png.canvas import finish, new_figure, save
+from freelearn.common.display import COLORS
+from freelearn.report.plots.canvas import finish, new_figure, save
 
 # Ends of the classes of slips by size, in the sensor's standard deviations.
 EDGES = (0, 2, 4, 6, 8, 12, 20, 50, 200, np.inf)

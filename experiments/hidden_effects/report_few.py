@@ -10,8 +10,8 @@ from hidden_effects.rates import Row, rate
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.csv_text import csv_text
-from freelearn.files import write_text
+from freelearn.common.csv_text import csv_text
+from freelearn.common.files import write_text
 
 # What is claimed of a table; of any other the effects that are listed are none.
 CLAIMS = ("adequate", "named", "class", "proposed")

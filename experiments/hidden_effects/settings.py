@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from freelearn.testing.reference.slips import KINDS
+from freelearn.testing.reference.laboratory import KINDS
 
 NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 

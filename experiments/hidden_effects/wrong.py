@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 from hidden_effects import few, plan
 
-from freelearn.csv_text import csv_text
-from freelearn.measurements.beds import BED, BEDS, bed_of
+from freelearn.common.csv_text import csv_text
+from freelearn.data.beds import BED, BEDS, bed_of
 
 Fault = Callable[[pd.DataFrame, np.random.Generator], pd.DataFrame]
 KINDS = ("sign", "unit", "swapped", "untared", "length", "sorted")
@@ -182,12 +182,12 @@ def examine_wrong(job: dict) -> dict:
     """What is said of a wrong table, and what would be claimed of it."""
     import torch
 
-    from freelearn.errors import UserError
-    from freelearn.inference.checks.look import failed, looked_over
-    from freelearn.measurements.accuracy import Accuracy
-    from freelearn.measurements.table import read_table
-    from freelearn.measurements.usable import usable_rows
-    from freelearn.models.build import build_model
+    from freelearn.common.errors import UserError
+    from freelearn.data.accuracy import Accuracy
+    from freelearn.data.columns import usable_rows
+    from freelearn.data.table.measurement_table import read_table
+    from freelearn.discovery.checks.look import failed, looked_over
+    from freelearn.physics.models.build import build_model
 
     torch.set_num_threads(1)
     table, told = spoiled(job)
@@ -221,10 +221,10 @@ def _said(job: Mapping[str, Any], sentences: list[str]) -> dict[str, Any]:
 
 def _claims(table: pd.DataFrame, build: Any, accuracy: Any, job: Mapping[str, Any]) -> bool:
     """Whether the search claims anything of a table that every check lets pass."""
-    from freelearn.inference.question import Question
-    from freelearn.inference.search import search
-    from freelearn.inference.testable import candidates
-    from freelearn.measurements.rows import Rows
+    from freelearn.data.rows import Rows
+    from freelearn.discovery.fits.prepare import Question
+    from freelearn.discovery.search.search import search
+    from freelearn.discovery.search.testable import candidates
 
     rows = Rows.from_table(table)
     library, _ = candidates(build([]), [], table.columns, rows)

@@ -17,7 +17,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from freelearn.files import write_text
+from freelearn.common.files import write_text
 
 OUT = Path("outputs/plan_experiment")
 # First looks at most for each class that is wanted.

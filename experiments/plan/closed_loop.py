@@ -11,16 +11,14 @@ import pandas as pd
 import torch
 from first_look import ACCURACY, REACH, Truth, first_look, model, searched, usable
 
-from freelearn.design.candidates import candidates
-from freelearn.design.choose import choose, rows_for
-from freelearn.design.goals import Split
-from freelearn.design.known import Known
-from freelearn.design.order import ordered
-from freelearn.design.score import score
-from freelearn.inference.next_experiment import PRESSURES, reach
-from freelearn.inference.step import Step
-from freelearn.inference.thresholds import COINCIDE
-from freelearn.inference.white_fit import WhiteFit
+from freelearn.discovery.fits.step import Step
+from freelearn.discovery.fits.white_fit import WhiteFit
+from freelearn.discovery.search.next_states import PRESSURES, reach
+from freelearn.discovery.thresholds import COINCIDE
+from freelearn.queries.next_measurements.candidates import candidates, ordered
+from freelearn.queries.next_measurements.exact_plan import choose, rows_for
+from freelearn.queries.next_measurements.goals import Split, score
+from freelearn.queries.next_measurements.known_rows import Known
 
 # χ² by which one member is ahead of the other once the class is split: three standard deviations of one number.
 SPLIT = 9.0

@@ -9,15 +9,15 @@ import pandas as pd
 import torch
 from hidden_effects.make import NOISE, SILENT, sized
 
-from freelearn.inference.question import Question
-from freelearn.inference.search import Findings, search
-from freelearn.inference.testable import candidates
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.usable import usable_rows
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.testing.reference import bed, literature, other_beds
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.columns import usable_rows
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.search.search import Findings, search
+from freelearn.discovery.search.testable import candidates
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
+from freelearn.testing.reference import literature, other_beds, total_energy
 
 # Hidden effects: those that a first look often takes for another one.
 EFFECTS = (
@@ -54,7 +54,7 @@ class Truth:
         # The wall remembers the order in which its own sample was measured.
         order = np.argsort(nominal["sample"].to_numpy(), kind="stable")
         really = nominal.iloc[order].reset_index(drop=True)
-        s = bed.state_of(really)
+        s = total_energy.state_of(really)
         moved = really.copy()
         errors = {
             name: generator.normal(0, NOISE[name], visit.max() + 1)[visit] for name in other_beds.STATE["kinematic"]
@@ -62,9 +62,9 @@ class Truth:
         place = np.flatnonzero(order >= len(before))
         for name, error in errors.items():
             moved.loc[place, name] += error[order[place] - len(before)]
-        there = bed.state_of(moved)
+        there = total_energy.state_of(moved)
         s |= {name: there[name] for name in ("length", "twist")}
-        loads, balanced = bed.bed_loads(s, self.c1, self.c2, self.fx, rig=literature.on_the_rig)
+        loads, balanced = total_energy.bed_loads(s, self.c1, self.c2, self.fx, rig=literature.on_the_rig)
         back = np.empty(len(order), dtype=np.int64)
         back[order] = np.arange(len(order))
         loads, balanced = loads[back][len(before) :], balanced[back][len(before) :]
@@ -81,7 +81,7 @@ def first_look(number: int) -> tuple[Truth, pd.DataFrame, str]:
     effect = EFFECTS[number % len(EFFECTS)]
     samples = sorted(int(n) for n in generator.choice(SAMPLES, 2, replace=False))
     c1, c2 = float(1e6 * 2 ** generator.uniform(-1, 1)), float(3e7 * 2 ** generator.uniform(-1, 1))
-    designs = {n: (bed.SAMPLES[n][0], np.nan, *bed.SAMPLES[n][1:]) for n in samples}
+    designs = {n: (total_energy.SAMPLES[n][0], np.nan, *total_energy.SAMPLES[n][1:]) for n in samples}
     ends = np.array([REACH["elongation_mm"], REACH["twist_deg"]]) * GENTLE
     places = generator.uniform(ends[:, 0], ends[:, 1], (int(generator.choice(STATES)), 2)).round(1)
     pressures = GENTLE * REACH["pressure_kpa"][1] * np.array([0, 0.25, 0.5, 0.75, 1.0, 0.5])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from freelearn.results.tables import DisplayTable
+from freelearn.common.display import DisplayTable
 
 GRIDS = ("in order", "at random")
 FEWER = 5

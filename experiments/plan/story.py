@@ -19,7 +19,7 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 from first_look import REACH, first_look  # noqa: E402
 
-from freelearn.csv_text import csv_text  # noqa: E402
+from freelearn.common.csv_text import csv_text  # noqa: E402
 
 
 def main() -> None:

@@ -14,13 +14,13 @@ from coverage import asked_of, fitted, taken_in
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from freelearn.answer.asker import Asker
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.tables import load_table
-from freelearn.measurements.rows import Rows
-from freelearn.render.png.canvas import new_figure, save
-from freelearn.units import KPA
+from freelearn.api.tasks.loaded_table import load_table
+from freelearn.data.beds import KPA
+from freelearn.data.rows import Rows
+from freelearn.queries.inverse.asker import Asker
+from freelearn.report.plots.canvas import new_figure, save
 
 TENTHS = 10
 

@@ -16,27 +16,26 @@ from rich.console import Console
 from rich.table import Table
 from torch import Tensor
 
-from freelearn.answer.asker import Asker
-from freelearn.answer.bands import Bands
-from freelearn.answer.system import System
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.measuring import estimated
-from freelearn.bed.virtual import simulate
+from freelearn.api.tasks.preparation import estimated
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.beds import BEDS
+from freelearn.data.columns import members_in, usable_rows
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+from freelearn.discovery.fits.white_fit import evaluated
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.inference.white_fit import evaluated
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.members import members_in
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.measurements.usable import usable_rows
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
+from freelearn.physics.simulated_bed import simulate
+from freelearn.queries.inverse.asker import Asker
+from freelearn.queries.inverse.bands import Bands
+from freelearn.queries.inverse.system import System
 
 TEST = 0.2
 

@@ -8,16 +8,15 @@ import numpy as np
 import torch
 from rich.table import Table
 
-from freelearn.answer.asker import Asker
-from freelearn.answer.roots import stays
-from freelearn.answer.span import Span
-from freelearn.answer.system import System
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.tables import load_table
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
+from freelearn.api.tasks.loaded_table import load_table
+from freelearn.data.states import States
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
+from freelearn.queries.inverse.asker import Asker
+from freelearn.queries.inverse.roots import stays
+from freelearn.queries.inverse.system import Span, System
 
 # The usual walls and fibers, and soft ones of which many a row has no equilibrium.
 MATERIALS = ((1e6, 4e7), (2e5, 1e6))

@@ -9,12 +9,12 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
+from freelearn.data.beds import BEDS
+from freelearn.data.error import set_error
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
 from freelearn.fitting.starts import starts
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.error import set_error
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.models.build import build_model
+from freelearn.physics.models.build import build_model
 
 MODELS = (
     ("fiber_misalignment",),

@@ -14,12 +14,12 @@ from questions import PRESSURES
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.models.build import MODELS
-from freelearn.models.effects.registry import EFFECTS
+from freelearn.data.beds import BEDS
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import MODELS
 
 COMMANDED = ("P1_cmd_Pa", "P2_cmd_Pa", "P3_cmd_Pa")
 # Elongation in mm and rotation in degrees.

@@ -11,12 +11,12 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
+from freelearn.data.beds import BEDS
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
 from freelearn.fitting.starts import starts
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
 
 DEGREES = 180 / np.pi
 MODELS = ((), ("end_clamps",), ("fiber_misalignment", "end_clamps"))

@@ -12,15 +12,15 @@ from questions import Question
 from rich.table import Table
 from sets import RealSet
 
+from freelearn.data.beds import BEDS
+from freelearn.data.rows import Rows
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.table import read_table
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
 
 TOLERANCE, DEGREE = 1e-10, 3
 

@@ -23,7 +23,7 @@ from summary import distance, judged
 from targets import TARGETS, WITHIN
 from truth import DATA, SIZES, made, sizes
 
-from freelearn.api.tasks.tables import load_table
+from freelearn.api.tasks.loaded_table import load_table
 
 OUT = Path("outputs/simulated_bed")
 

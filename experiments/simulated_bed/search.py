@@ -18,8 +18,8 @@ import torch
 from summary import judged, thinned
 from truth import COUNT, made
 
-from freelearn.csv_text import csv_text
-from freelearn.files import write_text
+from freelearn.common.csv_text import csv_text
+from freelearn.common.files import write_text
 
 # Of the kinematic states, every so manyth: fits take less time, their errors change by a few percent.
 EVERY = 8

@@ -11,13 +11,13 @@ from targets import OF_THE_OPTIMIZER, TARGETS
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.run import run
-from freelearn.errors import UserError
-from freelearn.measurements.sets import TEST, samples_of
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
-from freelearn.results.run import Run
-from freelearn.units import NMM
+from freelearn.api.tasks.fit_and_score import run
+from freelearn.common.errors import UserError
+from freelearn.data.beds import NMM
+from freelearn.data.sets import TEST, samples_of
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
+from freelearn.records.run import Run
 
 SETS = (*(f"sample{n}" for n in range(1, 9)), "even", "all")
 FIT = settings(TrainSettings).fit

@@ -11,8 +11,8 @@ from scipy.special import ndtr
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.bed.virtual import DESIGNS, simulate
-from freelearn.units import NMM
+from freelearn.data.beds import NMM
+from freelearn.physics.simulated_bed import DESIGNS, simulate
 
 SAMPLES = len(DESIGNS)
 DATA = settings(TrainSettings).data

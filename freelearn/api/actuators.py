@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from freelearn.errors import UserError, unknown
-from freelearn.files import write_text
+from freelearn.common.errors import UserError, unknown
+from freelearn.common.files import write_text
 
 if TYPE_CHECKING:
     from freelearn.api.fitted_run import FittedRun
@@ -53,7 +53,7 @@ class IdentifiedActuator:
 
     def export(self, path: str | Path, to: str | None = None, **options: Any) -> Certificate:
         """As FittedRun.export, under its own name and with the license of its data."""
-        from freelearn.export.options import FORMATS
+        from freelearn.export.export_options import FORMATS
 
         given = {"name": self.name, "license": str(self.card["license"])}
         # A format alone: into a folder of its name.
@@ -94,7 +94,7 @@ class Actuators(Mapping[str, IdentifiedActuator]):
         machine. title, source, license: in words; more: whatever else to tell. Raises UserError."""
         import shutil
 
-        from freelearn.results.digests import with_digests
+        from freelearn.records.provenance import with_digests
 
         folder = Path(folder)
         if (folder / CARD).exists():

@@ -8,12 +8,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from freelearn.api.accuracy import Accuracy
 from freelearn.api.settings.configuration import composed, offer_own_models
 from freelearn.api.settings.parse import Chosen, parse
-from freelearn.api.table import TableFile
-from freelearn.errors import UserError, unknown
-from freelearn.package import CONF
+from freelearn.api.stated_accuracy import Accuracy
+from freelearn.api.table_files import TableFile
+from freelearn.common.errors import UserError, unknown
+from freelearn.common.package import CONF
 
 # One of several files of the configuration, by its name, with options of its own or without.
 Group: TypeAlias = "str | Mapping[str, Any]"

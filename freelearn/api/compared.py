@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from freelearn.api.fitted_run import FittedRun
-from freelearn.errors import UserError
-from freelearn.measurements.beds import bed_of
-from freelearn.measurements.usable import usable_rows
+from freelearn.common.errors import UserError
+from freelearn.data.beds import bed_of
+from freelearn.data.columns import usable_rows
 
 # What tells one row of a table from another: the state, and what was read there.
 PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm", "outer_diameter_mm")

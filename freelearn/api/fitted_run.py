@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -11,18 +13,42 @@ from typing import Any, Protocol
 import pandas as pd
 import torch
 
-from freelearn.api.copied import copied
-from freelearn.api.plots import RunPlots
-from freelearn.errors import UserError
+from freelearn.api.run_plots import RunPlots
+from freelearn.common.errors import UserError, cannot_write
+from freelearn.common.files import write_whole
+from freelearn.common.formats import percent
+from freelearn.data.columns import usable_rows
+from freelearn.data.error import set_error
+from freelearn.data.rows import Rows
 from freelearn.export.certificate import Certificate
-from freelearn.measurements.error import set_error
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.usable import usable_rows
-from freelearn.models.prediction import Status
-from freelearn.results.estimate import Estimate, parameter_table
-from freelearn.results.fitted_model import FittedModel
-from freelearn.results.formats import percent
-from freelearn.results.run_folder import RunFolder, read_run
+from freelearn.physics.chain.prediction import Status
+from freelearn.queries.fitted_model import FittedModel
+from freelearn.records.estimates import Estimate, parameter_table
+from freelearn.records.run_files import KINDS, RunFolder, check_folder, read_run
+
+
+def copied(folder: Path, to: Path) -> Path:
+    """Copies a run's folder; gives the copy. Raises UserError where a run lies there, or nothing can be written."""
+    if to.resolve() == folder.resolve():
+        return to
+    if any((to / mark).exists() for mark in KINDS):
+        raise UserError(f"{to} holds a run already: choose another folder, or delete it.")
+    files = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name in KINDS)
+    for path in files:
+        place = to / path.relative_to(folder)
+        check_folder(place.parent)
+        try:
+            write_whole(place, _copy_of(path))
+        except OSError as problem:
+            raise cannot_write(place, problem) from None
+    return to
+
+
+def _copy_of(path: Path) -> Callable[[Path], None]:
+    def write(beside: Path) -> None:
+        shutil.copyfile(path, beside)
+
+    return write
 
 
 class Unfitted(Protocol):
@@ -133,7 +159,7 @@ class FittedRun(FittedModel):
         data do not determine. license: of the data. error: of a table, a share of the range. Raises UserError.
         """
         from freelearn.export.export import export
-        from freelearn.export.options import Options, asked_for
+        from freelearn.export.export_options import Options, asked_for
 
         folder, to, named = asked_for(path, to)
         options = Options(to, name or named, sample, force, license, error)

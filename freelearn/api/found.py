@@ -12,25 +12,24 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.api.copied import copied
-from freelearn.api.fitted_run import FittedRun
-from freelearn.api.plots import FoundPlots
-from freelearn.errors import UserError
+from freelearn.api.fitted_run import FittedRun, copied
+from freelearn.api.run_plots import FoundPlots
+from freelearn.common.errors import UserError
+from freelearn.data.beds import bed_of
+from freelearn.data.columns import LEFT_OUT
+from freelearn.data.states import States
 from freelearn.export.certificate import Certificate
-from freelearn.measurements.beds import bed_of
-from freelearn.measurements.states import States
-from freelearn.measurements.usable import LEFT_OUT
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.effects.registry import lent
-from freelearn.models.written.source import effect_class
-from freelearn.results.answers import Answers
-from freelearn.results.curve import StateCurves, state_curves
-from freelearn.results.discovery import Discovery
-from freelearn.results.fitted_model import Answer
-from freelearn.results.run_folder import RunFolder
-from freelearn.results.states import pick_states
-from freelearn.results.suspects import mark
+from freelearn.physics.chain.model import Model
+from freelearn.physics.effects.registry import lent
+from freelearn.physics.models.build import build_model
+from freelearn.physics.written.source import effect_class
+from freelearn.queries.answers import Answers
+from freelearn.queries.curves.model_curves import StateCurves, state_curves
+from freelearn.queries.curves.shown_states import pick_states
+from freelearn.queries.fitted_model import Answer
+from freelearn.records.discovery import Discovery
+from freelearn.records.run_files import RunFolder
+from freelearn.records.suspected_readings import mark
 
 # Of a suspected reading: what tells its row in the tables of predictions.
 PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")

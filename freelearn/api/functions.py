@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from freelearn.api.arguments import Group, StatedAccuracy, options_of, settings_of
-from freelearn.api.session import session_folder
+from freelearn.api.session_folders import session_folder
 from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.table import Table, said_of, table_file
-from freelearn.errors import UserError
+from freelearn.api.table_files import Table, said_of, table_file
+from freelearn.common.errors import UserError
 
 if TYPE_CHECKING:
     from freelearn.api.fitted_run import FittedRun
     from freelearn.api.found import Found
     from freelearn.api.planned import Planned
-    from freelearn.results.refereed_run import RefereedRun
+    from freelearn.records.claims import RefereedRun
 
 # A run: what a function gave, or its folder.
 Run = Any
@@ -71,9 +71,9 @@ def discover(
         settings = settings_of(DiscoverSettings, "discover", place, arguments)
         # After the settings are checked: torch takes seconds to import.
         from freelearn.api.found import Found
-        from freelearn.api.progress import Shown
-        from freelearn.api.tasks.discover import discover as search
-        from freelearn.api.tasks.key import job_key
+        from freelearn.api.shown_progress import Shown
+        from freelearn.api.tasks.discover_task import discover as search
+        from freelearn.api.tasks.loaded_table import job_key
 
         where = session_folder(f"discover-{job_key(settings)}") if folder is None else Path(folder)
         stack.enter_context(Shown("searching", progress))
@@ -108,7 +108,7 @@ def plan(
     >>> len(fl.plan(run, rows=4, goal="halve", parameter="C1", progress=False).frame())
     4
     """
-    from freelearn.api.settings.plan_settings import plan_settings
+    from freelearn.api.settings.run_settings import plan_settings
 
     content: dict[str, Any] = {"run": str(folder_of(run)), "rows": rows, "goal": goal, "effect": effect}
     content |= {"parameter": parameter, "plan": {"path": None if path is None else str(path)}}
@@ -116,8 +116,8 @@ def plan(
     settings = plan_settings(content | {"mounting_rows": float(mounting_rows), "reach": dict(reach or {})})
     # After the settings are checked, as above.
     from freelearn.api.planned import Planned
-    from freelearn.api.progress import Shown
-    from freelearn.api.tasks.plan_run import planned
+    from freelearn.api.shown_progress import Shown
+    from freelearn.api.tasks.plan_task import planned
 
     with Shown("planning", progress):
         return Planned.of(planned(settings))
@@ -144,13 +144,13 @@ def referee(
     ['fail', 'pass']
     """
     from freelearn.api.settings.parse import parsed
-    from freelearn.api.settings.referee_settings import RefereeSettings
+    from freelearn.api.settings.run_settings import RefereeSettings
 
     content = {"run": str(folder_of(run)), "referee": referee, "tables": tables, "cores": cores, "seed": seed}
     settings = parsed(RefereeSettings, content)
     # After the settings are checked, as above.
-    from freelearn.api.progress import Shown
-    from freelearn.api.tasks.referee_run import refereed_run
+    from freelearn.api.shown_progress import Shown
+    from freelearn.api.tasks.referee_task import refereed_run
 
     with Shown("asking whether the claim stands", progress):
         return refereed_run(settings)
@@ -170,7 +170,7 @@ def load(folder: str | Path) -> FittedRun | Found:
     """
     from freelearn.api.fitted_run import FittedRun
     from freelearn.api.found import Found
-    from freelearn.results.run_folder import read_run
+    from freelearn.records.run_files import read_run
 
     run = read_run(folder_of(folder))
     fitted = FittedRun.of(run)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from freelearn.api.plots import PlanPlots
-from freelearn.results.plan import Plan
+from freelearn.api.run_plots import PlanPlots
+from freelearn.records.plan_record import Plan
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Planned(Plan):
 
     def save(self, folder: str | Path, figures: bool = True) -> Path:
         """Writes plan.csv, plan.json and the picture, as the command does. Raises UserError."""
-        from freelearn.api.tasks.plan_run import write_plan
+        from freelearn.api.tasks.plan_task import write_plan
 
         write_plan(self, Path(folder), figures)
         return Path(folder)

@@ -1,0 +1,1 @@
+"""A fitted actuator as arithmetic for other software, with its certificate."""

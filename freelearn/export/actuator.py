@@ -10,20 +10,19 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from freelearn.answer.system import System
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
+from freelearn.data.beds import ELONGATION, PRESSURE, Quantity
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
+from freelearn.export.arithmetic.function import Function, Port, pruned
+from freelearn.export.arithmetic.loops import repeated, severity
+from freelearn.export.arithmetic.trace import traced
 from freelearn.export.banded import Banded
-from freelearn.export.function import Function, Port, pruned
-from freelearn.export.loops import repeated
-from freelearn.export.severity import severity
-from freelearn.export.trace import traced
-from freelearn.measurements.beds import ELONGATION, PRESSURE, Quantity
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.models.ports import TiltEffect
-from freelearn.models.prediction import Status
-from freelearn.models.row_derivatives import rows_jacobian
-from freelearn.results.fitted_model import FittedModel
+from freelearn.physics.chain.ports import TiltEffect
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.chain.row_derivatives import rows_jacobian
+from freelearn.queries.fitted_model import FittedModel
+from freelearn.queries.inverse.system import System
 
 # What a row may remember (States), as inputs: name, unit, what it is.
 HISTORY = (
@@ -301,7 +300,7 @@ def _least_zero(lacking: Any, low: float, high: float, like: Tensor) -> tuple[Te
     no = torch.zeros_like(like, dtype=torch.bool)
     _, last, left, at_left, at_right, there = repeated(scan, [begin, first, begin, first, first, no], PARTS)
 
-    # Regula falsi of Anderson & Björck (1973), as models.play has it.
+    # Regula falsi of Anderson & Björck (1973), as play has it.
     def narrow(carried: list[Tensor]) -> list[Tensor]:
         lower, at_lower, upper, at_upper = carried
         difference = at_upper - at_lower

@@ -1,4 +1,4 @@
-"""The 95 % bands of one row in a trace: answer.miss, with all that is constant made beforehand."""
+"""The 95 % bands of one row in a trace: miss, with all that is constant made beforehand."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from freelearn.answer.bands import SAME
-from freelearn.answer.miss import Miss
-from freelearn.answer.system import System
+from freelearn.queries.inverse.bands import SAME
+from freelearn.queries.inverse.miss import Miss
+from freelearn.queries.inverse.system import System
 
 
 @dataclass(frozen=True)

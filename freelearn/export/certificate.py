@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from freelearn.common.files import write_text
 from freelearn.export.actuator import Actuator
-from freelearn.export.extras import versions
-from freelearn.export.options import Options
-from freelearn.export.round_trip import Difference
-from freelearn.export.written import Written
-from freelearn.files import write_text
-from freelearn.results.digests import with_digests
+from freelearn.export.export_options import Options, versions
+from freelearn.export.round_trip import Difference, Written
+from freelearn.records.provenance import with_digests
 
 CERTIFICATE, PAGE = "export.json", "export.html"
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.answer.system import System
+from freelearn.data.beds import DEG, KPA, MM
+from freelearn.data.states import severity
 from freelearn.export.actuator import HISTORY, Actuator
-from freelearn.measurements.states import severity
-from freelearn.models.prediction import Status
-from freelearn.units import DEG, KPA, MM
+from freelearn.physics.chain.prediction import Status
+from freelearn.queries.inverse.system import System
 
 # States that are compared, and of them those with at least one input at the end of its data.
 STATES, ON_EDGE = 10_000, 2_000
@@ -179,3 +181,21 @@ def compared(actuator: Actuator, answers: Answers, samples: Samples) -> Differen
         worst=dict(zip((p.name for p in loads.inputs), worst.tolist(), strict=True)),
         shares=shares,
     )
+
+
+# What float64 leaves of the model's own numbers, as a share of the range: more is no rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Written:
+    """files: in the folder, the first the one to use. answers: of its function `loads`, None where nothing here can run
+    it. limit: largest difference allowed, a share of the range. outside: what happens beyond the data. notes: what else
+    to know. more: further figures for the certificate."""
+
+    files: list[Path]
+    answers: Answers | None
+    outside: str
+    limit: float = ROUNDING
+    notes: list[str] = field(default_factory=list)
+    more: dict[str, Any] = field(default_factory=dict)

@@ -11,8 +11,7 @@ from torch import Tensor
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.optimizers import make_optimizer
 from freelearn.fitting.options import Option
-from freelearn.fitting.problem import Problem
-from freelearn.fitting.pull import Pull
+from freelearn.fitting.problem import Problem, Pull
 from freelearn.fitting.solver import Termination, take
 
 

@@ -6,10 +6,10 @@ from copy import deepcopy
 from functools import singledispatch
 from typing import Any
 
-from freelearn.fitting.remainder import learn_remainder
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
-from freelearn.models.hybrid import Hybrid
+from freelearn.data.rows import Rows
+from freelearn.fitting.learned_residual import learn_remainder
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.hybrid import Hybrid
 
 
 @singledispatch

@@ -9,20 +9,17 @@ import lightning as L
 import torch
 from torch import Tensor
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
+from freelearn.data.rows import Rows
 from freelearn.fitting.algorithm import Algorithm, GradientEpochs, LevenbergMarquardtEpochs
-from freelearn.fitting.batches import FitData
 from freelearn.fitting.finish import finish
-from freelearn.fitting.fitting import Fitting
 from freelearn.fitting.options import LEVENBERG_MARQUARDT, FitOptions, Option
-from freelearn.fitting.outcome import FitOutcome
-from freelearn.fitting.problem import Problem
-from freelearn.fitting.pull import Pull, pulled
+from freelearn.fitting.problem import Problem, Pull, pulled
 from freelearn.fitting.starts import starts
-from freelearn.fitting.trainer import run
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
-from freelearn.models.prediction import Status
+from freelearn.fitting.store import FitOutcome
+from freelearn.fitting.training import FitData, Fitting, run
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
 
 # Most rounds in which the rows of the loss may change.
 ROUNDS = 8

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import torch
 from torch import Tensor
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
 from freelearn.fitting.options import Option
 
 # A try-out of two restarts: numbers each, and steps.

@@ -1,20 +1,25 @@
-"""What a fit minimizes: the error metric of a model over training rows, as residuals of a raw vector."""
+"""What a fit minimizes: the error metric over training rows, as residuals of a raw vector, and the pull of priors."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.measurements.error import load_scale
-from freelearn.measurements.near import Near
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.models.base import BLOCK, Bound, Model
-from freelearn.models.history import log_jacobian
-from freelearn.work import tell
+from freelearn.common.progress import tell
+from freelearn.data.error import load_scale
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
+from freelearn.data.warm_start import Near
+from freelearn.physics.chain.history import log_jacobian
+from freelearn.physics.chain.model import BLOCK, Bound, Model
+from freelearn.physics.chain.priors import RawPrior, raw_prior, spans
+
+# What a fit minimizes: the error metric of a model over training rows, as residuals of a raw vector.
 
 # With more rows everything is made in pieces of so many, and nothing is kept of them: it would be 60 numbers a row.
 MANY_ROWS, PIECE = 500_000, 1 << 15
@@ -192,3 +197,47 @@ class Problem:
             (by,) = torch.autograd.grad(whole, copies, materialize_grads=True)
         single.near.lead(twice.near, count)
         return by.reshape(2, count, size).transpose(0, 1).reshape(members, -1, size)
+
+
+# How a user's own priors pull at the parameters of a least-squares fit.
+
+
+@dataclass(frozen=True)
+class Pull:
+    """‖root (x − middle)‖² joins the sum of squares of a raw vector x. root (k, p); middle (p,). spread: of a
+    kinematic state's residual, in units of the sum of squares, by which the priors were weighed."""
+
+    root: Tensor
+    middle: Tensor
+    spread: float
+
+    @classmethod
+    def of(cls, problem: Problem, vector: Tensor) -> Pull | None:
+        """Of the priors that were given for the problem's model, weighed at a raw vector (p,); None without any.
+
+        A residual is worth what all are at the vector, each kinematic state counting once, because all its rows may
+        share one error: many rows of a model that is wrong do not outweigh what is known. Priors that are declared take
+        no part: this is the fit of the paper.
+        """
+        model = problem.model
+        given = torch.tensor([model.known.prior(label) is not None for label in model.labels()]) & model.free
+        if not bool(given.any()):
+            return None
+        prior = raw_prior(model, spans(problem.rows))
+        everything = torch.diag(torch.full_like(prior.middle, torch.inf))
+        both = given[:, None] & given
+        root = RawPrior(prior.middle, torch.where(both, prior.covariance, everything)).root
+        with torch.no_grad():
+            total = float(problem.residuals(vector[None])[0].square().sum())
+        states = len(np.unique(problem.rows.state))
+        spread = (total / max(states - int(model.free.sum()), 1)) ** 0.5
+        return cls(spread * root[given], torch.where(given, prior.middle, 0.0), spread)
+
+    def residuals(self, vectors: Tensor) -> Tensor:
+        """(members, p) → (members, k)."""
+        return (vectors - self.middle) @ self.root.T
+
+
+def pulled(model: Model) -> bool:
+    """Whether a fit of the model has priors to heed."""
+    return any(model.known.prior(label) is not None and not p.fixed for label, p in model.declared.items())

@@ -1,4 +1,4 @@
-"""Fits kept on disk and reused, under a key made of everything they depend on."""
+"""How a fit ended, and fits that are kept: what was fitted once is read, without Lightning."""
 
 from __future__ import annotations
 
@@ -15,15 +15,31 @@ from typing import Any
 import numpy as np
 import torch
 from filelock import FileLock, Timeout
+from torch import Tensor
 
-from freelearn.errors import UserError, cannot_write
-from freelearn.files import write_bytes
-from freelearn.fitting.code_version import code_version
+from freelearn.common.errors import UserError, cannot_write
+from freelearn.common.files import write_bytes
+from freelearn.common.package import code_version
+from freelearn.data.rows import Rows
 from freelearn.fitting.options import FitOptions
-from freelearn.fitting.outcome import FitOutcome
 from freelearn.fitting.uncertainty import Uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
+from freelearn.physics.chain.model import Model
+
+
+@dataclass(frozen=True)
+class FitOutcome:
+    """kept: training rows that took part, (N,) bool. initial: raw vector (p,) before the fit. history: epoch,
+    training and validation error. converged: whether the fit came to its own end, not to a limit of iterations or to
+    a point from where nothing helps; message: one sentence on how it ended."""
+
+    kept: np.ndarray
+    initial: Tensor
+    history: list[tuple[int, float, float]]
+    message: str
+    converged: bool
+
+
+# Fits kept on disk and reused, under a key made of everything they depend on.
 
 # Bytes of a digest.
 DIGEST = hashlib.sha256().digest_size

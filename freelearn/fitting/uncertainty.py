@@ -1,4 +1,4 @@
-"""How well a fit determines its parameters."""
+"""How well a fit knows its parameters."""
 
 from __future__ import annotations
 
@@ -14,11 +14,28 @@ from torch import Tensor
 
 from freelearn.fitting.finish import least_squares_part
 from freelearn.fitting.options import NORMAL
-from freelearn.fitting.problem import Problem
-from freelearn.fitting.pull import Pull
+from freelearn.fitting.problem import Problem, Pull
 from freelearn.fitting.trust_region import reduced
-from freelearn.measurements.groups import groups
-from freelearn.models.base import Model
+from freelearn.physics.chain.model import Model
+
+
+def groups(key: np.ndarray) -> np.ndarray:
+    """0, 1, … for each row's key, (N,) int64, in the order of the keys: np.unique's inverse.
+
+    >>> groups(np.array([4, 4, 7])), groups(np.array([7, 4, 7]))
+    (array([0, 0, 1]), array([1, 0, 1]))
+    """
+    number: np.ndarray
+    # As kinematic states are numbered; sorting them takes four times the memory.
+    if len(key) and bool((key[1:] >= key[:-1]).all()):
+        number = np.zeros(len(key), dtype=np.int64)
+        np.cumsum(key[1:] != key[:-1], out=number[1:])
+        return number
+    number = np.unique(key, return_inverse=True)[1]
+    return number
+
+
+# How well a fit determines its parameters.
 
 # Directions whose effect on the residuals is this much weaker than the strongest one's count as undetermined.
 RANK_TOLERANCE = 1e-9

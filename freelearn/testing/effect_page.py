@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from freelearn.measurements.beds import BEDS
-from freelearn.models.effect import FAMILIES, Effect
-from freelearn.models.effects.registry import EFFECTS
+from freelearn.data.beds import BEDS
+from freelearn.physics.chain.effect import FAMILIES, Effect
+from freelearn.physics.effects.registry import EFFECTS
 
 HEAD = """# The effects
 
@@ -17,7 +17,7 @@ have which of these places:
 
 {families}
 
-Standard forms and sources stand in each effect's docstring (`freelearn/models/effects/`);
+Standard forms and sources stand in each effect's docstring (`freelearn/physics/effects/`);
 [what each does to F and M](#what-each-does) over the kinematic plane stands in pictures below.
 
 **per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the
@@ -70,7 +70,7 @@ def effects_page() -> str:
 
 def in_library(effect: type[Effect[Any]] | Effect[Any]) -> bool:
     """Whether an effect is one of the library's, and no user's own."""
-    return effect.__module__.startswith("freelearn.models.effects.")
+    return effect.__module__.startswith("freelearn.physics.effects.")
 
 
 def _picture(effect: type[Effect[Any]]) -> str:

@@ -19,22 +19,23 @@ from unittest.mock import patch
 import torch
 from torch import Tensor
 
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
 from freelearn.fitting.starts import starts
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.build import MODELS
-from freelearn.models.effect import Effect
-from freelearn.models.effects.registry import EFFECTS
-from freelearn.testing.checks import (
+from freelearn.physics.chain.effect import Effect
+from freelearn.physics.chain.model import Model
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import MODELS
+from freelearn.testing.contract_checks import (
     batch_is_rows,
+    factor,
     members_are_alone,
     parameter_derivatives,
     reciprocal,
+    rescaled,
     state_derivatives,
 )
-from freelearn.testing.tables import recordings, visits
-from freelearn.testing.units import factor, rescaled
+from freelearn.testing.small_tables import recordings, visits
 
 Kind = type[Effect[Any]]
 

@@ -16,22 +16,22 @@ from typing import Any, ClassVar
 
 import torch
 
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.build import MODELS, load_model, register_model, save_checkpoint
-from freelearn.models.check import check_model
-from freelearn.models.effects.registry import EFFECTS
-from freelearn.models.prediction import Status
-from freelearn.testing.checks import (
+from freelearn.data.states import States
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import MODELS, check_model, load_model, register_model, save_checkpoint
+from freelearn.testing.contract_checks import (
     batch_is_rows,
+    factor,
     members_are_alone,
     parameter_derivatives,
     reciprocal,
+    rescaled,
     state_derivatives,
 )
 from freelearn.testing.effects import labels_of
-from freelearn.testing.tables import visits
-from freelearn.testing.units import factor, rescaled
+from freelearn.testing.small_tables import visits
 
 
 class ModelContract:

@@ -7,10 +7,10 @@ import re
 import sys
 from pathlib import Path
 
-from freelearn.models.continuum import Continuum
-from freelearn.models.effects.registry import EFFECTS
-from freelearn.models.materials import MATERIALS
-from freelearn.models.parameter import Parameter
+from freelearn.physics.chain.material import MATERIALS
+from freelearn.physics.chain.parameters import Parameter
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.continuum import Continuum
 from freelearn.testing.effect_page import in_library
 
 DECLARED = """| parameter | unit | middle | deviation | plausible | known from |

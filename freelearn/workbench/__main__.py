@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from freelearn.commands.command_line import program
+from freelearn.cli.command_line import program
 
 
 def main() -> None:
@@ -25,7 +25,7 @@ def main() -> None:
     )
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser window")
     chosen = parser.parse_args()
-    from freelearn.errors import UserError
+    from freelearn.common.errors import UserError
 
     try:
         from freelearn.workbench.server import serve

@@ -13,7 +13,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.routing import Matcher, Rule
 from tornado.web import Application, RequestHandler
 
-from freelearn.workbench.sessions import Sessions
+from freelearn.workbench.state.session import Sessions
 
 log = logging.getLogger(__name__)
 

@@ -1,25 +1,105 @@
-"""The page's server."""
+"""The page's server, what it says in the terminal, and names of parts of the page for a screen reader."""
 
 from __future__ import annotations
 
 import errno
 import importlib
+import logging
 import signal
 import threading
 import time
 from pathlib import Path
+from types import TracebackType
 
 import panel as pn
+from bokeh.models import CustomJS
+from bokeh.util.logconfig import basicConfig
 from bokeh.util.token import generate_secret_key
+from tornado.iostream import StreamClosedError
+from tornado.websocket import WebSocketClosedError
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
 from freelearn.workbench.gate import ADDRESS, LARGEST_MESSAGE, LIMITS, NAMES, guard
-from freelearn.workbench.job import warm_up
-from freelearn.workbench.log import log_in_lines
-from freelearn.workbench.own import load_named_code
-from freelearn.workbench.page import Page
-from freelearn.workbench.sessions import Sessions
-from freelearn.workbench.spoken import name_parts
+from freelearn.workbench.panels.page import Page
+from freelearn.workbench.state.job import warm_up
+from freelearn.workbench.state.own_code import load_named_code
+from freelearn.workbench.state.session import Sessions
+
+# What is drawn later has to be named too; looking through the page takes a millisecond.
+_CODE = """
+const named = {".noUi-handle": "kinematic state", ".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
+function name(root) {
+  for (const element of root.querySelectorAll("*")) {
+    for (const [selector, label] of Object.entries(named))
+      if (element.matches(selector) && !element.hasAttribute("aria-label")) element.setAttribute("aria-label", label);
+    if (element.shadowRoot) name(element.shadowRoot);
+  }
+}
+const main = document.body.querySelector("div");
+if (main) main.setAttribute("role", "main");
+setInterval(() => name(document.body), 1000);
+name(document.body);
+"""
+
+
+def name_parts() -> None:
+    """Has the page that is being made name its parts, in the browser."""
+    if pn.state.curdoc is not None:
+        pn.state.curdoc.js_on_event("document_ready", CustomJS(code=_CODE))
+
+
+# What the page's server says in the terminal: a line for each thing, and how our own mistakes came about.
+
+OWN = __name__.split(".")[0]
+# Messages hold what came from outside, of any length.
+LONGEST = 300
+
+
+class Lines(logging.Formatter):
+    """One line, whatever is in the message. A traceback only where code of this package is part of it: what Bokeh or
+    Tornado stumbled over was sent to it."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The text of one record."""
+        text, problem = record.getMessage(), record.exc_info
+        if problem and problem[1]:
+            text = f"{type(problem[1]).__name__}: {problem[1]}: {text}"
+        # Blanks instead of line ends, and nothing that a terminal obeys.
+        text = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+        line = f"{record.levelname.lower()}: {text[:LONGEST]}{'…' if len(text) > LONGEST else ''}"
+        if problem and _ours(problem[2]):
+            line = f"{line}\n{self.formatException(problem)}"
+        return line
+
+
+def of_interest(record: logging.LogRecord) -> bool:
+    """Whether a record says more than that a tab was closed while something was on its way to it."""
+    problem = record.exc_info[1] if record.exc_info else None
+    return not isinstance(problem, StreamClosedError | WebSocketClosedError)
+
+
+def _ours(trace: TracebackType | None) -> bool:
+    while trace is not None:
+        if str(trace.tb_frame.f_globals.get("__name__")).split(".")[0] == OWN:
+            return True
+        trace = trace.tb_next
+    return False
+
+
+def log_in_lines() -> None:
+    """Has everything that is logged in this process written so."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(Lines())
+    handler.addFilter(of_interest)
+    # Bokeh's wrapper also takes away what Bokeh has set up itself.
+    basicConfig(handlers=[handler], level=logging.WARNING, force=True)
+    panel = logging.getLogger("panel")
+    panel.handlers.clear()
+    panel.setLevel(logging.WARNING)
+    panel.propagate = True
+
+
+# The page's server.
 
 TITLE = "freelearn workbench"
 GONE = "The workbench has ended or cannot be reached. Start it again in the same folder and reload: your work is kept."
@@ -30,7 +110,7 @@ DARK = "@media (prefers-color-scheme: dark) { html { background: #fff; filter: i
 def _prepare() -> None:
     """Imports what the first results will need, here and in the process that jobs are forked from."""
     warm_up()
-    threading.Thread(target=importlib.import_module, args=("freelearn.workbench.results",), daemon=True).start()
+    threading.Thread(target=importlib.import_module, args=("freelearn.workbench.panels.results",), daemon=True).start()
 
 
 def serve(port: int, folder: Path, sweeps: Path, open_browser: bool) -> None:

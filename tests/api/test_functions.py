@@ -72,7 +72,7 @@ def test_an_interrupted_fit_leaves_ctrl_c_as_it_was(table, monkeypatch):
         def on_train_batch_end(self, *_):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("freelearn.api.progress.Shown.epochs", lambda self, fit: Stopped)
+    monkeypatch.setattr("freelearn.api.shown_progress.Shown.epochs", lambda self, fit: Stopped)
     heard = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         freelearn.fit(table)

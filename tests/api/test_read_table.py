@@ -8,7 +8,7 @@ import pytest
 from face_runs import hidden_table
 
 import freelearn as fl
-from freelearn.api.table import table_file
+from freelearn.api.table_files import table_file
 
 
 @pytest.fixture(scope="module")

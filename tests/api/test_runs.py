@@ -14,7 +14,7 @@ from sklearn.model_selection import GroupKFold, cross_val_score
 from small_runs import run as trained
 
 import freelearn as fl
-from freelearn.measurements.states import kinematic_state
+from freelearn.data.states import kinematic_state
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +190,7 @@ def test_a_run_is_planned_from_and_refereed(found, tmp_path):
 
 def test_a_search_asked_again_in_the_session_goes_on_where_it_was(table, monkeypatch):
     """Interrupted after its first step, it has kept what it had fitted."""
-    from freelearn.api.tasks import discover as task
+    from freelearn.api.tasks import discover_task as task
 
     class Interrupted(BaseException):
         pass

@@ -12,11 +12,11 @@ import torch
 from conftest import ROOT
 from nightly import EVERY
 
-from freelearn.bed.virtual import DESIGNS
-from freelearn.csv_text import csv_blocks
-from freelearn.measurements.states import States
-from freelearn.models.continuum import Continuum
-from freelearn.units import NMM
+from freelearn.common.csv_text import csv_blocks
+from freelearn.data.beds import NMM
+from freelearn.data.states import States
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.simulated_bed import DESIGNS
 
 ROWS, PIECE = 10_000_000, 100_000
 # Of the whole command, the libraries included [GiB].

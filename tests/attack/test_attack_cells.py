@@ -12,9 +12,9 @@ from small_runs import make_csv
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.train import train
-from freelearn.csv_text import csv_text
-from freelearn.workbench.sessions import Sessions
+from freelearn.api.tasks.train_task import train
+from freelearn.common.csv_text import csv_text
+from freelearn.workbench.state.session import Sessions
 
 pytestmark = pytest.mark.slow
 

@@ -20,16 +20,16 @@ from small_runs import run
 
 from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.parse import parsed
-from freelearn.api.settings.predict_settings import PredictSettings
+from freelearn.api.settings.run_settings import PredictSettings
 from freelearn.api.settings.settings import IntakeSettings
-from freelearn.commands.gather import gather_folders
-from freelearn.commands.hold import hold
-from freelearn.commands.intake import take_in
-from freelearn.commands.predict import predict
-from freelearn.errors import UserError
-from freelearn.files import write_text
+from freelearn.cli.gathering import gather_folders
+from freelearn.cli.hold import hold
+from freelearn.cli.intake_command import take_in
+from freelearn.cli.run_commands import predict
+from freelearn.common.errors import UserError
+from freelearn.common.files import write_text
 from freelearn.fitting.store import FitStore
-from freelearn.results.run_files import check_folder
+from freelearn.records.run_files import check_folder
 
 FULL = r"Cannot write to .*: No space left on device"
 REFUSALS = (errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EFBIG, errno.EIO, errno.EDQUOT)
@@ -194,7 +194,7 @@ def test_an_older_whole_run_is_not_taken_for_the_one_that_failed(place, tmp_path
 
 
 def test_results_are_written_anew_where_the_folder_was_deleted_while_computing(place, tmp_path, monkeypatch):
-    import freelearn.api.tasks.train as command
+    import freelearn.api.tasks.train_task as command
 
     out, judged = tmp_path / "run", command._judged
 
@@ -210,7 +210,7 @@ def test_results_are_written_anew_where_the_folder_was_deleted_while_computing(p
 
 
 def test_a_folder_deleted_while_it_is_written_is_a_sentence_and_no_whole_run(place, tmp_path, monkeypatch):
-    import freelearn.results.run_files as files
+    import freelearn.records.run_files as files
 
     out, save = tmp_path / "run", files.save_checkpoint
 

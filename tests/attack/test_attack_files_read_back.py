@@ -24,20 +24,19 @@ from small_runs import make_csv, run
 import freelearn
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.tasks.discover import discover
-from freelearn.commands.job import _results
-from freelearn.errors import UserError
-from freelearn.fitting.outcome import FitOutcome
-from freelearn.fitting.rubber import fit_rubber
-from freelearn.fitting.store import FitStore, Fitted
+from freelearn.api.tasks.discover_task import discover
+from freelearn.cli.sweep_job import _results
+from freelearn.common.errors import UserError
+from freelearn.data.intake.recipes.recipe_file import recipe_of
+from freelearn.fitting.rubber_fit import fit_rubber
+from freelearn.fitting.store import FitOutcome, FitStore, Fitted
 from freelearn.fitting.uncertainty import Uncertainty
-from freelearn.measurements.intake.recipe_file import recipe_of
-from freelearn.models.build import build_model, load_model, save_checkpoint
-from freelearn.models.rubber import Rubber
-from freelearn.results.collect import collect
-from freelearn.results.digests import OTHERS, OWN
-from freelearn.results.record import read_records
-from freelearn.results.specimen import load_parameters, write_result
+from freelearn.physics.models.build import build_model, load_model, save_checkpoint
+from freelearn.physics.models.rubber import Rubber
+from freelearn.records.provenance import OTHERS, OWN
+from freelearn.records.run_record import read_records
+from freelearn.records.specimen_record import load_parameters, write_result
+from freelearn.records.sweep_records import collect
 
 # Damages of each file: in the usual tests, and where every attack is wanted.
 DAMAGES = 400 if EVERY else 60

@@ -19,16 +19,16 @@ from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.configuration import settings as settings_of
 from freelearn.api.settings.parse import parse
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.errors import UserError
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.columns import Columns
-from freelearn.measurements.intake.draft import draft
-from freelearn.measurements.intake.guess import guess
-from freelearn.measurements.mark import mark_left_out
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.questions import read_questions
-from freelearn.measurements.specimen_table import read_specimens
-from freelearn.measurements.table import read_table
+from freelearn.common.errors import UserError
+from freelearn.data.beds import BEDS
+from freelearn.data.columns import Columns
+from freelearn.data.intake.guesses.draft import draft
+from freelearn.data.intake.guesses.guess import guess
+from freelearn.data.specimen_table import read_specimens
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+from freelearn.data.table.questions import read_questions
+from freelearn.data.table.records import mark_left_out
 
 CORPUS = Path(__file__).with_name("corpus")
 # Files that once failed, or are odd in a way of their own: tables as they are, overrides a line each.

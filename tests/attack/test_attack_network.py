@@ -13,8 +13,8 @@ from forked_commands import Commands
 from small_runs import make_csv
 from watched import events
 
-from freelearn.commands.hydra_app import check_words
-from freelearn.errors import UserError
+from freelearn.cli.hydra_app import check_words
+from freelearn.common.errors import UserError
 
 CODE = "__import__('os').system('touch {0}/executed')"
 # Reading a recipe must not make of it what YAML can make of it.

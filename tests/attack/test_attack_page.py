@@ -8,7 +8,7 @@ from attack_page import SECRET, Tab, end, serving, socket_of, usable, waited
 from nightly import EVERY, chosen
 from tornado.httpclient import HTTPClientError
 
-from freelearn.workbench.sessions import Sessions
+from freelearn.workbench.state.session import Sessions
 
 pytestmark = pytest.mark.slow
 

@@ -21,9 +21,9 @@ from small_runs import make_csv
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.api.tasks.discover import discover
-from freelearn.api.tasks.train import train
-from freelearn.fitting.stiffness import best_stiffness
+from freelearn.api.tasks.discover_task import discover
+from freelearn.api.tasks.train_task import train
+from freelearn.fitting.starts import best_stiffness
 
 FRICTION = {"friction_hysteresis": {"force": 0.6, "moment": 0.02}}
 # Commands in one process, one after another, each into a folder of its own.

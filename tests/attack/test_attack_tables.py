@@ -18,19 +18,18 @@ from nightly import EVERY, chosen
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import CsvData, TrainSettings
-from freelearn.api.tasks.tables import data_version, load_table
-from freelearn.errors import UserError
-from freelearn.measurements.columns import Columns
-from freelearn.measurements.intake.raw_file import raw_table
-from freelearn.measurements.intake.sources import table_files
-from freelearn.measurements.mark import mark_left_out
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.questions import read_questions
-from freelearn.measurements.sets import overlap, samples_of
-from freelearn.measurements.specimen_table import read_specimens
-from freelearn.measurements.table import read_table
-from freelearn.measurements.text_file import LARGER, read_bytes
-from freelearn.results.specimen import load_parameters
+from freelearn.api.tasks.loaded_table import data_version, load_table
+from freelearn.common.errors import UserError
+from freelearn.common.files import LARGER, read_bytes
+from freelearn.data.columns import Columns
+from freelearn.data.intake.readers.raw_files import raw_table, table_files
+from freelearn.data.sets import overlap, samples_of
+from freelearn.data.specimen_table import read_specimens
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+from freelearn.data.table.questions import read_questions
+from freelearn.data.table.records import mark_left_out
+from freelearn.records.specimen_record import load_parameters
 
 PLAIN = ("data=csv", "train=all", "figures=false", "bands=false")
 
@@ -208,11 +207,9 @@ def test_a_file_without_a_stated_size_ends_at_the_limit(tmp_path: Path, monkeypa
     path = tmp_path / "table.csv"
     path.write_bytes(good())
     whole, real = len(good()), os.fstat
-    monkeypatch.setattr(
-        "freelearn.measurements.text_file.os.fstat", lambda fd: os.stat_result((*real(fd)[:6], 0, 0, 0, 0))
-    )
+    monkeypatch.setattr("freelearn.common.files.os.fstat", lambda fd: os.stat_result((*real(fd)[:6], 0, 0, 0, 0)))
     assert len(read_bytes(path)) == whole
-    monkeypatch.setattr("freelearn.measurements.text_file.CHUNK", 100)
+    monkeypatch.setattr("freelearn.common.files.CHUNK", 100)
     assert len(read_bytes(path)) == whole
 
 

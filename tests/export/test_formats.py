@@ -5,10 +5,10 @@ import pytest
 from fitted_folders import folder_of, grid, shown
 
 import freelearn
-from freelearn.errors import UserError
-from freelearn.export.compiled import compiler
-from freelearn.models.build import build_model
-from freelearn.units import DEG, KPA, MM
+from freelearn.common.errors import UserError
+from freelearn.data.beds import DEG, KPA, MM
+from freelearn.export.writers.c_file import compiler
+from freelearn.physics.models.build import build_model
 
 
 @pytest.fixture(scope="module")

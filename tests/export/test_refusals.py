@@ -7,12 +7,11 @@ import pytest
 from exported import actuator
 
 from freelearn.api.settings.configuration import composed
-from freelearn.api.settings.export_settings import ExportSettings
 from freelearn.api.settings.parse import parsed
-from freelearn.errors import UserError
-from freelearn.export.extras import needed
-from freelearn.export.options import Options, asked_for
-from freelearn.export.refusal import doubts
+from freelearn.api.settings.run_settings import ExportSettings
+from freelearn.common.errors import UserError
+from freelearn.export.export import doubts
+from freelearn.export.export_options import Options, asked_for, needed
 
 
 def test_what_the_data_do_not_determine_is_not_exported(tmp_path):

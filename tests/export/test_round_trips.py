@@ -9,14 +9,13 @@ from exported import actuator
 from fitted_folders import folder_of, grid, shown
 
 import freelearn
+from freelearn.data.beds import DEG, KPA, MM, NMM
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
 from freelearn.export.actuator import Actuator
-from freelearn.export.c_file import run, write_c
-from freelearn.export.compiled import compiler
-from freelearn.export.options import Options
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
-from freelearn.units import DEG, KPA, MM, NMM
+from freelearn.export.export_options import Options
+from freelearn.export.writers.c_file import compiler, run, write_c
+from freelearn.physics.models.build import build_model
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 THREE = {"end_clamps": {"clamp_length": 2e-3}, "friction_hysteresis": {"force": 0.3, "moment": 2e-3},

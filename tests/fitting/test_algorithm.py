@@ -5,19 +5,18 @@ import numpy as np
 import pytest
 import torch
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
+from freelearn.data.rows import Rows
 from freelearn.fitting.fit import FitOptions, fit
-from freelearn.fitting.fitting import Fitting
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.optimizers import make_optimizer, optimizer_names
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
-from freelearn.fitting.trainer import _trainer
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
-from freelearn.models.continuum import Continuum
-from freelearn.models.linear import Linear
-from freelearn.models.mlp import MLP
+from freelearn.fitting.training import Fitting, _trainer
+from freelearn.physics.models.build import build_model
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.models.linear import Linear
+from freelearn.physics.models.mlp import MLP
 
 LM = FitOptions("levenberg_marquardt", max_epochs=300, restarts=1, patience=6)
 # What torch.optim offers whose steps mix the numbers of a tensor, or that wants something else than a gradient.

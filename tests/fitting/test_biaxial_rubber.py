@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from closed_forms import synthetic
 
-from freelearn.fitting.rubber import fit_rubber
-from freelearn.inference.rubber import asked_for, compare, conclusion, held_out_errors
-from freelearn.measurements.specimen_table import read_specimens
-from freelearn.models.rubber import Rubber
+from freelearn.data.specimen_table import read_specimens
+from freelearn.fitting.rubber_effects import asked_for, compare, conclusion, held_out_errors
+from freelearn.fitting.rubber_fit import fit_rubber
+from freelearn.physics.models.rubber import Rubber
 
 ROOT = Path(__file__).resolve().parents[2]
 MOONEY = (3e5, 4e4)

@@ -8,17 +8,17 @@ import torch
 from hidden_beds import ALONE, BLOCK, MATERIAL, blanked, model_of, rows_of, table_of
 from scipy.optimize import least_squares
 
+from freelearn.data.beds import BED, ISOMETRIC
+from freelearn.data.error import set_error
+from freelearn.data.rows import Readings, Rows
+from freelearn.data.states import States
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.measurements.beds import BED, ISOMETRIC
-from freelearn.measurements.error import set_error
-from freelearn.measurements.rows import Readings, Rows
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
+from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.numpy_peer import continuum
-from freelearn.testing.tables import random_table
+from freelearn.testing.small_tables import random_table
 
 LM = FitOptions("levenberg_marquardt", max_epochs=300, restarts=1, patience=6)
 TRUE = 8e5, 2e7

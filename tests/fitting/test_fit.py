@@ -7,21 +7,21 @@ import pytest
 import torch
 from scipy.optimize import least_squares
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
+from freelearn.data.rows import Rows, loads_of
+from freelearn.data.states import States, kinematic_state
 from freelearn.fitting.fit import fit
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.measurements.rows import Rows, loads_of
-from freelearn.measurements.states import States, kinematic_state
-from freelearn.models.base import Model
-from freelearn.models.continuum import Continuum
-from freelearn.models.linear import Linear
-from freelearn.models.mlp import MLP
-from freelearn.models.prediction import Status
-from freelearn.testing.tables import random_table
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.models.linear import Linear
+from freelearn.physics.models.mlp import MLP
+from freelearn.testing.small_tables import random_table
 
 LM = FitOptions("levenberg_marquardt", max_epochs=300, restarts=1, patience=6)
 

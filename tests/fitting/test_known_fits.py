@@ -6,18 +6,17 @@ import torch
 from scipy.optimize import least_squares
 from test_fit import LM, nothing, rows_from
 
-from freelearn.errors import UserError
+from freelearn.common.errors import UserError
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
-from freelearn.fitting.problem import Problem
-from freelearn.fitting.profile import profiled
-from freelearn.fitting.pull import Pull
+from freelearn.fitting.problem import Problem, Pull
+from freelearn.fitting.profiles import profiled
 from freelearn.fitting.store import fit_key
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.models.build import build_model
-from freelearn.models.continuum import Continuum
-from freelearn.models.known import Known
-from freelearn.models.stated import stated
+from freelearn.physics.chain.known_parameters import Known
+from freelearn.physics.models.build import build_model
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.models.stated_knowledge import stated
 
 
 @pytest.fixture(scope="module")

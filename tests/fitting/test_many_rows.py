@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 import torch
 
+from freelearn.data.accuracy import PAPER
+from freelearn.data.beds import BED, DEAD_LOAD, INFLATION
+from freelearn.data.rows import Rows
+from freelearn.discovery.noise.noise import Whitener, sensitivities, variances
 from freelearn.fitting import problem
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.trust_region import reduced
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.inference.noise import Whitener, sensitivities, variances
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.beds import BED, DEAD_LOAD, INFLATION
-from freelearn.measurements.rows import Rows
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.testing.tables import random_table
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
+from freelearn.testing.small_tables import random_table
 
 OPTIONS = FitOptions("levenberg_marquardt", max_epochs=60, restarts=2, patience=20)
 ROWS = 300

@@ -12,21 +12,21 @@ from scipy.optimize import brentq, least_squares
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
+from freelearn.data.rows import Rows
+from freelearn.data.states import States, kinematic_state
 from freelearn.fitting import profile_end
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import NORMAL, PROFILE, FitOptions
 from freelearn.fitting.problem import Problem
-from freelearn.fitting.profile import profiled
+from freelearn.fitting.profile_allowance import Allowance
 from freelearn.fitting.profile_end import Ending, EndSearch, Limit
 from freelearn.fitting.profile_line import Coordinate, Quantity, Spot, Squares
-from freelearn.fitting.profile_scale import Allowance
+from freelearn.fitting.profiles import profiled
 from freelearn.fitting.uncertainty import Uncertainty, uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
-from freelearn.testing.tables import random_table
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
+from freelearn.testing.small_tables import random_table
 
 STATES, ROWS = 8, 3
 X = np.linspace(0, 3, STATES * ROWS)

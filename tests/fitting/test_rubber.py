@@ -6,17 +6,16 @@ import torch
 from closed_forms import ACROSS, I1, I2, STRESS, gent, sources, synthetic, yeoh
 from scipy.optimize import least_squares
 
-from freelearn.errors import UserError
-from freelearn.fitting.rubber import fit_rubber
-from freelearn.inference.rubber import compare, conclusion
-from freelearn.measurements.specimen_modes import MODES, mode_name
-from freelearn.measurements.specimen_table import read_specimens
-from freelearn.measurements.states import States
-from freelearn.mechanics.energy import Energy, NeoHookean
-from freelearn.mechanics.sheet import nominal_stress
-from freelearn.models.continuum import Continuum
-from freelearn.models.effects.registry import make_effects
-from freelearn.models.rubber import Rubber
+from freelearn.common.errors import UserError
+from freelearn.data.specimen_schema import MODES, mode_name
+from freelearn.data.specimen_table import read_specimens
+from freelearn.data.states import States
+from freelearn.fitting.rubber_effects import compare, conclusion
+from freelearn.fitting.rubber_fit import fit_rubber
+from freelearn.physics.effects.registry import make_effects
+from freelearn.physics.mechanics.energy import Energy, NeoHookean, nominal_stress
+from freelearn.physics.models.continuum import Continuum
+from freelearn.physics.models.rubber import Rubber
 
 # In equibiaxial tension the energy is spent in two directions.
 LOADED = {"uniaxial": 1, "equibiaxial": 2, "pure_shear": 1}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
+from freelearn.data.rows import Rows
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.store import FitStore, fit_key, timed
 from freelearn.fitting.uncertainty import uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
+from freelearn.physics.models.build import build_model
 
 OPTIONS = FitOptions("levenberg_marquardt", max_epochs=50, restarts=1, patience=6)
 

@@ -5,13 +5,13 @@ import pytest
 import torch
 from scipy.stats import norm, t
 
+from freelearn.data.rows import Rows
+from freelearn.data.states import States, kinematic_state
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.uncertainty import Uncertainty, interval, quantile, uncertainty
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.states import States, kinematic_state
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.testing.tables import random_table
+from freelearn.physics.chain.model import Model
+from freelearn.physics.models.build import build_model
+from freelearn.testing.small_tables import random_table
 
 STATES, ROWS = 6, 8
 ITERATIONS = 5

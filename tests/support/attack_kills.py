@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from freelearn.files import UNFINISHED
+from freelearn.common.files import UNFINISHED
 
 ARM = "import attack_kills; attack_kills.arm()"
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT

@@ -19,10 +19,10 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.measurements.states import States
-from freelearn.models.continuum import Continuum
-from freelearn.testing.tables import random_table
-from freelearn.units import NMM
+from freelearn.data.beds import NMM
+from freelearn.data.states import States
+from freelearn.physics.models.continuum import Continuum
+from freelearn.testing.small_tables import random_table
 
 REFUSE, WARN, ACCEPT = "refuse", "warn", "accept"
 Cells = list[list[str]]

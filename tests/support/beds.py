@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.beds import BED, DEAD_LOAD, INFLATION, ISOMETRIC, KINEMATIC, PRESSURE, Bed, bed_of
-from freelearn.measurements.members import members_in, pressure_column, with_members
-from freelearn.measurements.states import States, kinematic_state
-from freelearn.models.build import build_model
-from freelearn.models.prediction import Status
+from freelearn.data.accuracy import PAPER
+from freelearn.data.beds import BED, DEAD_LOAD, INFLATION, ISOMETRIC, KINEMATIC, PRESSURE, Bed, bed_of
+from freelearn.data.columns import members_in, pressure_column, with_members
+from freelearn.data.states import States, kinematic_state
+from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import build_model
 
 Effects = Mapping[str, Mapping[str, float]]
 C1, C2 = 8e5, 2e7

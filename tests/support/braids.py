@@ -5,10 +5,9 @@ import math
 import numpy as np
 import torch
 
-from freelearn.measurements.beds import KINEMATIC, Bed
-from freelearn.measurements.states import States
+from freelearn.data.beds import DEG, KINEMATIC, KPA, MM, Bed
+from freelearn.data.states import States
 from freelearn.testing.reference import textbook
-from freelearn.units import DEG, KPA, MM
 
 # L, R_i, R_o [mm] of the paper's third sample.
 LENGTH, INNER, OUTER = 98.42, 4.77, 6.74

@@ -8,15 +8,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.data.rows import Readings, Rows
+from freelearn.data.states import States
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.profile_line import Squares
-from freelearn.measurements.rows import Readings, Rows
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.parameters import Parameters, parameter
-from freelearn.models.ports import columns
-from freelearn.models.prediction import Prediction, Status
-from freelearn.testing.tables import random_table
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.parameters import Parameters, parameter
+from freelearn.physics.chain.ports import columns
+from freelearn.physics.chain.prediction import Prediction, Status
+from freelearn.testing.small_tables import random_table
 
 # Pressure that counts as one [Pa].
 UNIT = 1e4

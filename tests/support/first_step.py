@@ -1,8 +1,7 @@
 """The model that a search begins with, as a step of its own."""
 
-from freelearn.inference.prepare import Prepared, prepare
-from freelearn.inference.question import Question
-from freelearn.inference.step import Step
+from freelearn.discovery.fits.prepare import Prepared, Question, prepare
+from freelearn.discovery.fits.step import Step
 
 
 def first_step(question: Question) -> tuple[Prepared, Step]:

@@ -12,14 +12,14 @@ import pandas as pd
 import torch
 
 import freelearn
-from freelearn.bed.virtual import DESIGNS, protocol
-from freelearn.measurements.accuracy import PAPER, Accuracy
-from freelearn.measurements.states import States
-from freelearn.models.base import Model
-from freelearn.models.build import build_model, save_checkpoint
-from freelearn.models.predicted import predicted_table
-from freelearn.results.fitted_model import FittedModel
-from freelearn.units import NMM
+from freelearn.data.accuracy import PAPER, Accuracy
+from freelearn.data.beds import NMM
+from freelearn.data.states import States
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import predicted_table
+from freelearn.physics.models.build import build_model, save_checkpoint
+from freelearn.physics.simulated_bed import DESIGNS, protocol
+from freelearn.queries.fitted_model import FittedModel
 
 C1, C2 = 8e5, 2e7
 PLACE, LOADS = ["elongation_mm", "twist_deg"], ["force_n", "moment_nmm"]

@@ -24,10 +24,10 @@ from ended import Ended
 ROOT = Path(__file__).resolve().parents[2]
 # What the commands would else import as they go.
 LOADED = """
-commands.app api.tasks.train api.tasks.discover commands.job commands.predict api.tasks.plan_run commands.intake
-commands.gather commands.figures commands.specimens commands.callback fitting.fit render.html.run render.html.discovery
-render.png.discovery render.png.plan render.tensorboard.figures render.terminal.run render.terminal.discovery
-render.terminal.progress results.fitted_model
+cli.fit_commands api.tasks.train_task api.tasks.discover_task cli.sweep_job cli.run_commands api.tasks.plan_task
+cli.intake_command cli.gathering cli.paper_figures cli.specimen_fits cli.callbacks fitting.fit report.html.run_report
+report.html.discovery_report report.plots.discovery_plots report.plots.plan_plot report.plots.tensorboard_figures
+report.terminal.printed_run report.terminal.printed_discovery report.terminal.fit_progress queries.fitted_model
 """
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.inference.question import Question
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.members import members_in, with_members
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
+from freelearn.data.accuracy import PAPER
+from freelearn.data.columns import members_in, with_members
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.other_beds import DESIGN_COLUMNS, measure, measure_block, nominal
 
 MATERIAL = 8e5, 2e7

@@ -1,8 +1,8 @@
 """Measurement tables of the reference bed with something hidden in them, and a library that is searched quickly."""
 
-from freelearn.models.effects.registry import EFFECTS
+from freelearn.physics.effects.registry import EFFECTS
 from freelearn.testing.effect_page import in_library
-from freelearn.testing.reference.bed import measure
+from freelearn.testing.reference.total_energy import measure
 
 NOISE = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 MATERIAL = 8e5, 2e7

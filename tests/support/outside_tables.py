@@ -10,13 +10,13 @@ import pandas as pd
 import torch
 from hidden_tables import MATERIAL, NOISE
 
-from freelearn.inference.question import Question
-from freelearn.measurements.accuracy import PAPER
-from freelearn.measurements.rows import Rows
-from freelearn.models.build import build_model
-from freelearn.testing.reference import bed
-from freelearn.testing.reference.bed import SAMPLES, Array, Effects, Extra
+from freelearn.data.accuracy import PAPER
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.physics.models.build import build_model
+from freelearn.testing.reference import total_energy
 from freelearn.testing.reference.laboratory import Laboratory, Measured, measure
+from freelearn.testing.reference.total_energy import SAMPLES, Array, Effects, Extra
 from freelearn.testing.reference.truths import outside
 
 
@@ -33,7 +33,7 @@ class Kind:
 
 def bare(s: dict[str, Array]) -> Array:
     """Loads of the bed's own tube, (N, 2)."""
-    return bed.ideal_loads(s, *MATERIAL, {})[0]
+    return total_energy.ideal_loads(s, *MATERIAL, {})[0]
 
 
 def eccentric(s: dict[str, Array], loads: Array) -> Array:
@@ -48,12 +48,12 @@ def squeezed(s: dict[str, Array], loads: Array) -> Array:
 
 def second_rubber(s: dict[str, Array], loads: Array) -> Array:
     """A second rubber that bears from some stretch on: Ψ = a max(I₁ − 3 − 0.06, 0)²."""
-    first = bed.rubber_energy
+    first = total_energy.rubber_energy
 
     def both(i1: Array, i2: Array, c1: float, fx: Effects) -> Array:
         return first(i1, i2, c1, fx) + 8e5 * np.where(i1.real > 3.06, i1 - 3.06, 0) ** 2
 
-    with patch.object(bed, "rubber_energy", both):
+    with patch.object(total_energy, "rubber_energy", both):
         return bare(s)
 
 

@@ -7,12 +7,12 @@ import torch
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.train import train
-from freelearn.measurements.states import States
-from freelearn.models.continuum import Continuum
-from freelearn.results.run import Run
-from freelearn.testing.tables import random_table
-from freelearn.units import NMM
+from freelearn.api.tasks.train_task import train
+from freelearn.data.beds import NMM
+from freelearn.data.states import States
+from freelearn.physics.models.continuum import Continuum
+from freelearn.records.run import Run
+from freelearn.testing.small_tables import random_table
 
 
 def make_csv(path: Path, rows: int = 240, noise: float = 0.02, **columns) -> Path:

@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 import torch
 
-from freelearn.measurements.states import States
-from freelearn.models.build import build_model
-from freelearn.models.effects.registry import lent
-from freelearn.models.written.forms import ENERGIES, ONE, TWO, Form, amount
-from freelearn.models.written.inputs import Input
-from freelearn.models.written.places import PLACES, Place
-from freelearn.models.written.source import effect_class
-from freelearn.models.written.written import Written, scaled
+from freelearn.data.states import States
+from freelearn.physics.effects.registry import lent
+from freelearn.physics.models.build import build_model
+from freelearn.physics.written.forms import ENERGIES, ONE, TWO, Form, amount
+from freelearn.physics.written.places import PLACES, Input, Place
+from freelearn.physics.written.source import effect_class
+from freelearn.physics.written.written_effect import Written, scaled
 from freelearn.testing.effects import TRUTH
-from freelearn.testing.tables import visits
+from freelearn.testing.small_tables import visits
 
 Inputs = tuple[Input, ...]
 Array = np.ndarray[Any, Any]

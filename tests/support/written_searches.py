@@ -9,15 +9,13 @@ from unittest import mock
 
 import numpy as np
 
-from freelearn.inference.proposals.proposal import Proposal, Twin
-from freelearn.inference.proposals.unknown import Unknown
-from freelearn.models.written.forms import ONE
-from freelearn.models.written.inputs import ELONGATION
-from freelearn.models.written.places import PLACES
-from freelearn.models.written.written import Written
-from freelearn.results import proposals
-from freelearn.results.proposal_curve import ProposalCurve
-from freelearn.results.proposal_words import proposal_lines
+from freelearn.discovery.proposals.proposal import Proposal, Twin
+from freelearn.discovery.proposals.unknown_function import Unknown
+from freelearn.physics.written.forms import ONE
+from freelearn.physics.written.places import ELONGATION, PLACES
+from freelearn.physics.written.written_effect import Written
+from freelearn.records import written_effects
+from freelearn.records.written_effects import ProposalCurve, proposal_lines
 
 FORCE = next(place for place in PLACES if place.name == "parallel axial")
 HINGE = next(form for form in ONE if form.word == "hinge")
@@ -39,20 +37,20 @@ def proposal(written: Written = CABLE) -> Proposal:
 def told(written: Written = CABLE) -> list[str]:
     """What terminal and report say of it."""
     with _errors():
-        return proposal_lines(proposals.proposal_entry(proposal(written), FLOOR), written)
+        return proposal_lines(written_effects.proposal_entry(proposal(written), FLOOR), written)
 
 
 def _errors():
-    return mock.patch.object(proposals, "_stderr", return_value={"amount": 0.0124, "knee": 1.02e-5})
+    return mock.patch.object(written_effects, "_stderr", return_value={"amount": 0.0124, "knee": 1.02e-5})
 
 
 def write_search(folder: Path, written: Written = CABLE, hint: bool = False) -> str:
     """Writes the files of a search that found nothing else; the effect's name. hint: where it stays unexplained."""
     folder.mkdir(parents=True, exist_ok=True)
     with _errors():
-        entry = proposals.proposal_entry(proposal(written), FLOOR)
+        entry = written_effects.proposal_entry(proposal(written), FLOOR)
         if not hint:
-            proposals.write_proposals([proposal(written)], "continuum", FLOOR, folder)
+            written_effects.write_proposals([proposal(written)], "continuum", FLOOR, folder)
     content = {
         "verdict": "unexplained" if hint else "proposed",
         "says": "Unexplained." if hint else "Proposed: the search wrote it.",

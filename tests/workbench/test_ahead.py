@@ -4,7 +4,7 @@ import pytest
 from bokeh.document import Document
 from panel.io.state import set_curdoc
 
-from freelearn.workbench.ahead import AHEAD, KEPT, Ahead
+from freelearn.workbench.panels.comparison import AHEAD, KEPT, Ahead
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 import freelearn
-from freelearn.workbench import work
-from freelearn.workbench.planning import Planning
-from freelearn.workbench.predicting import Predicting
-from freelearn.workbench.rubber import Rubber
-from freelearn.workbench.sessions import Sessions
+from freelearn.workbench.panels.asides import Planning
+from freelearn.workbench.panels.predicting import Predicting
+from freelearn.workbench.panels.rubber_panel import Rubber
+from freelearn.workbench.state import job_work
+from freelearn.workbench.state.session import Sessions
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
@@ -26,7 +26,7 @@ class InProcess:
     def __init__(self, kind, question, folder, fits):
         self.kind, self.folder, self.status, self.text, self.share = kind, folder, "running", "", None
         folder.mkdir(parents=True, exist_ok=True)
-        work.JOBS[kind](question, folder, fits, SimpleNamespace(send=lambda told: None))
+        job_work.JOBS[kind](question, folder, fits, SimpleNamespace(send=lambda told: None))
 
     def poll(self):
         self.status = "done"
@@ -38,7 +38,7 @@ class InProcess:
 
 @pytest.fixture
 def session(sessions, monkeypatch):
-    monkeypatch.setattr("freelearn.workbench.running.Job", InProcess)
+    monkeypatch.setattr("freelearn.workbench.state.running.Job", InProcess)
     session = sessions.get("")[1]
     table = folders.shown(folders.continuum(), folders.grid())
     folders.folder_of(session.folder / "train_x", folders.continuum(), table)
@@ -95,7 +95,7 @@ def test_a_plan_has_as_many_rows_as_were_asked_for(session, monkeypatch):
         folders.grid().head(question.rows).to_csv(folder / "plan.csv", index=False)
         (folder / "plan.json").write_text(json.dumps({"says": "4 rows <b>tell</b>", "certificate_says": "Most of it."}))
 
-    monkeypatch.setitem(work.JOBS, "plan", four)
+    monkeypatch.setitem(job_work.JOBS, "plan", four)
     page = Planning(session)
     page.refresh()
     page.rows.value = 4

@@ -21,9 +21,9 @@ from written_searches import CABLE, write_search
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.tasks.tables import load_table
-from freelearn.api.tasks.train import train
-from freelearn.workbench.question import Question
+from freelearn.api.tasks.loaded_table import load_table
+from freelearn.api.tasks.train_task import train
+from freelearn.workbench.state.question import Question
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freelearn.workbench.comparison import FIRST, NOW, Comparison
+from freelearn.workbench.panels.comparison import FIRST, NOW, Comparison
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")

@@ -6,7 +6,7 @@ import sys
 import pytest
 from tornado.websocket import WebSocketClosedError
 
-from freelearn.workbench.log import of_interest
+from freelearn.workbench.server import of_interest
 
 
 @pytest.mark.parametrize(("problem", "told"), [(WebSocketClosedError(), False), (ValueError("mine"), True)])

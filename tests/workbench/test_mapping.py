@@ -9,15 +9,14 @@ import beds
 import pandas as pd
 import pytest
 
-from freelearn.measurements.intake.draft import draft
-from freelearn.measurements.intake.guess import guess, with_meanings
-from freelearn.measurements.intake.guess_plain import Guessed
-from freelearn.measurements.intake.meanings import NOT_USED
-from freelearn.measurements.intake.recipe_file import recipe_of
-from freelearn.workbench.given import Given
-from freelearn.workbench.made import Made
-from freelearn.workbench.mapping import Mapping
-from freelearn.workbench.sessions import Sessions
+from freelearn.data.intake.guesses.draft import draft
+from freelearn.data.intake.guesses.guess import guess, with_meanings
+from freelearn.data.intake.guesses.joined import Guessed
+from freelearn.data.intake.guesses.meanings import NOT_USED
+from freelearn.data.intake.recipes.recipe_file import recipe_of
+from freelearn.workbench.panels.data_step import Given
+from freelearn.workbench.panels.mapping import Made, Mapping
+from freelearn.workbench.state.session import Sessions
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")

@@ -11,15 +11,15 @@ from pydantic import TypeAdapter
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.errors import UserError
-from freelearn.measurements.beds import BEDS
-from freelearn.measurements.members_table import read_members
-from freelearn.measurements.table import read_table
-from freelearn.workbench.asked import discover_settings, train_settings
-from freelearn.workbench.comparison import Comparison
-from freelearn.workbench.given import Given
-from freelearn.workbench.question import Question
-from freelearn.workbench.steps import Steps
+from freelearn.common.errors import UserError
+from freelearn.data.beds import BEDS
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+from freelearn.workbench.panels.comparison import Comparison
+from freelearn.workbench.panels.data_step import Given
+from freelearn.workbench.panels.steps import Steps
+from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.reading import discover_settings, train_settings
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")

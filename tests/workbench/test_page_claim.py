@@ -7,10 +7,9 @@ from html import unescape
 import pytest
 from written_searches import write_search
 
-from freelearn.workbench.answer import Answer
-from freelearn.workbench.claim import Claim
-from freelearn.workbench.effects import Effects
-from freelearn.workbench.outcome import Outcome
+from freelearn.workbench.panels.effects_panel import Effects
+from freelearn.workbench.panels.outcome import Answer, Outcome
+from freelearn.workbench.panels.results import Claim
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")

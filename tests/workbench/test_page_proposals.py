@@ -15,22 +15,20 @@ import written_searches
 from pydantic import TypeAdapter
 from written_searches import CABLE, FLOOR, write_search
 
-from freelearn.errors import UserError
-from freelearn.models.effects.registry import EFFECTS
-from freelearn.models.written.forms import ENERGIES, ONE, TWO
-from freelearn.models.written.inputs import PRESSURE
-from freelearn.models.written.places import PLACES
-from freelearn.models.written.source import source
-from freelearn.models.written.written import Written
-from freelearn.results.formats import sentence
-from freelearn.workbench.comparison import Comparison
-from freelearn.workbench.effects import Effects
-from freelearn.workbench.kept import Kept
-from freelearn.workbench.outcome import Outcome
-from freelearn.workbench.proposal_block import HINT
-from freelearn.workbench.proposals import Proposals
-from freelearn.workbench.proposed import proposed, written_of
-from freelearn.workbench.question import Question
+from freelearn.common.errors import UserError
+from freelearn.common.formats import sentence
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.written.forms import ENERGIES, ONE, TWO
+from freelearn.physics.written.places import PLACES, PRESSURE
+from freelearn.physics.written.source import source
+from freelearn.physics.written.written_effect import Written
+from freelearn.workbench.panels.comparison import Comparison
+from freelearn.workbench.panels.effects_panel import Effects
+from freelearn.workbench.panels.outcome import Outcome
+from freelearn.workbench.panels.proposals import HINT, Proposals
+from freelearn.workbench.state.proposed import proposed, written_of
+from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.session_store import Kept
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
@@ -345,7 +343,7 @@ class Waiting:
 
 
 def test_fits_and_searches_with_it_name_its_file_and_are_compared_with_those_before(session, monkeypatch):
-    monkeypatch.setattr("freelearn.workbench.running.Job", Waiting)
+    monkeypatch.setattr("freelearn.workbench.state.running.Job", Waiting)
     monkeypatch.setenv("FREELEARN_EFFECTS", "/mine.py")
     Waiting.asked.clear()
     before = session.question
@@ -369,7 +367,7 @@ def test_fits_and_searches_with_it_name_its_file_and_are_compared_with_those_bef
 
 
 def test_where_it_is_not_in_the_model_its_file_is_not_named(session, monkeypatch):
-    monkeypatch.setattr("freelearn.workbench.running.Job", Waiting)
+    monkeypatch.setattr("freelearn.workbench.state.running.Job", Waiting)
     monkeypatch.delenv("FREELEARN_EFFECTS", raising=False)
     Waiting.asked.clear()
     session.add_proposal(NAME)

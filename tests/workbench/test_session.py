@@ -9,9 +9,9 @@ from typing import ClassVar
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
-from freelearn.workbench.question import Question
-from freelearn.workbench.sessions import Sessions
-from freelearn.workbench.suspects import Suspects
+from freelearn.workbench.panels.results import Suspects
+from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.session import Sessions
 
 
 def test_ids_are_only_what_the_program_gave_out(sessions, tmp_path):
@@ -48,7 +48,7 @@ def test_bands_are_hidden_until_they_are_asked_for_again_and_nothing_is_computed
 
 
 def test_a_file_that_is_too_large_is_refused_in_words(sessions, monkeypatch):
-    monkeypatch.setattr("freelearn.workbench.session.LARGEST_CSV", 1000)
+    monkeypatch.setattr("freelearn.workbench.state.session.LARGEST_CSV", 1000)
     session = sessions.get("")[1]
     session.upload("big.csv", b"x" * 1001)
     assert "more than the page takes" in session.problem
@@ -129,7 +129,7 @@ class Done:
 @pytest.fixture
 def searched(sessions, finish, monkeypatch):
     """A session whose latest discovery, with a given effect, suspects SUSPECT and BLOCK."""
-    monkeypatch.setattr("freelearn.workbench.running.Job", Done)
+    monkeypatch.setattr("freelearn.workbench.state.running.Job", Done)
     Done.started.clear()
     session = sessions.get("")[1]
     session.upload("mine.csv", "\n".join(["sample,force_n", *(f"3,{n}.50" for n in range(9)), ""]).encode())

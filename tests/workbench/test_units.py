@@ -4,10 +4,10 @@ import beds
 import pandas as pd
 import pytest
 
-from freelearn.workbench.given import Given
-from freelearn.workbench.mapping import Mapping
-from freelearn.workbench.sessions import Sessions
-from freelearn.workbench.steps import Steps
+from freelearn.workbench.panels.data_step import Given
+from freelearn.workbench.panels.mapping import Mapping
+from freelearn.workbench.panels.steps import Steps
+from freelearn.workbench.state.session import Sessions
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")

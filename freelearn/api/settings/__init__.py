@@ -1,0 +1,1 @@
+"""What is asked, checked once and frozen."""

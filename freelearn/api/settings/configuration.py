@@ -15,10 +15,9 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from freelearn.api.settings.parse import Chosen, parse
-from freelearn.api.settings.plus_minus import quoted
-from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.errors import UserError
-from freelearn.package import CONF
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings, quoted
+from freelearn.common.errors import UserError
+from freelearn.common.package import CONF
 
 # Configuration file of each kind of settings.
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
@@ -56,8 +55,8 @@ def offer_own_models() -> list[str]:
     if not os.environ.get("FREELEARN_MODELS"):
         return []
     # Here, not above: torch is imported with them, and without own models nothing needs it this early.
-    from freelearn.models.build import MODELS
-    from freelearn.models.own import load_own_code
+    from freelearn.physics.models.build import MODELS
+    from freelearn.physics.models.own_files import load_own_code
 
     own = [MODELS[name] for name in load_own_code() if name in MODELS]
     for model in own:

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from freelearn.api.settings.settings import CsvData, DiscoverSettings, Settings, VirtualData
-from freelearn.errors import UserError
-from freelearn.measurements.beds import BEDS, INFLATION
-from freelearn.measurements.text_file import missing_file
-from freelearn.models.effects.names import check_names
+from freelearn.common.errors import UserError
+from freelearn.common.files import missing_file
+from freelearn.data.beds import BEDS, INFLATION
+from freelearn.physics.effects.names import check_names
 
 Chosen = TypeVar("Chosen", bound=Settings)
 Anything = TypeVar("Anything")

@@ -1,13 +1,9 @@
-"""What a command was asked to do: the composed configuration, checked once and frozen.
-
-Light to import (no torch), so that a mistake is told within a second. Every mistake of a configuration is reported, not
-only the first. What only the data or the library of effects can tell (a set that the table lacks, an unknown effect) is
-checked where these are at hand.
-"""
+"""What a command was asked to do: the composed configuration, checked once and frozen."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,11 +11,46 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
-from freelearn.api.settings.plus_minus import plus_minus
+from freelearn.common.package import example
+from freelearn.data.accuracy import OUTER_DIAMETER_MM, Accuracy
+from freelearn.data.beds import BEDS, KINEMATIC
 from freelearn.fitting.options import FitOptions
-from freelearn.measurements.accuracy import OUTER_DIAMETER_MM, Accuracy
-from freelearn.measurements.beds import BEDS, KINEMATIC
-from freelearn.package import example
+
+# ± needs quotes in Hydra's grammar, the others do not.
+BETWEEN = re.compile(r"±|\+/-|\+-")
+
+
+def plus_minus(text: str) -> tuple[float, float] | None:
+    """Value and error; None where the text is none.
+
+    >>> plus_minus("1.2e6±0.2e6"), plus_minus("1e6 +- 2e5"), plus_minus("soft")
+    ((1200000.0, 200000.0), (1000000.0, 200000.0), None)
+    """
+    parts = BETWEEN.split(text)
+    try:
+        value, error = map(float, parts)
+    except ValueError:
+        return None
+    return value, error
+
+
+def quoted(word: str) -> str:
+    """A word of the command line as Hydra takes it: every value with a ± in quotes.
+
+    >>> quoted("model.C1=1e6±2e5,2e6±2e5"), quoted("train=sample3")
+    ("model.C1='1e6±2e5','2e6±2e5'", 'train=sample3')
+    """
+    name, equals, value = word.partition("=")
+    if "±" not in value or any(sign in value for sign in "'\"[{"):
+        return word
+    return f"{name}{equals}" + ",".join(f"'{part}'" for part in value.split(","))
+
+
+# What a command was asked to do: the composed configuration, checked once and frozen.
+#
+# Light to import (no torch), so that a mistake is told within a second. Every mistake of a configuration is
+# reported, not only the first. What only the data or the library of effects can tell (a set that the table lacks,
+# an unknown effect) is checked where these are at hand.
 
 # Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
 STRICT = ConfigDict(extra="forbid")
@@ -260,7 +291,7 @@ class Settings:
 
     per_sample: whether each of several samples, or members, has its own value of what building or mounting it sets.
     bands: whether pictures of curves have the 95 % bands. fix, bounds, material, priors: what is known of parameters
-    beforehand (models.stated)."""
+    beforehand (stated_knowledge)."""
 
     model: Annotated[ModelSettings, BeforeValidator(_model)]
     data: Annotated[DataSettings, Field(discriminator="name")]

@@ -7,31 +7,31 @@ from typing import Any
 
 import torch
 
-from freelearn.api.tasks.measuring import Measuring
+from freelearn.api.tasks.preparation import Measuring
 from freelearn.api.tasks.search_task import Task
-from freelearn.inference.accuracy import repeat_scale
-from freelearn.inference.before_after import errors_by_set
-from freelearn.inference.checks.check import TableCheck
-from freelearn.inference.checks.look import failed as failing
-from freelearn.inference.failures import failures, inputs_of, split_errors
-from freelearn.inference.hysteresis import rising_falling
-from freelearn.inference.next_experiment import next_states, telling
-from freelearn.inference.order import DRIFT, telling_repeat
-from freelearn.inference.proposals.unknown import unknown
-from freelearn.inference.reciprocity import reciprocity
-from freelearn.inference.remainder import remainder
-from freelearn.inference.search import Findings
-from freelearn.inference.step import Step
-from freelearn.inference.testable import assumptions
-from freelearn.measurements.error import load_scale
-from freelearn.measurements.sets import samples_of
-from freelearn.measurements.usable import LEFT_OUT, left_out_rows
-from freelearn.results.discovery import Discovery, document
-from freelearn.results.noise_notes import WRONG_NOISE, noise_notes
-from freelearn.results.notes import notes as parameter_notes
-from freelearn.results.proposal_curve import ProposalCurve
-from freelearn.results.search_curves import search_curves, search_predictions
-from freelearn.results.suspects import flagged, suspected_readings
+from freelearn.data.columns import LEFT_OUT, left_out_rows
+from freelearn.data.error import load_scale
+from freelearn.data.sets import samples_of
+from freelearn.discovery.checks.look import failed as failing
+from freelearn.discovery.checks.table_check import TableCheck
+from freelearn.discovery.fits.estimated_accuracy import repeat_scale
+from freelearn.discovery.fits.step import Step
+from freelearn.discovery.proposals.unknown_function import unknown
+from freelearn.discovery.residuals.failures import failures, inputs_of, split_errors
+from freelearn.discovery.residuals.hysteresis import rising_falling
+from freelearn.discovery.residuals.reciprocity import reciprocity
+from freelearn.discovery.residuals.residual_summary import remainder
+from freelearn.discovery.search.before_after import errors_by_set
+from freelearn.discovery.search.measuring_order import DRIFT, telling_repeat
+from freelearn.discovery.search.next_states import next_states, telling
+from freelearn.discovery.search.search import Findings
+from freelearn.discovery.search.testable import assumptions
+from freelearn.queries.curves.run_curves import search_curves, search_predictions
+from freelearn.records.discovery import Discovery, document
+from freelearn.records.estimates import notes as parameter_notes
+from freelearn.records.suspected_readings import flagged, suspected_readings
+from freelearn.records.verdict_words import WRONG_NOISE, noise_notes
+from freelearn.records.written_effects import ProposalCurve
 
 
 def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequence[TableCheck] = ()) -> Discovery:

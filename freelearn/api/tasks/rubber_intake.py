@@ -8,16 +8,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from freelearn.api.tasks.intake_files import PROVENANCE, beside, check_out
-from freelearn.csv_text import csv_text
-from freelearn.errors import UserError, cannot_write
-from freelearn.files import write_text
-from freelearn.measurements.intake.recipe_file import content_of, recipe_text
-from freelearn.measurements.intake.rubber.convert import RubberIntake, convert_tests
-from freelearn.measurements.intake.rubber.recipe import RubberTest, is_rubber, parse_tests
-from freelearn.measurements.intake.sources import is_folder
-from freelearn.measurements.text_file import read_bytes
-from freelearn.package import VERSION
+from freelearn.api.tasks.intake_task import PROVENANCE, beside, check_out
+from freelearn.common.csv_text import csv_text
+from freelearn.common.errors import UserError, cannot_write
+from freelearn.common.files import read_bytes, write_text
+from freelearn.common.package import VERSION
+from freelearn.data.intake.readers.raw_files import is_folder
+from freelearn.data.intake.recipes.recipe_file import content_of, recipe_text
+from freelearn.data.intake.rubber.rubber_convert import RubberIntake, convert_tests
+from freelearn.data.intake.rubber.rubber_recipe import RubberTest, is_rubber, parse_tests
 
 
 @dataclass(frozen=True)

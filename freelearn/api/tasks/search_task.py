@@ -1,4 +1,4 @@
-"""What a search is about."""
+"""What a search is about, and the look at its table beforehand."""
 
 from __future__ import annotations
 
@@ -11,18 +11,22 @@ import pandas as pd
 import torch
 
 from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.tasks.known import known_of, own_values
-from freelearn.api.tasks.tables import LoadedTable
-from freelearn.inference.candidate import Candidate
-from freelearn.inference.question import Question
-from freelearn.inference.testable import unclocked
-from freelearn.measurements.accuracy import Accuracy
-from freelearn.measurements.members import members_in
-from freelearn.measurements.rows import Rows
-from freelearn.measurements.usable import usable_rows
-from freelearn.models.base import Model
-from freelearn.models.build import build_model
-from freelearn.models.known import Known
+from freelearn.api.tasks.loaded_table import LoadedTable
+from freelearn.api.tasks.preparation import known_of, own_values
+from freelearn.data.accuracy import PAPER, Accuracy
+from freelearn.data.columns import members_in, usable_rows
+from freelearn.data.rows import Rows
+from freelearn.discovery.checks.look import looked_over
+from freelearn.discovery.checks.table_check import TableCheck
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.step import Candidate
+from freelearn.discovery.search.testable import unclocked
+from freelearn.physics.chain.known_parameters import Known
+from freelearn.physics.chain.model import Model
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import build_model
+
+# What a search is about.
 
 
 @dataclass(frozen=True)
@@ -73,3 +77,24 @@ class Task:
             self.build, self.library, self.rows, accuracy, settings.seed, settings.effects,
             clocked=not unclocked(self.table.columns, self.rows),
         )  # fmt: skip
+
+
+CONTINUUM = "continuum"
+
+
+def checked(task: Task) -> list[TableCheck]:
+    """What an engineer would see in the rows that are looked at.
+
+    The continuum model reads them, whichever is asked about, and without what is known of its parameters: what the
+    table holds is looked at, not the model.
+    """
+    settings, table = task.settings, task.table
+    given = [name for name in settings.effects if CONTINUUM in EFFECTS[name].families()]
+    samples = [int(n) for n in np.unique(table["sample"])] if settings.per_sample else []
+    members = len(members_in(table.columns)) if settings.per_sample else 0
+
+    def build(effects: Sequence[str]) -> Model:
+        return build_model(CONTINUUM, {}, effects, samples, members)
+
+    stated = settings.data.accuracy
+    return looked_over(table, build, given, PAPER if stated is None else stated.si(), stated is not None)

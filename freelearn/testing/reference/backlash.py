@@ -1,4 +1,4 @@
-"""Play between actuator and rig: contact on either side of a gap, and an actuator that turns to its rest."""
+"""Play and dry friction: contact on either side of a gap, an actuator that turns to rest, and zeros of functions."""
 
 from __future__ import annotations
 
@@ -7,9 +7,68 @@ from typing import Any
 
 import numpy as np
 
-from freelearn.testing.reference.zeros import bracketed_zero
+# Zeros of many functions of one variable at once.
 
 Array = np.ndarray[Any, Any]
+MOST = 100
+
+
+def bracketed_zero(function: Callable[[Array], Array], low: Array, high: Array, tolerance: float) -> Array:
+    """Where functions (N,) → (N,) vanish between low, where they are below zero, and high, where they are above: (N,).
+
+    Chandrupatla (1997): inverse quadratic interpolation where the last three points bend little, else halving. NaN
+    counts as above zero. Ends once every bracket is within tolerance times its first width, or its value is zero.
+    """
+
+    def value(at: Array) -> Array:
+        found = function(at)
+        return np.where(np.isnan(found), np.inf, found)
+
+    # The latest point, the other end of its bracket, and the one before.
+    x1, x2 = high.astype(float), low.astype(float)
+    f1, f2 = value(x1), value(x2)
+    done = (f1 == 0) | (f2 == 0)
+    share, close = np.where(done, 0.0, 0.5), tolerance * np.abs(high - low)
+    for _ in range(MOST):
+        x = x1 + share * (x2 - x1)
+        f = value(x)
+        same = (f > 0) == (f1 > 0)
+        x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
+        x2, f2 = np.where(same | done, x2, x1), np.where(same | done, f2, f1)
+        x1, f1 = np.where(done, x1, x), np.where(done, f1, f)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            least = close / np.abs(x2 - x1)
+            done |= (f1 == 0) | ~(least < 0.5)
+            if done.all():
+                break
+            place, level = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+            smooth = (level**2 < place) & ((1 - level) ** 2 < 1 - place)
+            bent = f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+        share = np.clip(np.where(smooth & np.isfinite(bent), bent, 0.5), least, 1 - least)
+        share = np.where(done, 0.0, share)
+    return np.where(np.abs(f1) <= np.abs(f2), x1, x2)
+
+
+def rubbed(pressure: Array, first: Array, sliding: float, carried: bool = False) -> Array:
+    """Share of the Coulomb friction that acts at each row, (N,) in −1 … 1, positive against rising pressure.
+
+    The element of Dahl (1968), dz/dP = (1 − z sign(dP/dt))/P_s, integrated exactly over each step of pressure.
+    pressure: (N,) Pa in time order. sliding: P_s [Pa], over which friction builds up; first: (N,) bool, a kinematic
+    state's first row. There the contacts begin afresh, because the move to the state slides them further, and in
+    directions that the pressure does not tell; carried: the move changes nothing, only the pressure counts.
+    """
+    share = np.zeros(len(pressure))
+    for row in range(1, len(pressure)):
+        if first[row] and not carried:
+            continue
+        step = pressure[row] - pressure[row - 1]
+        side = np.sign(step)
+        share[row] = side + (share[row - 1] - side) * np.exp(-abs(step) / sliding)
+    return share
+
+
+# Play between actuator and rig: contact on either side of a gap, and an actuator that turns to its rest.
+
 # Places across the gap at which the moment is looked at.
 PLACES = 9
 TOLERANCE = 1e-10

@@ -36,13 +36,12 @@ from typing import Any
 
 import numpy as np
 
-from freelearn.testing.reference.backlash import settled
-from freelearn.testing.reference.bed import Effects
+from freelearn.testing.reference.backlash import rubbed, settled
 from freelearn.testing.reference.braided import bent, beyond_threshold, contact, jammed, tapered, unfilled
-from freelearn.testing.reference.history import Law, Memory, loads, remembered
-from freelearn.testing.reference.lagging import overstress
-from freelearn.testing.reference.points import Points
-from freelearn.testing.reference.rubbing import rubbed
+from freelearn.testing.reference.lagging_walls import overstress
+from freelearn.testing.reference.material_points import Points
+from freelearn.testing.reference.remembering_walls import Law, Memory, loads, remembered
+from freelearn.testing.reference.total_energy import Effects
 from freelearn.testing.reference.truths import grown as grown_package
 
 Array = np.ndarray[Any, Any]

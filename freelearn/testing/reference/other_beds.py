@@ -1,8 +1,4 @@
-"""Tables of the beds that are not kinematic, from the reference physics: isometric, dead load, inflation, end block.
-
-As in `bed`, nothing of freelearn's mechanics is used. Where an actuator comes to rest under a load is found by Newton's
-method on difference quotients of the reference's loads. NumPy only.
-"""
+"""Beds that are not kinematic, from the reference physics: isometric, dead load, inflation, end blocks that tilt."""
 
 from __future__ import annotations
 
@@ -12,10 +8,51 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freelearn.testing.reference.bed import MM, Array, Effects, Rig, bed_loads, on_the_rig, outer_diameter, state_of
 from freelearn.testing.reference.braided import beyond_threshold
-from freelearn.testing.reference.lagging import moved_on
+from freelearn.testing.reference.lagging_walls import moved_on
 from freelearn.testing.reference.leaning import leaned
+from freelearn.testing.reference.total_energy import (
+    MM,
+    Array,
+    Effects,
+    Rig,
+    bed_loads,
+    on_the_rig,
+    outer_diameter,
+    state_of,
+)
+
+# Rounds until angles and pushes agree; each leaves less than a half of what the last one did.
+ROUNDS, TILT_SETTLED = 80, 1e-13
+
+
+def block_loads(
+    members: Sequence[dict[str, Array]], c1: float, c2: float, fx: Effects, distance: float, angle_per_moment: float
+) -> tuple[Array, Array]:
+    """Loads (N, 2) on the block, and its two angles (N, 2) rad.
+
+    members: the states of each, which stand evenly about the axis in their order. distance: of each from it [m].
+    angle_per_moment: of the block's spring [rad/(N·m)].
+    """
+    around = 2 * np.pi * np.arange(len(members)) / len(members)
+    places = distance * np.stack([np.cos(around), np.sin(around)], axis=1)
+    angles = np.zeros((len(members[0]["length"]), 2))
+    for _ in range(ROUNDS):
+        each = [
+            bed_loads(s | {"length": s["length"] + angles @ place}, c1, c2, fx)[0]
+            for s, place in zip(members, places, strict=True)
+        ]
+        moments = sum(loads[:, :1] * place for loads, place in zip(each, places, strict=True))
+        before, angles = angles, np.asarray(angle_per_moment * moments)
+        if np.abs(angles - before).max() < TILT_SETTLED:
+            break
+    return np.asarray(sum(each)), angles
+
+
+# Tables of the beds that are not kinematic, from the reference physics: isometric, dead load, inflation, end block.
+#
+# As in `bed`, nothing of freelearn's mechanics is used. Where an actuator comes to rest under a load is found by
+# Newton's method on difference quotients of the reference's loads. NumPy only.
 
 # Γ, Γ₂ [deg], L, R_i, R_o [mm].
 Design = tuple[float, float, float, float, float]

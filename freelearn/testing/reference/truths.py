@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from freelearn.testing.reference.bed import Extra
+from freelearn.testing.reference.total_energy import Extra
 
 # Direction in which each effect's parameters grow; the size is set in σ afterwards. A parameter that is undefined
 # without the effect keeps its value, named after the bar.

@@ -1,0 +1,67 @@
+"""The shell command that gives a run's numbers again, and how a command ends where it cannot go on."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from freelearn.common.errors import UserError, cannot_write
+
+# Variables that name files of the user's own code.
+OWN_CODE = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
+
+
+def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
+    """`program overrides`, with the user's own effects and models where there are some."""
+    own = [f"{name}={shlex.quote(value)}" for name in OWN_CODE if (value := os.environ.get(name))]
+    return " ".join([*own, *program, *map(shlex.quote, overrides)])
+
+
+def program(name: str, script: Sequence[str] = ()) -> list[str]:
+    """How a command is started as this process was: by the installed `freelearn name`, or else by `script`.
+
+    script: by default a checkout's `python name.py`.
+    """
+    installed = Path(sys.argv[0]).name.startswith("freelearn ")
+    return ["freelearn", name] if installed else list(script) or ["python", f"{name}.py"]
+
+
+# How a command ends where it cannot go on: one sentence and exit status 1, no traceback.
+
+
+@contextmanager
+def one_sentence(interrupted: str, folder: Path | None = None) -> Iterator[None]:
+    """Ends the process where the user made a mistake, the system refuses a file, or the user interrupts.
+
+    interrupted: what to say then. folder: where the command writes.
+    """
+    # TensorBoard's writers meet a refusal in a thread of theirs, and raise it once more in the one that tells them to
+    # write; the thread's traceback says nothing else.
+    threading.excepthook = _but_refusals
+    try:
+        yield
+    except UserError as mistake:
+        sys.exit(f"error: {mistake}{_way_on(mistake)}")
+    except OSError as refusal:
+        # Writers say this themselves; here it is what libraries write on their own account.
+        sys.exit(f"error: {cannot_write(refusal.filename or folder, refusal)}")
+    except KeyboardInterrupt:
+        sys.exit(f"error: {interrupted}")
+
+
+def _way_on(mistake: UserError) -> str:
+    """How a laboratory's own file becomes what was asked for. Not in the mistake itself: the page does it otherwise."""
+    if not mistake.foreign:
+        return ""
+    words = command_line(program("intake"), [f"data.path={mistake.foreign}"])
+    return f"\nA laboratory's own file becomes such a table by\n  {words}"
+
+
+def _but_refusals(told: threading.ExceptHookArgs) -> None:
+    if not isinstance(told.exc_value, OSError):
+        threading.__excepthook__(told)

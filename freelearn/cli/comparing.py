@@ -1,0 +1,121 @@
+"""`compare`: two runs side by side, in the terminal and on a page."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from freelearn.cli.command_line import one_sentence
+from freelearn.common.display import Column, DisplayTable
+from freelearn.common.errors import UserError
+
+if TYPE_CHECKING:
+    from freelearn.api.compared import Compared
+
+# States whose curves are drawn: those at which the runs differ most.
+MOST_STATES = 6
+
+
+def main() -> None:
+    """`compare`, from the words of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="freelearn compare",
+        description="Two runs of train or discover side by side: parameters, errors on the same rows, curves.",
+    )
+    parser.add_argument("a", type=Path, help="the folder of a run")
+    parser.add_argument("b", type=Path, help="the folder of another")
+    parser.add_argument("--out", type=Path, default=Path("comparison.html"), help="the page (comparison.html)")
+    asked = parser.parse_args()
+    with one_sentence("interrupted; no page was written.", asked.out.parent):
+        for folder in (asked.a, asked.b):
+            if not folder.is_dir():
+                raise UserError(f"No folder at {folder}: give that of a run of train or discover.")
+        compare(asked.a, asked.b, asked.out)
+
+
+def compare(a: Path, b: Path, out: Path) -> None:
+    """Prints the comparison and writes its page. Raises UserError."""
+    from rich.console import Console
+
+    from freelearn.api.compared import compared
+    from freelearn.api.fitted_run import FittedRun
+    from freelearn.report.html.html_page import Section, write_page
+    from freelearn.report.terminal.printed_tables import rich_table
+
+    runs = [FittedRun.of(folder) for folder in (a, b)]
+    found = compared(runs)
+    console = Console()
+    tables = [errors_table(found), parameters_table(found)]
+    for table in tables:
+        console.print(rich_table(table))
+    names = [f"{letter}: {run.title}, fitted on {run.run.content['train']}, in {run.folder}"
+             for letter, run in zip("AB", runs, strict=True)]  # fmt: skip
+    sections = [Section("The two runs", names), *(Section.of_table(table) for table in tables)]
+    numbers = {"comparison.csv": found.rows}
+    charts = _charts(found)
+    said = ["Readings (dots) and both models (A solid, B dashed), at the states where the models differ most."]
+    sections.append(Section("Curves", said, charts=charts, numbers=numbers))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    simulated = any(bool((run.run.content.get("data") or {}).get("simulated")) for run in runs)
+    write_page(out, "Two runs side by side", simulated, sections)
+    console.print(f"page: {out}", markup=False, highlight=False, soft_wrap=True)
+
+
+def errors_table(found: Compared) -> DisplayTable:
+    """E of both on the same rows."""
+    columns = (Column("rows", words=True), Column("number"), Column("A: E %"), Column("B: E %"))
+    rows = tuple(
+        (str(one.rows), str(one.n), f"{100 * one.a:.3g}", f"{100 * one.b:.3g}") for one in found.errors.itertuples()
+    )
+    return DisplayTable(columns, rows, "Errors on the same rows")
+
+
+def parameters_table(found: Compared) -> DisplayTable:
+    """Parameters of both with their standard errors, and by how many of them they differ."""
+    columns = (
+        Column("parameter", words=True),
+        Column("unit", words=True),
+        Column("A"),
+        Column("B"),
+        Column("apart, σ"),
+    )
+    rows = []
+    for name, one in found.parameters.iterrows():
+        spread = (one["a_stderr"] ** 2 + one["b_stderr"] ** 2) ** 0.5
+        apart = f"{abs(one['a'] - one['b']) / spread:.1f}" if spread > 0 else ""
+        cells = (_value(one["a"], one["a_stderr"]), _value(one["b"], one["b_stderr"]))
+        rows.append((str(name), str(one["unit"] or ""), *cells, apart))
+    return DisplayTable(columns, tuple(rows), "Parameters (SI)")
+
+
+def _value(value: float, error: float) -> str:
+    if value != value:
+        return "–"
+    return f"{value:.4g} ± {error:.2g}" if error == error else f"{value:.4g}"
+
+
+def _charts(found: Compared) -> list[Any]:
+    from bokeh.plotting import figure
+
+    from freelearn.data.beds import bed_of
+
+    rows, charts = found.rows, []
+    bed = bed_of(rows)
+    state = ["sample", *(q.column for q in bed.state if q.column in rows)]
+    for quantity in bed.measured:
+        pair = [f"{quantity.predicted}_a", f"{quantity.predicted}_b"]
+        if quantity.column not in rows or not set(pair) <= set(rows):
+            continue
+        apart = (rows[pair[0]] - rows[pair[1]]).abs().groupby([rows[name] for name in state]).max()
+        for place in apart.nlargest(MOST_STATES // len(bed.measured)).index:
+            there = rows[(rows[state] == list(place)).all(axis=1)].sort_values("pressure_kpa")
+            title = ", ".join(f"{name} {value:g}" for name, value in zip(state, place, strict=True))
+            chart = figure(width=420, height=300, title=title, x_axis_label="pressure P [kPa]",
+                           y_axis_label=quantity.label, toolbar_location=None)  # fmt: skip
+            chart.scatter(there["pressure_kpa"], there[quantity.column], color="#444444", size=5, legend_label="read")
+            for name, letter, dash, color in zip(pair, "AB", ("solid", "dashed"), ("#0072B2", "#D55E00"), strict=True):
+                chart.line(there["pressure_kpa"], there[name], line_dash=dash, color=color, line_width=2,
+                           legend_label=letter)  # fmt: skip
+            charts.append(chart)
+    return charts

@@ -1,0 +1,115 @@
+"""`intake`: a laboratory's raw file becomes a measurement table, or a recipe to edit."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.settings import IntakeSettings
+from freelearn.api.tasks.intake_task import PROVENANCE, TakenIn, beside, taken_in
+from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in
+from freelearn.cli.command_line import command_line, program
+from freelearn.cli.hydra_app import small_app
+from freelearn.common.files import read_bytes, remove_unfinished, write_text
+from freelearn.data.intake.guesses.draft import draft
+from freelearn.data.intake.guesses.joined import guess_file
+from freelearn.data.intake.readers.raw_files import is_folder, table_files
+from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
+from freelearn.data.intake.rubber.rubber_questions import rubber_draft
+from freelearn.report.terminal.printed_intake import show_draft, show_guess, show_intake, show_rubber, show_tests
+
+
+def intake_app() -> None:
+    """`intake`, from the words of the command line."""
+    small_app("intake", _intake, "the table was written")
+
+
+def _intake(content: Any, folder: Path) -> None:
+    take_in(parsed(IntakeSettings, content), folder, Console())
+
+
+def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
+    """Writes the table and its provenance, or without a recipe the draft of one to `folder`. Raises UserError."""
+    if settings.recipe is None:
+        _draft(settings, folder, console)
+    else:
+        _table(settings, settings.recipe, folder, console)
+
+
+def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
+    data = settings.data.path
+    files = table_files(data) if is_folder(data) else []
+    found, joined = guess_file(data / files[0] if files else data, settings.design)
+    path = folder / f"{stem_of(data)}_recipe.yaml"
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_unfinished(folder)
+    if looks_like_rubber(found):
+        _draft_rubber(data, files, path, console)
+        return
+    write_text(path, draft(found, files, joined))
+    words = [option("data.path", data), option("recipe", path)]
+    # What was asked for this time is asked for the next time, too.
+    words += [option(name, value) for name in ("out", "design") if (value := getattr(settings, name)) is not None]
+    command = _command([*program("intake"), *words])
+    show_guess(console, found, path, command)
+
+
+def _draft_rubber(data: Path, files: Sequence[str], path: Path, console: Console) -> None:
+    """The draft of a recipe of tests of rubber."""
+    paths = [data / name for name in files] or [data]
+    tests = guess_tests({one.name: read_bytes(one) for one in paths})
+    write_text(path, rubber_draft(tests, {}, data.name))
+    show_tests(console, tests)
+    show_draft(console, path, _command([*program("intake"), option("data.path", data), option("recipe", path)]))
+
+
+def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: Console) -> None:
+    data = settings.data.path
+    if is_rubber_recipe(recipe_path):
+        rubber = rubber_taken_in([data], recipe_path, settings.out or folder / f"{stem_of(data)}_table.csv")
+        files = [rubber.path, beside(rubber.path, PROVENANCE)]
+        show_rubber(console, rubber.intake, files, specimens_command(rubber.path))
+        return
+    made = taken_in(data, recipe_path, settings.out or folder / f"{stem_of(data)}_table.csv", settings.design)
+    members = [] if made.members is None else [made.members]
+    files = [made.path, *members, beside(made.path, PROVENANCE)]
+    following = [_command([*program(name), "train=all", *table_options(made)]) for name in ("train", "discover")]
+    show_intake(console, made.intake, files, following)
+
+
+def specimens_command(table: Path) -> str:
+    """The command that fits a table of tests of rubber."""
+    return command_line(program("specimens", ["python", "-m", "freelearn.specimens"]), [str(table), "--best"])
+
+
+def stem_of(data: Path) -> str:
+    """The name that a file, or a folder such as ., gives to what is made of it."""
+    return Path(os.path.abspath(data)).stem
+
+
+def table_options(made: TakenIn) -> list[str]:
+    """The words by which a command takes the table that was made."""
+    table = ["data=csv", option("data.path", made.path)]
+    table += [f"data.bed={made.bed}"] if made.bed != "kinematic" else []
+    table += [option("data.members", made.members)] if made.members is not None else []
+    # Nobody has said how well this bed measures: the defaults are those of another one.
+    return [*table, "data.accuracy=estimate"]
+
+
+def option(name: str, path: Path) -> str:
+    """name=path, with the quotes that Hydra wants round a path of other than plain characters."""
+    text = str(path)
+    if re.fullmatch(r"[A-Za-z0-9_/.\- ]+", text):
+        return f"{name}={text}"
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'{name}="{escaped}"'
+
+
+def _command(words: Sequence[str]) -> str:
+    return command_line([], words).strip()

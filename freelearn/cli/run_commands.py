@@ -1,0 +1,160 @@
+"""predict, plan, referee and export: what is asked of a run's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from freelearn.api.settings.parse import parsed
+from freelearn.api.settings.run_settings import ExportSettings, PredictSettings, RefereeSettings, plan_settings
+from freelearn.cli.command_line import command_line, program
+from freelearn.cli.hydra_app import small_app
+from freelearn.common.errors import UserError
+from freelearn.common.files import missing_file
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from freelearn.queries.answers import Answers
+
+
+# `predict`: what a fitted model answers to a table with blanks.
+
+
+def predict_app() -> None:
+    """`predict`, from the words of the command line."""
+    small_app("predict", _predict, "the answers were written")
+
+
+def _predict(content: Any, folder: Path) -> None:
+    settings = parsed(PredictSettings, content)
+    if settings.data.path is not None and (problem := missing_file(settings.data.path)):
+        raise UserError(problem)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
+
+    predict(settings, folder, Console())
+
+
+def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
+    """Writes answers.csv, solutions.csv where rows have several, and the maps to `folder`. Raises UserError."""
+    from freelearn.report.terminal.long_work import LongWork
+
+    with LongWork(console, "loading torch and the model…"):
+        from freelearn.api.fitted_run import FittedRun
+
+        fitted = FittedRun.of(settings.run)
+    if settings.data.path is not None:
+        _answer(settings, fitted, folder, console)
+    if settings.maps:
+        from freelearn.cli.map_files import write_maps
+
+        for path in write_maps(fitted, folder):
+            if path.suffix == ".png":
+                console.print(f"map: {path}", markup=False, highlight=False, soft_wrap=True)
+
+
+def draw_answers(answers: Answers, folder: Path) -> None:
+    """Writes answers.png, where there are enough to see something in it."""
+    from freelearn.report.plots.answer_plots import answers_figure
+    from freelearn.report.plots.canvas import save_picture
+
+    figure = answers_figure(answers)
+    if figure is not None:
+        save_picture(figure, answers.filled, folder / "answers.png")
+
+
+def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Console) -> None:
+    from freelearn.data.table.questions import read_questions
+    from freelearn.report.terminal.long_work import LongWork
+    from freelearn.report.terminal.printed_run import show_answers
+
+    assert settings.data.path is not None
+    try:
+        asked = read_questions(settings.data.path, fitted.columns)
+    except UserError as mistake:
+        words = [str(settings.data.path), "--run", str(settings.run)]
+        start = command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
+        raise UserError(
+            f"{mistake}\nA laboratory's own file asks, once it is said what its columns are, by\n  {start}"
+        ) from None
+    with LongWork(console, "answering…"):
+        answers = fitted.invert(asked.table, bands=settings.bands)
+    answers.save(folder)
+    draw_answers(answers, folder)
+    show_answers(console, answers, fitted, asked.warnings, folder)
+
+
+def plan_app() -> None:
+    """`plan`, from the words of the command line."""
+    small_app("plan", _plan, "there was a plan")
+
+
+def _plan(content: Any, folder: Path) -> None:
+    settings = plan_settings(content)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
+
+    from freelearn.report.terminal.long_work import LongWork
+
+    console = Console()
+    with LongWork(console, "loading torch…"):
+        from freelearn.api.tasks.plan_task import planned, write_plan
+        from freelearn.report.terminal.printed_run import show_plan
+
+    with LongWork(console, "planning…"):
+        made = planned(settings)
+    write_plan(made, folder, settings.figures)
+    show_plan(console, made, folder)
+
+
+def referee_app() -> None:
+    """`referee`, from the words of the command line."""
+    small_app("referee", _referee, "the checks were done")
+
+
+def _referee(content: Any, folder: Path) -> None:
+    settings = parsed(RefereeSettings, content)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
+
+    from freelearn.report.terminal.long_work import LongWork
+
+    console = Console()
+    with LongWork(console, "loading torch…"):
+        from freelearn.api.tasks.referee_task import refereed_run
+        from freelearn.report.terminal.printed_discovery import show_refereed
+    with LongWork(console, "asking whether the claim stands…"):
+        done = refereed_run(settings)
+    show_refereed(console, done)
+
+
+# `export`: a fitted model for other software, with its certificate.
+
+
+def export_app() -> None:
+    """`export`, from the words of the command line."""
+    small_app("export", _export, "the certificate was written")
+
+
+def _export(content: Any, folder: Path) -> None:
+    settings = parsed(ExportSettings, content)
+    # After the settings are checked: torch takes seconds to import.
+    from rich.console import Console
+
+    export(settings, folder, Console())
+
+
+def export(settings: ExportSettings, folder: Path, console: Console) -> None:
+    """Writes the files of the format, export.json and export.html to `folder`. Raises UserError."""
+    from freelearn.report.terminal.long_work import LongWork
+
+    with LongWork(console, "loading torch and the model…"):
+        from freelearn.api.fitted_run import FittedRun
+
+        fitted = FittedRun.of(settings.run)
+    asked = {n: getattr(settings, n) for n in ("name", "sample", "force", "license", "error")}
+    with LongWork(console, f"writing to={settings.to}, and running it beside the model…"):
+        found = fitted.export(folder, settings.to, **asked)
+    console.print(found.summary(), markup=False, highlight=False, soft_wrap=True)
+    console.print(f"certificate: {folder / 'export.json'}", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,234 @@
+"""`start`: from a raw file to the report. What the file does not say is asked for, and kept as a recipe."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from freelearn.api.tasks.intake_task import actuators_of, asked_of, taken_in
+from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in, same_names
+from freelearn.cli.command_line import command_line, one_sentence, program
+from freelearn.cli.intake_command import option, specimens_command, stem_of, table_options
+from freelearn.cli.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
+from freelearn.common.errors import UserError
+from freelearn.common.files import read_bytes, write_text
+from freelearn.data.intake.guesses.joined import guess_and_table
+from freelearn.data.intake.readers.raw_files import is_folder
+from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
+from freelearn.report.terminal.printed_intake import show_columns, show_intake, show_rubber, show_tests
+
+RUBBER = (
+    "No column tells an actuator's file from one of rubber alone. Is it a test of rubber (a sheet or a strip, no tube)?"
+)
+
+
+@dataclass(frozen=True)
+class Next:
+    """The command that goes on, and its words."""
+
+    command: str
+    words: Sequence[str]
+
+
+def main() -> None:
+    """`start`, from the words of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="freelearn start",
+        description="Asks what a laboratory's file does not say, keeps the answers as a recipe, makes the table, and "
+        "searches for the physics that a model of it misses. Ends with a report. Tests of rubber alone may be several "
+        "files, or the sheets of one.",
+    )
+    parser.add_argument("raw", type=Path, nargs="+", help="the file: text, Excel, OpenDocument, MATLAB, HDF5, Parquet")
+    parser.add_argument(
+        "--run", type=Path, help="a fitted run, of which the file asks: pressures for a trajectory, loads"
+    )
+    parser.add_argument("--design", type=Path, help="designs of several actuators, a file with a row for each")
+    parser.add_argument("--recipe", type=Path, help="of an earlier start: nothing is asked again")
+    parser.add_argument("--out", type=Path, help="folder for all that is made; by default outputs/start/DAY/TIME")
+    asked = parser.parse_intermixed_args()
+    # What has an equals sign and is no file is an option of the search.
+    options = [str(word) for word in asked.raw if "=" in str(word) and not word.exists()]
+    raws = [word for word in asked.raw if str(word) not in options]
+    if not raws:
+        parser.error("name a raw file")
+    now = datetime.now()
+    folder = asked.out or Path("outputs", "start", f"{now:%Y-%m-%d}", f"{now:%H-%M-%S-%f}")
+    with one_sentence("interrupted; no table was written."):
+        following = start(raws, folder, Console(), input, asked.design, asked.recipe, asked.run)
+    # The search is a command of its own, with its settings, its report and its way of going on after an interruption.
+    if following.command == "specimens":
+        sys.argv = ["freelearn specimens", *following.words, "--out", str(folder)]
+        from freelearn.cli.specimen_fits import main as specimens
+
+        specimens()
+        return
+    if following.command == "predict":
+        sys.argv = ["freelearn predict", *following.words, *options, option("hydra.run.dir", folder)]
+        from freelearn.cli.run_commands import predict_app
+
+        predict_app()
+        return
+    sys.argv = ["freelearn discover", *following.words, *options, option("hydra.run.dir", folder)]
+    from freelearn.cli.fit_commands import discover_app
+
+    discover_app()
+
+
+def start(
+    raws: Sequence[Path],
+    folder: Path,
+    console: Console,
+    ask: Ask,
+    design: Path | None = None,
+    recipe: Path | None = None,
+    run: Path | None = None,
+) -> Next:
+    """Writes recipe, table and provenance to `folder`; gives the command that goes on. Raises UserError."""
+    for raw in raws:
+        if is_folder(raw):
+            raise UserError(
+                f"{raw} is a folder: start takes files; for several of actuators, draft a recipe with intake."
+            )
+    same_names(raws)
+    if run is not None and len(raws) > 1:
+        raise UserError("One file asks something of a run: name one.")
+    started = _Start(list(raws), folder, console, ask, design, recipe)
+    return started.asks(run) if run is not None else started.run()
+
+
+@dataclass
+class _Start:
+    raws: list[Path]
+    folder: Path
+    console: Console
+    ask: Ask
+    design: Path | None
+    recipe: Path | None
+    shown: bool = False
+    # A fitted run, of which the file asks something.
+    of: Path | None = None
+
+    def run(self) -> Next:
+        """Asks where there is no recipe, and makes the table."""
+        if self.recipe is not None:
+            return self._rubber() if is_rubber_recipe(self.recipe) else self._actuator()
+        if len(self.raws) > 1:
+            return self._rubber()
+        found, joined, cells = guess_and_table(self.raws[0], self.design)
+        interview = ActuatorInterview(self.ask, self._tell, first=found, raw=cells, joined=joined)
+        rubber = looks_like_rubber(found)
+        if rubber is None:
+            show_columns(self.console, found)
+            self.shown = True
+            with self._answered(interview):
+                rubber = interview.sure(RUBBER)
+        return self._rubber() if rubber else self._actuator(interview)
+
+    def asks(self, run: Path) -> Next:
+        """What the file asks of a fitted run, as a table of questions."""
+        known, self.of = actuators_of(run), run
+        interview = None
+        found, _, cells = guess_and_table(self.raws[0])
+        if self.recipe is None:
+            interview = WantedInterview(self.ask, self._tell, first=found, raw=cells, known=known)
+        made = self._made(interview, lambda recipe: asked_of(self.raws[0], recipe, known, self._table()))
+        words = [option("run", run), option("data.path", made.path)]
+        self.console.print(f"written: {made.path}", markup=False, highlight=False, soft_wrap=True)
+        return Next("predict", words)
+
+    def _actuator(self, interview: ActuatorInterview | None = None) -> Next:
+        made = self._made(interview, lambda recipe: taken_in(self.raws[0], recipe, self._table(), self.design))
+        words = ["train=all", *table_options(made)]
+        files = [made.path, self._kept(), *([made.members] if made.members else [])]
+        show_intake(self.console, made.intake, files, [command_line(program("discover"), words)], going_on=True)
+        return Next("discover", words)
+
+    def _rubber(self) -> Next:
+        interview = None
+        if self.recipe is None:
+            tests = guess_tests({raw.name: read_bytes(raw) for raw in self.raws})
+            name = ", ".join(raw.name for raw in self.raws)
+            interview = RubberInterview(self.ask, self._tell, tests=tests, name=name)
+        made = self._made(interview, lambda recipe: rubber_taken_in(self.raws, recipe, self._table()))
+        words = [str(made.path), "--best"]
+        files = [made.path, self._kept()]
+        show_rubber(self.console, made.intake, files, specimens_command(made.path), going_on=True)
+        return Next("specimens", words)
+
+    def _made(self, interview: ActuatorInterview | RubberInterview | None, make: Callable[[Path], Any]) -> Any:
+        """What comes of the recipe, once whoever answers is content with it."""
+        if interview is None:
+            assert self.recipe is not None
+            return make(self.recipe)
+        recipe = self._kept()
+        if isinstance(interview, RubberInterview):
+            show_tests(self.console, interview.tests)
+        elif not self.shown:
+            show_columns(self.console, interview.first)
+        with self._answered(interview):
+            interview.columns()
+            interview.run()
+        while True:
+            self._keep(interview)
+            try:
+                made = make(recipe)
+            except UserError as mistake:
+                self._tell(f"This makes no table: {mistake}")
+                if not interview.change():
+                    raise
+                continue
+            names = tuple(f"{raw.name}: " for raw in self.raws)
+            doubtful = [warning for warning in made.intake.warnings if not warning.startswith(names)]
+            for warning in doubtful:
+                self._tell(f"! {warning}")
+            if not doubtful or not interview.change():
+                break
+        self.console.print(f"again without questions: {self._again()}", markup=False, highlight=False, soft_wrap=True)
+        # What has been said need not be said again.
+        return replace(made, intake=replace(made.intake, warnings=()))
+
+    @contextmanager
+    def _answered(self, interview: Interview) -> Iterator[None]:
+        """What was answered is kept where nobody answers any more."""
+        try:
+            yield
+        except (EOFError, KeyboardInterrupt) as ended:
+            raise UserError(self._broken_off(interview, ended)) from None
+
+    def _tell(self, sentence: str) -> None:
+        self.console.print(f"  {sentence}", markup=False, highlight=False)
+
+    def _kept(self) -> Path:
+        """Where the answers are kept."""
+        return self.recipe or self.folder / f"{stem_of(self.raws[0])}_recipe.yaml"
+
+    def _table(self) -> Path:
+        return self.folder / f"{stem_of(self.raws[0])}_table.csv"
+
+    def _keep(self, interview: Interview) -> None:
+        self._kept().parent.mkdir(parents=True, exist_ok=True)
+        write_text(self._kept(), interview.recipe())
+
+    def _again(self) -> str:
+        """The command that asks nothing."""
+        words = [*map(str, self.raws), "--recipe", str(self._kept()), *(["--run", str(self.of)] if self.of else [])]
+        words += ["--design", str(self.design)] if self.design else []
+        return command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
+
+    def _broken_off(self, interview: Interview, ended: BaseException) -> str:
+        """What to say where nobody answers any more; what was answered is kept."""
+        if interview.answers:
+            self._keep(interview)
+            return f"broken off. The answers are kept in {self._kept()}: fill in its TODOs, then: {self._again()}"
+        if isinstance(ended, KeyboardInterrupt):
+            return "interrupted; nothing was written."
+        draft = command_line(program("intake"), [option("data.path", self.raws[0])])
+        return f"start asks, and nobody answers: run it in a terminal, or draft a recipe to edit with {draft}"

@@ -1,0 +1,1 @@
+"""Tables: what a bed imposes and measures, read, checked and held in SI."""

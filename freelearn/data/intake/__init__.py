@@ -1,0 +1,1 @@
+"""From a laboratory's raw files to a measurement table."""

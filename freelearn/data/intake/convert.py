@@ -1,0 +1,165 @@
+"""From a laboratory's files, their designs and a recipe to the rows of a measurement table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.common.errors import UserError
+from freelearn.data.beds import BEDS
+from freelearn.data.intake.assemble import Intake, assembled
+from freelearn.data.intake.chosen_rows import chosen_rows, constants_by_row, sample_numbers
+from freelearn.data.intake.evaluate import Evaluation, at_rest, quantities
+from freelearn.data.intake.plateaus import over_plateaus
+from freelearn.data.intake.readers.raw_files import raw_table
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.recipes.recipe import Design, Part, Reading, Recipe, Sample
+from freelearn.data.intake.suspicious import raw_suspicions, table_suspicions
+
+# Designs by actuator: a second file, or a sheet of the workbook, joined with the rows by the actuators' names.
+
+
+def with_designs(recipe: Recipe, sources: Mapping[str, bytes], content: bytes | None = None) -> Recipe:
+    """The recipe with the constants of each actuator in place of its `design`. content: of the file of designs; None
+    where they are a sheet of the only source. Raises UserError where a design is blank, twice there, or nobody's."""
+    design = recipe.design
+    if design is None:
+        return recipe
+    name = design.file or next(iter(sources))
+    content = content if content is not None else sources.get(name)
+    if content is None:
+        raise UserError(f"The file of designs {name} was not given: add design={name} to intake.")
+    raw = raw_table(content, name, Reading(sheet=design.sheet or None))
+    words = raw.text(design.by)
+    raw = raw.rows([row for row, word in enumerate(words) if word])
+    words = [word for word in words if word]
+    for word in words:
+        if words.count(word) > 1:
+            raise UserError(
+                f"{name}: {word!r} stands {words.count(word)} times in {design.by!r}: keep one row of each."
+            )
+    numbers = _numbers(recipe, words, name)
+    made = _constants(design, raw)
+    samples = {
+        number: {**recipe.samples.get(number, {}), **{column: float(values[row]) for column, values in made.items()}}
+        for row, word in enumerate(words)
+        if (number := numbers.get(word)) is not None
+    }
+    sample = recipe.sample
+    if sample.source is not None and sample.numbers is None and not all(word.isdigit() for word in words):
+        sample = Sample(source=sample.source, numbers=numbers)
+    return replace(recipe, samples={**recipe.samples, **samples}, sample=sample, design=None)
+
+
+def _numbers(recipe: Recipe, words: list[str], name: str) -> dict[str, int]:
+    """Of each actuator's name its number: the recipe's, else the name where it is one, else its place."""
+    if recipe.sample.source is None and not recipe.files:
+        raise UserError(
+            f"The designs of {name} are joined by the actuators' names: say which column of the data names them, "
+            "sample: {from: COLUMN}."
+        )
+    if recipe.sample.numbers is not None:
+        return {word: number for word, number in recipe.sample.numbers.items() if word in words}
+    if all(word.removesuffix(".0").isdigit() for word in words):
+        return {word: int(float(word)) for word in words}
+    return {word: number for number, word in enumerate(words, start=1)}
+
+
+def _constants(design: Design, raw: RawTable) -> dict[str, np.ndarray]:
+    evaluation = Evaluation(raw, dict(design.columns), {}, np.ones(len(raw), dtype=np.int64))
+    made = {column: evaluation.quantity(column) for column in design.columns}
+    for column, values in made.items():
+        blank = np.flatnonzero(np.isnan(values))
+        if len(blank):
+            raise UserError(f"{raw.name}, line {raw.lines[int(blank[0])]}: {column} is blank: give it.")
+    return made
+
+
+# From a laboratory's files and a recipe to the rows of a measurement table.
+
+
+@dataclass
+class Tally:
+    """What happened to the rows, file by file, and what is to be said about them."""
+
+    files: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def convert(recipe: Recipe, sources: Mapping[str, bytes], designs: bytes | None = None) -> Intake:
+    """The table that a recipe makes of files. sources: name → bytes: one file, or those that the recipe lists. designs:
+    the file of the actuators' designs, where the recipe has one.
+
+    Raises UserError where something in them cannot be turned into what the bed's table needs. Nothing is read from disk
+    and nothing executed.
+    """
+    recipe = with_designs(recipe, sources, designs)
+    parts = _parts(recipe, sources)
+    tally = Tally()
+    tables = [_rows(recipe, part, sources[part.name], tally) for part in parts]
+    table = pd.concat(tables, ignore_index=True)
+    if not len(table):
+        raise UserError("No row is left: look at keep, drop and plateaus of the recipe.")
+    intake = assembled(recipe, table, tally.files, _told_once(tally.warnings))
+    return replace(
+        intake, warnings=tuple(dict.fromkeys([*intake.warnings, *table_suspicions(intake.table, recipe.bed)]))
+    )
+
+
+def _told_once(warnings: Sequence[str]) -> list[str]:
+    """The same sentence about several files as one about the first."""
+    files: dict[str, list[str]] = {}
+    for warning in warnings:
+        name, colon, sentence = warning.partition(": ")
+        files.setdefault(sentence if colon else warning, []).append(name)
+    return [
+        f"{names[0]}{f' and {len(names) - 1} more' if len(names) > 1 else ''}: {sentence}"
+        if names[0] != sentence
+        else sentence
+        for sentence, names in files.items()
+    ]
+
+
+def _parts(recipe: Recipe, sources: Mapping[str, bytes]) -> Sequence[Part]:
+    if not recipe.files:
+        if len(sources) != 1:
+            raise UserError("The recipe is for one file: list several under files:.")
+        return [Part(next(iter(sources)))]
+    lacking = [part.name for part in recipe.files if part.name not in sources]
+    if lacking:
+        raise UserError(f"The recipe lists {', '.join(lacking)}, and no such file is there: correct files:.")
+    return recipe.files
+
+
+def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFrame:
+    """One file's rows with every quantity, mark and carried column."""
+    raw = raw_table(content, part.name, part.reading or recipe.reading)
+    whole = len(raw)
+    columns = recipe.columns_for(part)
+    raw = chosen_rows(recipe, part, raw)
+    readings = [raw.known(columns[q.column].source) for q in BEDS[recipe.bed].measured if q.column in columns]
+    time = raw.known(columns["time_s"].source) if "time_s" in columns else None
+    tally.warnings += [*raw.notes, *raw_suspicions(raw, readings, time)]
+    numbers, sample_names = sample_numbers(part.sample or recipe.sample, raw)
+    rows = Evaluation(raw, columns, constants_by_row(recipe, part, numbers), numbers)
+    rows.rest = at_rest(recipe, rows)
+    table = quantities(recipe, rows)
+    chosen = len(table)
+    table, between = over_plateaus(recipe, table)
+    tally.warnings += rows.notes
+    tally.files.append(
+        {
+            "file": part.name,
+            "rows": whole,
+            "dropped": whole - chosen,
+            "between_plateaus": between,
+            "table_rows": len(table),
+            "columns": rows.records,
+            "samples": sample_names,
+        }
+    )
+    return table

@@ -1,0 +1,287 @@
+"""A recipe to edit, from the guess at a file; with answers to its questions, a recipe to use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from freelearn.data.beds import BEDS
+from freelearn.data.intake.guesses.guessed import NO, YES, ColumnGuess, Doubt, Guess
+from freelearn.data.intake.guesses.joined import DesignGuess
+from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
+from freelearn.data.intake.laboratory_units import unit_of
+from freelearn.data.intake.recipes.recipe import DESIGN, FURTHER, MARKS, READINGS
+
+# Question → answer: texts of choices and units, numbers in the table's units.
+Answers = Mapping[str, str | float]
+
+# Units as names of columns write them → as people do.
+SPELLED = {"n": "N", "pa": "Pa", "kpa": "kPa", "nmm": "N·mm", "nm": "N·m"}
+CONSTANTS = {
+    "gamma_deg": "fiber angle to the axis",
+    "length_mm": "unloaded length",
+    "inner_radius_mm": "unloaded inner radius",
+    "outer_radius_mm": "unloaded outer radius",
+}
+# A muscle or a braid has two families of fibers.
+SECOND = "a braid (McKibben, Festo) has a second family: minus the first angle"
+# A strain beyond it, without a unit, may be one in percent.
+LARGEST_STRAIN = 1.5
+
+
+def draft(
+    found: Guess, files: Sequence[str] = (), joined: DesignGuess | None = None, answers: Answers | None = None
+) -> str:
+    """The recipe's text. files: names, where the data are a folder of such files. joined: designs that stand elsewhere.
+    answers: by the keys of the questions. What neither guess nor answers know is left blank and marked TODO."""
+    made = _Draft(found, files, joined, answers or {})
+    made.make()
+    head = f"# How {found.name} becomes a measurement table" + (
+        "." if answers else ": a guess. Check every line, then run intake with this recipe."
+    )
+    unused = [c.name for c in found.columns if not c.chosen]
+    tail = [f"# Not used: {', '.join(map(repr, unused))}."] if unused else []
+    return "\n".join([head, *recipe_lines(made.content, made.remarks), *made.further, *tail]) + "\n"
+
+
+def open_design(found: Guess, joined: DesignGuess | None) -> dict[str, str]:
+    """What of the design no column says, with what it is called."""
+    said = {*quantities_given(found), *(joined.columns if joined else ())}
+    return {name: about for name, about in CONSTANTS.items() if name not in said}
+
+
+def held_open(found: Guess, bed: str) -> list[str]:
+    """What a bed imposes and no column says."""
+    given = quantities_given(found)
+    several = bool(found.pressures)
+    return [
+        q.column for q in BEDS[bed].imposed if q.column not in given and not (several and q.column == "pressure_kpa")
+    ]
+
+
+def named_samples(found: Guess, joined: DesignGuess | None, answers: Answers) -> list[tuple[int, str]]:
+    """The number and the word of each of several actuators whose designs are to be given one by one."""
+    if joined is not None:
+        return []
+    if found.of("sample") is None and answers.get("sample") == "column":
+        return list(enumerate(found.perhaps_words, start=1))
+    return sample_keys(found) if len(found.samples) > 1 else []
+
+
+class _Draft:
+    """content: plain values of the recipe; remarks: behind them; further: lines at its end."""
+
+    def __init__(self, found: Guess, files: Sequence[str], joined: DesignGuess | None, answers: Answers) -> None:
+        self.found, self.files, self.joined, self.answers = found, files, joined, answers
+        self.bed = str(answers.get("bed", found.bed))
+        self.content: dict[str, Any] = {}
+        self.remarks: dict[Path, str] = {}
+        self.further: list[str] = []
+
+    def make(self) -> None:
+        """Everything, in the order of the recipe."""
+        found = self.found
+        self.content["bed"] = self.bed
+        if "bed" not in self.answers:
+            self.remarks["bed",] = ", ".join(BEDS)
+        if found.sheet:
+            self.content["read"] = {"sheet": found.sheet}
+        self._samples()
+        self._constants()
+        given = quantities_given(found)
+        self.content["columns"] = {name: self._column(name, column) for name, column in given.items()}
+        if not given:
+            self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
+        if found.pressures:
+            self._members()
+        step = found.of("step")
+        self.content["step"] = {"from": step.name} if step else "derive"
+        self.remarks["step",] = "or: derive" if step else "0, 1, … in consecutive rows of one state"
+        self.content |= {mark: {marked.name: 1} for mark in MARKS if (marked := found.of(mark))}
+        for doubt in found.doubts:
+            self._doubt(doubt)
+        if self.files:
+            self.content["files"] = [{"name": name, "sample": i} for i, name in enumerate(self.files, start=1)]
+            self.remarks["files",] = "constants that differ from file to file go here, constants: {gamma_deg: 20}"
+
+    def _samples(self) -> None:
+        found, column = self.found, self.found.of("sample")
+        if self.joined:
+            self.content["sample"] = {"from": self.joined.sample}
+            self._design(self.joined)
+        elif self.files:
+            return
+        elif column is None and found.perhaps and self.answers.get("sample") == "column":
+            words = {word: number for number, word in enumerate(found.perhaps_words, start=1)}
+            self.content["sample"] = {"from": found.perhaps, "as": words}
+        elif column is None and found.perhaps and "sample" not in self.answers:
+            self.content["sample"] = None
+            name = repr(found.perhaps)
+            self.remarks["sample",] = f"TODO: 1 if all rows are of one actuator; {{from: {name}}} if {name} says which"
+        elif column is None:
+            self.content["sample"] = 1
+            self.remarks["sample",] = "all rows are of one actuator; else {from: COLUMN}"
+        else:
+            self.content["sample"] = {"from": column.name}
+            if not numbered(found):
+                self.content["sample"]["as"] = {word: number for number, word in sample_keys(found)}
+
+    def _design(self, joined: DesignGuess) -> None:
+        where = {"file": joined.file} if joined.file else {"sheet": joined.sheet}
+        columns = {}
+        for name, (column, factor) in joined.columns.items():
+            unit = SPELLED.get(column.unit, column.unit) or None
+            columns[name] = {"from": column.name, "unit": unit} | ({} if factor == 1 else {"scale": factor})
+            if unit is None:
+                self.remarks["design", "columns", name] = f"TODO: its unit (the table's is {unit_of(name)})"
+        self.content["design"] = {**where, "by": joined.by, "columns": columns}
+
+    def _constants(self) -> None:
+        found, answers = self.found, self.answers
+        design = open_design(found, self.joined)
+        several = named_samples(found, self.joined, answers) if not self.files else []
+        apart = [n for n in design if several and (n == "length_mm" or answers.get("alike") == NO)]
+        if apart:
+            self.content["samples"] = {}
+            self.remarks["samples",] = (
+                "what differs from actuator to actuator; or a file of designs: intake … design=FILE"
+            )
+            for number, word in several:
+                of = {name: answers.get(f"design.{name}.{number}") for name in apart}
+                self.content["samples"][number] = of
+                left = [CONSTANTS[name] for name, value in of.items() if value is None]
+                if left:
+                    self.remarks["samples", number] = f"TODO: {', '.join(left)} of {word}"
+        constants: dict[str, Any] = {}
+        same = "; if it differs, under samples" if several else ""
+        for name, about in design.items():
+            if name in apart or (found.pressures and name == "gamma_deg"):
+                continue
+            told = next((one for one in found.about if one.name == name), None)
+            constants[name] = answers.get(f"design.{name}", told.value if told else None)
+            if f"design.{name}" not in answers:
+                self.remarks["constants", name] = f"{told.words}: check" if told else f"TODO: {about}{same}"
+            if name == "gamma_deg" and answers.get("braid") == YES and constants[name] is not None:
+                constants["gamma2_deg"] = -float(constants[name])
+        for name in held_open(found, self.bed):
+            constants[name] = answers.get(f"held.{name}")
+            if constants[name] is None:
+                self.remarks["constants", name] = "TODO: no column says it; 0 if it was held at 0"
+        self.content["constants"] = constants
+        if "gamma_deg" in constants and "braid" not in answers and "gamma2_deg" not in quantities_given(found):
+            self.remarks["constants", "gamma_deg"] += f"; {SECOND}, as gamma2_deg"
+
+    def _column(self, name: str, column: ColumnGuess) -> dict[str, Any]:
+        path: Path = ("columns", name)
+        entry, remarks = column_entry(column, name, self.answers)
+        if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
+            remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
+        if remarks:
+            self.remarks[path] = "; ".join(remarks)
+        return entry
+
+    def _members(self) -> None:
+        self.content["members"] = []
+        for number, column in enumerate(c for c in self.found.columns if c.name in self.found.pressures):
+            pressure, remarks = column_entry(column, "pressure_kpa", self.answers)
+            angle = self.answers.get(f"member.{number + 1}")
+            member: dict[str, Any] = {"pressure": pressure, "gamma_deg": angle}
+            if remarks:
+                self.remarks["members", number, "pressure"] = "; ".join(remarks)
+            if angle is None:
+                about = f"fiber angle of the actuator at {column.name}, negative for the other sense of winding"
+                self.remarks["members", number, "gamma_deg"] = f"TODO: {about}; of a braid gamma2_deg, too"
+            elif self.answers.get("braid") == YES:
+                member["gamma2_deg"] = -float(angle)
+            self.content["members"].append(member)
+
+    def _doubt(self, doubt: Doubt) -> None:
+        """What an answer, or the likely one, makes of the recipe."""
+        answer = str(self.answers.get(doubt.key, doubt.proposed or ""))
+        if not answer:
+            choices = " | ".join(words for _, words in doubt.options)
+            self.further.append(f"# To be decided: {doubt.text} ({choices})")
+            return
+        changes = dict(doubt.changes.get(answer, {}))
+        if shift := changes.pop("gauge", None):
+            members = self.content.get("members")
+            for pressure in [m["pressure"] for m in members] if members else [self.content["columns"]["pressure_kpa"]]:
+                pressure["minus"] = shift
+        merge(self.content, changes)
+        if doubt.key not in self.answers:
+            for key in changes:
+                self.remarks.setdefault((key,), f"a guess: {doubt.text}")
+
+
+def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
+    """A column of the recipe for the table's column `name`, with what is to be said of it."""
+    meaning = MEANINGS[column.quantity or ""]
+    unit = str(answers.get(f"unit.{column.name}", column.unit))
+    entry: dict[str, Any] = {"from": column.name}
+    remarks = []
+    if unit:
+        entry["unit"] = SPELLED.get(unit, unit)
+    elif meaning.kind != "ratio":
+        entry["unit"] = None
+        remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
+    elif percents(column):
+        entry["unit"] = "?"
+        remarks.append('TODO: % or "1"')
+    turned = answers.get(f"sign.{column.name}") == YES
+    for key, value in meaning.keys:
+        entry[key] = -float(value) if key == "sign" and turned else value
+    if turned and "sign" not in entry:
+        entry["sign"] = -1
+    elif entry.get("sign") == 1:
+        del entry["sign"]
+    if offset := answers.get(f"offset.{column.name}"):
+        entry["offset"] = offset
+    if meaning.words in ("contraction", "shortening"):
+        remarks.append("a contraction shortens")
+    if column.confidence != "sure" and f"unit.{column.name}" not in answers:
+        remarks.append(f"{column.confidence}: check")
+    return entry, remarks
+
+
+def merge(content: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Adds plain values to plain values: mappings are joined, lists go on.
+
+    >>> a = {"drop": [1], "columns": {"force_n": {"unit": "N"}}}
+    >>> merge(a, {"drop": [2], "columns": {"force_n": {"offset": 3}}})
+    >>> a
+    {'drop': [1, 2], 'columns': {'force_n': {'unit': 'N', 'offset': 3}}}
+    """
+    for key, value in more.items():
+        there = content.get(key)
+        if isinstance(there, dict) and isinstance(value, Mapping):
+            merge(there, value)
+        elif isinstance(there, list):
+            content[key] = [*there, *value]
+        else:
+            content[key] = value
+
+
+def percents(column: ColumnGuess) -> bool:
+    """Whether a ratio without a unit may be one in percent."""
+    strain = column.quantity in ("strain", "contraction")
+    return strain and not column.unit and max(abs(column.low), abs(column.high)) > LARGEST_STRAIN
+
+
+def sample_keys(found: Guess) -> list[tuple[int, str]]:
+    """The number and the word of each actuator; words that are numbers keep them."""
+    if numbered(found):
+        return sorted((int(float(word)), word) for word in found.samples)
+    return list(enumerate(found.samples, start=1))
+
+
+def numbered(found: Guess) -> bool:
+    """Whether the file numbers its actuators 1, 2, … itself."""
+    return all(word.removesuffix(".0").isdigit() and float(word) >= 1 for word in found.samples)
+
+
+def quantities_given(found: Guess) -> dict[str, ColumnGuess]:
+    """Column of the table → the file's column that becomes it."""
+    chosen = {c.column: c for c in found.columns if c.chosen and c.name not in found.pressures}
+    order = (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER)
+    return {name: chosen[name] for name in order if name in chosen}

@@ -1,0 +1,193 @@
+"""The best guess at what a laboratory's file holds; a guess is shown and drafted, never applied."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.common.files import read_bytes
+from freelearn.data.beds import BEDS
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETER
+from freelearn.data.intake.guesses.reading_doubts import reading_doubts
+from freelearn.data.intake.guesses.row_doubts import row_doubts, sums
+from freelearn.data.intake.headings import INNER_DIAMETER, Confidence, heading
+from freelearn.data.intake.readers.cells import numbers
+from freelearn.data.intake.readers.raw_files import raw_table
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, Reading
+from freelearn.data.intake.suspicious import SCATTERED, raw_suspicions, without_sums
+
+ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
+# What a heading says that the table has only after a conversion, in the order in which one stands in for the others.
+LENGTHS = ("elongation_mm", "shortening", HELD, "stretch", "strain", "contraction")
+# More words than this name no actuators.
+MOST_SAMPLES = 50
+# What a column of marks holds.
+MARKED = {"0", "1", "0.0", "1.0", ""}
+
+
+def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) -> Guess:
+    """The guess for a file, given as bytes with its name, or as a path. Raises UserError where it cannot be read."""
+    if isinstance(source, Path):
+        return guess_table(raw_table(read_bytes(source), name or source.name, reading))
+    return guess_table(raw_table(source, name, reading))
+
+
+def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
+    """The guess for a table that was read. said: of columns, name → a key of MEANINGS, or NOT_USED."""
+    columns = _told_apart(raw, [column_guess(raw, name) for name in raw.columns])
+    found = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), said or {})
+    time = next((c.name for c in found.columns if c.chosen and c.quantity == "time_s"), None)
+    measured = [quantity.column for quantity in BEDS[found.bed].measured]
+    readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
+    notes = (*raw.notes, *raw_suspicions(raw, readings, time, sums=False))
+    found = replace(found, notes=notes, about=raw.about, **several_actuators(raw, found))
+    kept = without_sums(raw)
+    found = replace(found, order_by=order_wanted(kept, found))
+    return replace(found, doubts=(*sums(raw), *row_doubts(kept, found), *reading_doubts(kept, found)))
+
+
+def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
+    """The guess once somebody has said what columns are: name → a key of MEANINGS, or NOT_USED; of the others the one
+    that says a quantity most clearly is chosen. Doubts about other meanings are gone."""
+    columns = [
+        replace(c, quantity=said[c.name] if said[c.name] in MEANINGS else None, confidence="sure")
+        if c.name in said
+        else c
+        for c in found.columns
+    ]
+    pressures = _pressures(columns, said)
+    chosen = _chosen(columns, pressures, said)
+    columns = [replace(c, chosen=c.name in chosen or c.name in pressures) for c in columns]
+    known = {c.name: c.quantity for c in columns if c.chosen}
+    left = tuple(d for d in found.doubts if all(known.get(name) == meaning for name, meaning in d.of.items()))
+    bed = _bed({c.quantity for c in columns if c.chosen})
+    return replace(found, columns=tuple(columns), pressures=pressures, bed=bed, doubts=left)
+
+
+def column_guess(raw: RawTable, name: str) -> ColumnGuess:
+    """What one column says by itself."""
+    said = heading(name, raw.units.get(name, ""))
+    example = next((cell.strip() for cell in raw.columns[name] if cell.strip()), "")
+    read = numbers(raw.columns[name], raw.style)
+    finite = read.values[~np.isnan(read.values)]
+    # Some cells that are none, dates for instance, are told by their lines when the column is read.
+    finite = finite if len(read.bad) < len(finite) else np.zeros(0)
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
+    if said.quantity == "stretch" and not said.unit and not 0.2 < low <= high < 5:
+        # No ratio of lengths: an elongation, whose unit is asked for.
+        said = replace(said, quantity="elongation_mm", confidence="likely")
+    if said.quantity in ("contraction", "shortening") and high <= 0:
+        # It is written as an elongation, which is negative here.
+        said = replace(said, quantity={"contraction": "strain", "shortening": "elongation_mm"}[said.quantity])
+    usable = len(finite) > 0 or said.quantity == "sample"
+    words = tuple(dict.fromkeys(word for word in raw.text(name) if word))
+    few_words = words if len(words) <= MOST_SAMPLES and (len(finite) == 0 or said.quantity == "sample") else ()
+    quantity = said.quantity if usable else None
+    return ColumnGuess(name, quantity, said.unit, said.confidence, example, low, high, words=few_words)
+
+
+def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """The columns, where those of one name may be two things: beside an elongation a length that each sample has one of
+    is the unloaded one, else it was held; a radius that changes is no design, and what is not 0 or 1 no mark; a
+    diameter that stays the same is no reading."""
+    sample = next((raw.text(c.name) for c in columns if c.quantity == "sample"), [""] * len(raw))
+    elongated = any(c.column == "elongation_mm" for c in columns)
+    out = []
+    for column in columns:
+        quantity = column.quantity
+        each = set(zip(sample, raw.text(column.name), strict=True))
+        if quantity == "outer_diameter_mm" and len(each) == len(set(sample)):
+            quantity = OUTER_DIAMETER
+        if column.column in DESIGN and len(each) > len(set(sample)):
+            quantity = HELD if quantity == "length_mm" else None
+        if quantity == "length_mm" and not elongated:
+            quantity = HELD
+        if quantity in MARKS and not set(raw.text(column.name)) <= MARKED:
+            quantity = None
+        out.append(replace(column, quantity=quantity))
+    return out
+
+
+def _pressures(columns: Sequence[ColumnGuess], said: Mapping[str, str]) -> tuple[str, ...]:
+    """Columns of pressures that differ: those of several members, if their headings and unit have one form."""
+    found = [c for c in columns if c.quantity == "pressure_kpa" and not c.name.endswith("]")]
+    told = [c for c in found if c.name in said]
+    if len(told) > 1:
+        return tuple(c.name for c in told)
+    found = [c for c in found if c.confidence == "sure" or any(map(str.isdigit, c.name))]
+    forms = {"".join(x for x in c.name if not x.isdigit()).replace("m", "").lower() for c in found}
+    return tuple(c.name for c in found) if len(found) > 1 and len(forms) == 1 and not told else ()
+
+
+def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...], said: Mapping[str, str]) -> set[str]:
+    """For each column of the table the one of the file that says it most clearly: what somebody said, else the surest;
+    of equals, one with readings that differ, then the first."""
+    best: dict[str, ColumnGuess] = {}
+    for column in columns:
+        if not column.column or (column.quantity == "pressure_kpa" and pressures):
+            continue
+        rank = _rank(column, said)
+        if column.column not in best or rank < _rank(best[column.column], said):
+            best[column.column] = column
+    return {column.name for column in best.values()}
+
+
+def _rank(column: ColumnGuess, said: Mapping[str, str]) -> tuple[bool, int, int, bool]:
+    # A radius before a diameter, an elongation before what only becomes one.
+    derived = LENGTHS.index(column.quantity) if column.quantity in LENGTHS else column.quantity == INNER_DIAMETER
+    first = (column.name not in said, int(derived))
+    return (first[0], first[1], ORDER.index(column.confidence), column.low == column.high)
+
+
+def _bed(quantities: set[str | None]) -> str:
+    if "outer_diameter_mm" in quantities:
+        return "inflation"
+    if "moment_nmm" in quantities and "force_n" not in quantities:
+        return "dead_load"
+    if "force_n" in quantities and "moment_nmm" not in quantities:
+        return "isometric"
+    return "kinematic" if "force_n" in quantities else "dead_load"
+
+
+def several_actuators(raw: RawTable, found: Guess) -> dict[str, Any]:
+    """The words of the column that says which actuator a row is of, or a column that may say so."""
+    column = found.of("sample")
+    if column is not None:
+        return {"samples": column.words}
+    for other in found.columns:
+        words = raw.text(other.name)
+        kinds = set(words) - {""}
+        text = not other.chosen and not other.numeric
+        # Each word in several rows: no remarks.
+        if text and 2 <= len(kinds) <= MOST_SAMPLES and min(words.count(word) for word in kinds) > 1:
+            named = tuple(dict.fromkeys(word for word in words if word))
+            return {"perhaps": other.name, "perhaps_words": named}
+    return {}
+
+
+def order_wanted(raw: RawTable, found: Guess) -> tuple[str, ...]:
+    """Columns to order by, () where the rows of a state stand together: of rows sorted by pressure they do not."""
+    pressure, time = found.of("pressure_kpa"), found.of("time_s")
+    state = [c for q in (*LENGTHS, "twist_deg") if (c := found.of(q)) is not None]
+    sample = found.of("sample")
+    if pressure is None or time is not None or not state or found.bed == "dead_load":
+        return ()
+    values = raw.maybe_numbers(pressure.name)
+    keys = pd.DataFrame({c.name: raw.text(c.name) for c in [*([sample] if sample else []), *state]})
+    runs = int((keys != keys.shift()).any(axis=1).sum())
+    if values is None or runs <= SCATTERED * len(keys.drop_duplicates()) or not _rises(values, keys, sample):
+        return ()
+    return tuple(keys.columns)
+
+
+def _rises(values: np.ndarray, keys: pd.DataFrame, sample: ColumnGuess | None) -> bool:
+    """Whether the pressure never falls, in the rows of each actuator."""
+    parts = [values] if sample is None else [values[g.index] for _, g in keys.groupby(sample.name)]
+    return all((np.diff(part[~np.isnan(part)]) >= 0).all() for part in parts)

@@ -1,0 +1,106 @@
+"""A guess at what a laboratory's file holds: what its columns seem to be, and what its numbers leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from freelearn.data.columns import pressure_column
+from freelearn.data.intake.guesses.meanings import MEANINGS, column_of
+from freelearn.data.intake.headings import Confidence
+from freelearn.data.intake.readers.told_elsewhere import Told
+
+YES, NO = "yes", "no"
+YES_OR_NO = ((YES, "yes"), (NO, "no"))
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """text: the question; short: what it is about. options: answer → its words. proposed: the answer that is likely, if
+    one is. of: column of the file → the meaning that it must have. changes: answer → what the recipe has more, plain
+    values. rows: whether it is about which rows there are."""
+
+    key: str
+    text: str
+    short: str
+    options: tuple[tuple[str, str], ...] = YES_OR_NO
+    proposed: str | None = None
+    of: Mapping[str, str] = field(default_factory=dict)
+    changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    rows: bool = False
+
+
+# A guess at what a laboratory's file holds: what its columns seem to be, and what it leaves open.
+
+
+@dataclass(frozen=True)
+class ColumnGuess:
+    """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
+    reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
+    may name actuators, each once."""
+
+    name: str
+    quantity: str | None
+    unit: str
+    confidence: Confidence
+    example: str
+    low: float
+    high: float
+    chosen: bool = False
+    words: tuple[str, ...] = ()
+
+    @property
+    def column(self) -> str:
+        """The column of the table that it becomes, "" for none."""
+        return column_of(self.quantity)
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it holds numbers."""
+        return self.low == self.low
+
+    @property
+    def meant(self) -> dict[str, str]:
+        """Its name and its meaning."""
+        return {self.name: self.quantity or ""}
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a file seems to hold. bed: the one that fits these columns. pressures: names of the columns that are
+    members' pressures, where there are several. notes: how the file was read and what looks wrong in it."""
+
+    name: str
+    rows: int
+    bed: str
+    columns: tuple[ColumnGuess, ...]
+    pressures: tuple[str, ...]
+    notes: tuple[str, ...]
+    # Of which actuator the rows are: the words of the column that says so, in their order.
+    samples: tuple[str, ...] = ()
+    # A column that may say so, although its heading does not.
+    perhaps: str = ""
+    perhaps_words: tuple[str, ...] = ()
+    # Columns by which the rows of one state come to stand together, where they lie sorted by pressure.
+    order_by: tuple[str, ...] = ()
+    # Of a workbook with several.
+    sheet: str = ""
+    # What stands elsewhere in the file about the actuator.
+    about: tuple[Told, ...] = ()
+    # What the numbers leave open.
+    doubts: tuple[Doubt, ...] = ()
+
+    def of(self, quantity: str) -> ColumnGuess | None:
+        """The column chosen for a quantity."""
+        return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
+
+    @property
+    def measured(self) -> list[ColumnGuess]:
+        """The chosen columns that have a unit: of readings, of what was set, of designs."""
+        return [c for c in self.columns if c.chosen and MEANINGS[c.quantity or ""].kind]
+
+    def table_column(self, column: ColumnGuess) -> str:
+        """The column of the table that a chosen one becomes."""
+        several = column.name in self.pressures
+        return pressure_column(self.pressures.index(column.name) + 1) if several else column.column

@@ -1,0 +1,176 @@
+"""The guess at a file with several sheets and at designs that stand elsewhere, and as plain values."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from freelearn.common.errors import UserError
+from freelearn.common.files import read_bytes
+from freelearn.data.intake.guesses.guess import column_guess, guess_table
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
+from freelearn.data.intake.readers.cells import POINTS, NoTable
+from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.told_elsewhere import Told, told_of
+from freelearn.data.intake.recipes.recipe import DESIGN, Reading
+
+# The guess at a file with several sheets, and at designs that stand in another sheet or file.
+
+# A measurement reads, or holds, so many quantities at least.
+LEAST_READINGS = 2
+
+
+@dataclass(frozen=True)
+class DesignGuess:
+    """file: "" for a sheet of the data's workbook. sample: the column of the data that names the actuators. columns:
+    of the table → the column of the designs and its factor."""
+
+    file: str
+    sheet: str
+    by: str
+    sample: str
+    words: tuple[str, ...]
+    columns: dict[str, tuple[ColumnGuess, float]]
+
+
+def guess_file(path: Path, design: Path | None = None) -> tuple[Guess, DesignGuess | None]:
+    """The guess at a file, of its sheets the one that holds readings; and the designs that are joined with it. design:
+    their file, where they have one. Raises UserError."""
+    return guess_and_table(path, design)[:2]
+
+
+def guess_and_table(
+    path: Path, design: Path | None = None, name: str = ""
+) -> tuple[Guess, DesignGuess | None, RawTable]:
+    """The same with the table that the guess is about. name: what the file is called, if not as its path ends. Raises
+    UserError."""
+    content, name = read_bytes(path), name or path.name
+    names = sheet_names(content, name)
+    if len(names) < 2:
+        raw = raw_table(content, name)
+        found = guess_table(raw)
+        others: list[tuple[str, RawTable]] = []
+    else:
+        tables, unread = _tables(content, name, names)
+        sheet, raw = max(tables, key=lambda one: _readings(guess_table(one[1])))
+        others = [one for one in tables if one[0] != sheet]
+        note = f"{name}: of its sheets {', '.join(map(repr, names))} {sheet!r} was read."
+        found = guess_table(raw)
+        if unread and _readings(found)[0] < LEAST_READINGS:
+            # The readings may stand where nothing could be read.
+            raise unread[0]
+        about = {told.name: told for told in [*_told(content, name, names, sheet), *found.about]}
+        notes = (note, *map(str, unread), *found.notes)
+        found = replace(found, sheet=sheet, notes=notes, about=tuple(about.values()))
+    if design is not None:
+        joined = _joined(found, raw, raw_table(read_bytes(design), design.name), design.name, "")
+        if joined is None:
+            raise UserError(
+                f"{design} names no actuators as {name} does: it needs a column with the same words as one there, "
+                "and columns of the design with their units."
+            )
+    else:
+        made = (_joined(found, raw, table, "", sheet) for sheet, table in others)
+        joined = next((one for one in made if one is not None), None)
+    return found, joined, raw
+
+
+def _told(content: bytes, name: str, sheets: Sequence[str], sheet: str) -> list[Told]:
+    """What other sheets than `sheet` say of the actuator, in rows of names and numbers."""
+    told = []
+    for other in (one for one in sheets if one != sheet):
+        with suppress(UserError):
+            told += told_of(sheet_grid(content, name, other).rows, POINTS, f"sheet {other!r}")
+    return told
+
+
+def _tables(content: bytes, name: str, sheets: Sequence[str]) -> tuple[list[tuple[str, RawTable]], Sequence[UserError]]:
+    """The sheets that hold tables, and why others cannot be read. Raises UserError where none can."""
+    tables, unread = [], []
+    for sheet in sheets:
+        try:
+            tables.append((sheet, raw_table(content, name, Reading(sheet=sheet))))
+        except NoTable:
+            pass
+        except UserError as problem:
+            unread.append(problem)
+    if not tables:
+        raise (
+            unread[0] if unread else NoTable(f"{name} holds no table in any of its sheets: it needs a header and rows.")
+        )
+    return tables, unread
+
+
+def _readings(found: Guess) -> tuple[int, int]:
+    """How much of a measurement a sheet seems to hold."""
+    quantities = {"force_n", "moment_nmm", "pressure_kpa", "elongation_mm", "twist_deg"}
+    return len({c.quantity for c in found.columns if c.chosen} & quantities), found.rows
+
+
+def _joined(found: Guess, raw: RawTable, designs: RawTable, file: str, sheet: str) -> DesignGuess | None:
+    """The designs, if a column of theirs names each actuator of a column of the data once, and others are designs."""
+    columns: dict[str, tuple[ColumnGuess, float]] = {}
+    for name in designs.columns:
+        # Each by itself: what differs from row to row is a design here.
+        column = column_guess(designs, name)
+        # Nothing is read from a design: its diameter is the unloaded one.
+        meaning = MEANINGS.get(OUTER_DIAMETER if column.quantity == "outer_diameter_mm" else column.quantity or "")
+        if meaning is not None and meaning.column in DESIGN and meaning.column not in columns:
+            columns[meaning.column] = (column, float(dict(meaning.keys).get("scale", 1.0)))
+    if not columns:
+        return None
+    likely = sorted(raw.columns, key=lambda name: (found.of("sample") or found.columns[0]).name != name)
+    for by in designs.columns:
+        words = [word for word in designs.text(by) if word]
+        for name in likely:
+            there = set(raw.text(name)) - {""}
+            if len(set(words)) == len(words) and there and there <= set(words) and by not in _used(columns):
+                return DesignGuess(file, sheet, by, name, tuple(words), columns)
+    return None
+
+
+def _used(columns: dict[str, tuple[ColumnGuess, float]]) -> set[str]:
+    return {column.name for column, _ in columns.values()}
+
+
+# A guess as plain values, for a page that shows it.
+
+
+@dataclass(frozen=True)
+class Guessed:
+    """A guess with the designs that are joined with it."""
+
+    found: Guess
+    joined: DesignGuess | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON, which has no NaN."""
+        plain: dict[str, Any] = json.loads(_adapter().dump_json(self))
+        return plain
+
+    @classmethod
+    def from_plain(cls, content: dict[str, Any]) -> Guessed:
+        """The same again. Raises ValueError where it is none."""
+        return _adapter().validate_python(_with_nan(content))
+
+
+def _with_nan(content: Any) -> Any:
+    """The same with the range of a text as it was."""
+    if isinstance(content, dict):
+        return {k: math.nan if v is None and k in ("low", "high") else _with_nan(v) for k, v in content.items()}
+    return [_with_nan(one) for one in content] if isinstance(content, list) else content
+
+
+@lru_cache(maxsize=1)
+def _adapter() -> TypeAdapter[Guessed]:
+    return TypeAdapter(Guessed)

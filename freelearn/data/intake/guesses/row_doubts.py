@@ -1,0 +1,126 @@
+"""Which rows of a laboratory's file are readings, and what cells say that are no plain numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from freelearn.data.intake.guesses.guessed import NO, YES, Doubt, Guess
+from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.laboratory_units import in_units_of
+from freelearn.data.intake.plateaus import find_plateaus
+from freelearn.data.intake.readers.cells import POINTS, few, number_styles, numbers
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.recipes.recipe import DESIGN, STATE
+from freelearn.data.intake.suspicious import summary_rows
+
+# A log whose rows mostly stand on plateaus of so many readings.
+LEAST_READINGS, LEAST_PLATEAUS, ON_PLATEAUS, STEADY = 8, 4, 0.6, 0.01
+LEAST_ROWS_OF_A_LOG = 200
+MARK_BEFORE_THREE, WHOLE = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}"), re.compile(r"[+-]?\d{1,3}")
+
+
+def sums(raw: RawTable) -> Iterator[Doubt]:
+    """Rows that sum up the others."""
+    for column, words, lines in summary_rows(raw):
+        where, verb, it = ("Lines", "sum up", "them") if lines[1:] else ("Line", "sums up", "it")
+        text = f"{where} {few(lines)} ({', '.join(words)}) {verb} the others. Leave {it} out?"
+        changes = {YES: {"drop": [{column: words}]}}
+        yield Doubt(f"sums.{column}", text, "sums and means left out", proposed=YES, changes=changes, rows=True)
+
+
+def row_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """The others. raw: without such rows."""
+    yield from _words(raw, found)
+    yield from _groups(raw, found)
+    yield from _gaps(raw, found)
+    if found.order_by:
+        shown = ", ".join(map(repr, found.order_by))
+        text = f"The rows are sorted by pressure. Put the rows of each state together, by {shown}?"
+        changes = {YES: {"order_by": list(found.order_by)}}
+        yield Doubt("order", text, "rows of a state put together", proposed=YES, changes=changes, rows=True)
+    yield from _plateaus(raw, found)
+
+
+def _words(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    for column in found.measured:
+        bad = numbers(raw.columns[column.name], raw.style).bad
+        cells = {row: raw.columns[column.name][row].strip() for row in bad}
+        words = list(dict.fromkeys(cells.values()))
+        if not words:
+            continue
+        where = f"Column {column.name!r}, line {few([raw.lines[row] for row in cells])}"
+        shown = ", ".join(map(repr, words[:4]))
+        changes: dict[str, Mapping[str, Any]]
+        if styles := number_styles(words):
+            text = f"{where}: {shown}. Which number is the first of them?"
+            options = (*((str(i), number) for i, (_, number) in enumerate(styles)), (NO, "none of them"))
+            changes = {str(i): {"read": reading} for i, (reading, _) in enumerate(styles)}
+            yield Doubt("read", text, f"{words[0]!r} is", options, of=column.meant, changes=changes, rows=True)
+            return
+        text = f"{where}: {shown} is no number. What of it?"
+        blank = [] if column.quantity in STATE else [("blank", "read those cells as blank")]
+        changes = {"rows": {"drop": [{column.name: words}]}, "blank": {"columns": {column.column: {"blanks": words}}}}
+        options = (("rows", "leave those rows out"), *blank)
+        yield Doubt(f"words.{column.name}", text, where, options, of=column.meant, changes=changes, rows=True)
+
+
+def _groups(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Columns of whole numbers of which some have a mark before three digits: 850 and 1.050."""
+    for column in found.measured:
+        cells = [cell.strip() for cell in raw.columns[column.name] if cell.strip()]
+        marked = [cell for cell in cells if MARK_BEFORE_THREE.fullmatch(cell)]
+        whole = [cell for cell in cells if WHOLE.fullmatch(cell) and cell.strip("+-0")]
+        others = [cell for cell in cells if not MARK_BEFORE_THREE.fullmatch(cell) and not WHOLE.fullmatch(cell)]
+        if raw.style == POINTS and marked and whole and not others:
+            text = f"Column {column.name!r} has {marked[0]!r} beside {whole[0]!r}. Which number is the first?"
+            thousand = marked[0].replace(".", "")
+            options = (("thousands", thousand), ("decimals", f"{float(marked[0]):g}, as it stands there"))
+            changes = {"thousands": {"read": {"thousands": ".", "decimal": ","}}}
+            yield Doubt("read", text, f"{marked[0]!r} is", options, of=column.meant, changes=changes, rows=True)
+            return
+
+
+def _gaps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Blanks in what was set: a value that stands once for the rows below it, or rows without one."""
+    for column in found.measured:
+        if column.column not in (*STATE, *DESIGN):
+            continue
+        blank = np.isnan(numbers(raw.columns[column.name], raw.style).values)
+        if not blank.any() or blank.all():
+            continue
+        text = f"Column {column.name!r} is blank on line {few([raw.lines[row] for row in np.flatnonzero(blank)])}. "
+        options = (("rows", "unknown: leave those rows out"), ("above", "as in the row above"))
+        # Many blanks below each value are a table as people write it.
+        likely = "above" if not blank[0] and 2 * blank.sum() > len(blank) else None
+        above = {"columns": {column.column: {"fill": "above"}}}
+        changes: dict[str, Mapping[str, Any]] = {"rows": {"drop": [{column.name: "blank"}]}, "above": above}
+        short = f"blanks of {column.name!r}"
+        key = f"gaps.{column.name}"
+        yield Doubt(key, text + "What is it there?", short, options, likely, column.meant, changes, rows=True)
+
+
+def _plateaus(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """A log of places in which the rig stood still."""
+    if found.of("time_s") is None or len(raw) < LEAST_ROWS_OF_A_LOG:
+        return
+    columns, allowed = {}, {}
+    imposed = [c for c in found.measured if c.column in STATE and MEANINGS[c.quantity or ""].kind != "ratio"]
+    for column in imposed:
+        values = raw.maybe_numbers(column.name)
+        if values is not None and not np.isnan(values).any() and np.ptp(values) > 0:
+            columns[column.name], allowed[column.name] = values, STEADY * float(np.ptp(values))
+    if not columns:
+        return
+    places = find_plateaus(columns, allowed, LEAST_READINGS)
+    count = int(places.max()) + 1
+    if count < LEAST_PLATEAUS or (places >= 0).mean() < ON_PLATEAUS:
+        return
+    of = {found.table_column(c): in_units_of(c.column, c.unit, allowed[c.name]) for c in imposed if c.name in columns}
+    text = f"The file is a log of {len(raw)} rows, most of them in {count} places where it stood still. Average each?"
+    names = {name: meaning for c in imposed for name, meaning in c.meant.items()}
+    changes = {YES: {"plateaus": {"of": of, "settle": 2, "least": LEAST_READINGS - 2}}}
+    yield Doubt("plateaus", text, "places averaged", proposed=YES, of=names, changes=changes, rows=True)

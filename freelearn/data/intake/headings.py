@@ -1,0 +1,227 @@
+"""What a column's heading says, in six languages: which quantity, in which unit."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from typing import Literal
+
+from freelearn.data.intake.laboratory_units import dimension
+
+# Headings of the usual quantities in German, French, Italian, Spanish and Japanese.
+
+# Words as `plain` leaves them, without accents: German, French, Italian, Spanish, Japanese.
+ABROAD: dict[str, str] = {
+    "inner_diameter": r"innendurchmesser|diametre (interieur|interne)|diametro (interno|interior)|内径",
+    "wall": r"wand(starke|staerke|dicke)|epaisseur( de (la )?paroi)?|spessore( (della )?parete)?"
+    r"|espesor( de (la )?pared)?|肉厚",
+    "outer_diameter_mm": r"aussendurchmesser|durchmesser|diametre( (exterieur|externe))?"
+    r"|diametro( (esterno|exterior|externo))?"
+    r"|外径|直径",
+    "inner_radius_mm": r"innenradius|rayon (interieur|interne)|raggio interno|radio (interior|interno)|内半径",
+    "outer_radius_mm": r"aussenradius|rayon (exterieur|externe)|raggio esterno|radio (exterior|externo)|外半径",
+    "gamma_deg": r"faserwinkel|flechtwinkel|wickelwinkel|angle (des fibres|de fibre|de tressage|d'enroulement)"
+    r"|angolo (delle fibre|di fibra|di avvolgimento)|angulo (de (la )?fibra|de (las )?fibras|de trenzado)"
+    r"|繊維角度?|編み角度?",
+    "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
+    r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
+    r"|伸び|変位|ストローク",
+    "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess)?(lange|laenge)( unbelastet| im ruhezustand)?"
+    r"|longueur( (initiale|libre|a vide|au repos))?|lunghezza( (iniziale|libera|a riposo))?"
+    r"|longitud( (inicial|libre|en reposo))?|長さ|全長|自然長|初期長さ?",
+    "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction"
+    r"|raccourcissement|deformazione|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
+    "stretch": r"streckung|verstreckung|elongation relative|伸長比",
+    "twist_deg": r"verdrehung|drehwinkel|verdrehwinkel|torsionswinkel|winkel|drehung|rotation|torsion"
+    r"|angle de (torsion|rotation)|rotazione|torsione|angolo( di (torsione|rotazione))?"
+    r"|rotacion|giro|angulo( de (torsion|giro|rotacion))?|角度|ねじれ角?|ねじり角?|回転角?",
+    "pressure_kpa": r"(innen|uber|ueber|luft)?druck|pression|pressione|presion|圧力|内圧",
+    "moment_nmm": r"drehmoment|torsionsmoment|couple|moment de torsion|coppia|momento( torcente)?|par( de torsion)?"
+    r"|momento torsor|トルク|モーメント",
+    "stress": r"((nenn|zug|ingenieur|wahre?) ?)?spannung|contrainte( (nominale|vraie))?|sforzo|tensione( nominale)?"
+    r"|esfuerzo( nominal)?|(公称|真)?応力",
+    "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
+    r"|力|荷重|張力|軸力",
+    "time_s": r"zeit|messzeit|temps|tempo|tiempo|時間|時刻",
+    "temperature_c": r"temperatur|temperatura|温度",
+    "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
+    r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
+}
+
+# Parts of words that say that a length becomes shorter, as `plain` leaves them.
+CONTRACTIONS = (
+    "contract",
+    "shorten",
+    "kontrakt",
+    "verkurz",
+    "verkuerz",
+    "stauch",
+    "contraz",
+    "contrac",
+    "raccourc",
+    "収縮",
+)
+
+# Latin letters, digits and brackets as Japanese keyboards write them; not NFKC, for which ² is 2.
+FULL_WIDTH = {0xFF01 + i: 0x21 + i for i in range(94)} | {0x3000: 0x20}
+
+
+def plain(text: str) -> str:
+    """Lower case, full-width signs as plain ones, Latin letters without accents.
+
+    >>> plain("Länge（ｍｍ）"), plain("Außendurchmesser"), plain("圧力")
+    ('lange(mm)', 'aussendurchmesser', '圧力')
+    """
+    folded = text.translate(FULL_WIDTH).casefold()
+    return "".join(unicodedata.normalize("NFD", c)[0] if c.isalpha() and c < "\u0250" else c for c in folded)
+
+
+def words_of(quantity: str, english: str) -> re.Pattern[str]:
+    """The words of a quantity in all languages."""
+    return re.compile("|".join(filter(None, (english, ABROAD.get(quantity, "")))))
+
+
+# What a column's heading says: which quantity, in which unit.
+
+Confidence = Literal["sure", "likely", "unsure"]
+# No quantity of the table: half of it is the inner radius.
+INNER_DIAMETER = "inner_diameter"
+# Nor is the thickness of the wall: with the inner radius it makes the outer one.
+WALL = "wall"
+
+# Words → quantity. The first whose words fit counts; a unit of another kind rules a quantity out.
+ENGLISH: tuple[tuple[str, str], ...] = (
+    (INNER_DIAMETER, r"id|inner ?diameter|inside ?diameter|bore"),
+    (WALL, r"wall( ?thickness)?|thickness"),
+    ("outer_diameter_mm", r"od|outer ?diameter|outside ?diameter|diameter"),
+    ("inner_radius_mm", r"ir|inner ?radius|ri"),
+    ("outer_radius_mm", r"or|outer ?radius|ro|radius"),
+    ("gamma2_deg", r"gamma ?2"),
+    ("gamma_deg", r"gamma|fib(er|re) ?angle|braid ?angle|winding ?angle"),
+    ("elongation_mm", r"d ?l|delta ?l(ength)?|elongation|extension|displacement|disp|stroke|travel|s|z|dz"),
+    (
+        "length_mm",
+        r"(held ?|unloaded ?|rest(ing)? ?|initial ?|free ?|active ?|original ?)?length|l ?0?|len|gauge ?length",
+    ),
+    ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
+    ("strain", r"((nominal|eng|engineering|true|logarithmic) ?)*strain|contraction|shortening|eps(ilon)?"),
+    ("twist_deg", r"d ?phi|phi|twist|rotation|rot\d*|angle|w|theta|turn"),
+    ("stress", r"((nominal|eng|engineering|true|cauchy|tensile) ?)*stress|sigma|σ"),
+    ("pressure_kpa", r"p\w{0,4}?\d*|(gauge|internal|inner|supply|air) ?pressure|pressure\w*|press|gauge"),
+    ("force_n", r"f|fz|force|load|axial ?(force|load)|pull|tension|thrust|(tensile|pulling) ?force"),
+    ("moment_nmm", r"m|mz|tz|torque|moment|torsion|load"),
+    ("time_s", r"t|time|elapsed|timestamp"),
+    ("temperature_c", r"temp|temperature"),
+    ("step", r"step"),
+    ("buckled", r"buckled"),
+    ("slack", r"slack"),
+    ("left_out", r"left ?out"),
+    ("sample", r"sample|specimen|muscle|actuator|tube"),
+)
+# A stretch or a strain with a unit of length is an elongation; an elongation in percent is a strain.
+BY_UNIT = {"elongation_mm": "strain", "strain": "elongation_mm", "stretch": "elongation_mm"}
+WORDS = tuple((quantity, words_of(quantity, pattern)) for quantity, pattern in ENGLISH)
+KIND = {
+    INNER_DIAMETER: "length",
+    WALL: "length",
+    "outer_diameter_mm": "length",
+    "inner_radius_mm": "length",
+    "outer_radius_mm": "length",
+    "gamma2_deg": "angle",
+    "gamma_deg": "angle",
+    "elongation_mm": "length",
+    "length_mm": "length",
+    "stretch": "ratio",
+    "strain": "ratio",
+    "contraction": "ratio",
+    "shortening": "length",
+    "twist_deg": "angle",
+    "stress": "pressure",
+    "pressure_kpa": "pressure",
+    "moment_nmm": "moment",
+    "force_n": "force",
+    "time_s": "time",
+    "temperature_c": "temperature",
+}
+# Of the table itself, for a unit alone.
+OF_KIND = {"pressure": "pressure_kpa", "moment": "moment_nmm", "force": "force_n", "time": "time_s"}
+# A contraction is a negative elongation.
+SHORTENED = {"strain": "contraction", "elongation_mm": "shortening"}
+# Words that say how a reading was treated, not what it is of.
+TREATED = {"raw", "meas", "measured", "avg", "mean", "act", "actual", "net", "sensor", "kistler", "ch", "channel"}
+# Statistics and commands beside the reading are not the reading.
+BESIDE = {"std", "sd", "se", "sem", "var", "n", "count", "cmd", "command", "set", "setpoint", "target", "ref", "error"}
+
+
+@dataclass(frozen=True)
+class Heading:
+    """quantity: of the table, or stretch, strain; None where the heading says none. unit: as written, "" where none is
+    said. confidence: sure where word and unit agree, likely where one of them says it, unsure otherwise."""
+
+    quantity: str | None
+    unit: str
+    confidence: Confidence
+
+
+def heading(name: str, unit: str = "") -> Heading:
+    """What a heading says. unit: of a row of units, where the file has one.
+
+    >>> heading("P48_kPa")
+    Heading(quantity='pressure_kpa', unit='kPa', confidence='sure')
+    >>> heading("Load (lbs in)").quantity
+    'moment_nmm'
+    >>> heading("F_std").quantity
+    """
+    stem, written = split_heading(name)
+    unit = unit.strip().strip("[]()") or written
+    kind = dimension(unit) if unit else None
+    words = [word for word in re.split(r"[\s_.\-]+", plain(_spaced(stem))) if word]
+    if BESIDE & set(words) and len(words) > 1:
+        return Heading(None, unit if kind else "", "unsure")
+    spoken = " ".join(word for word in words if word not in TREATED)
+    whole = _with_units([q for q, pattern in WORDS if pattern.fullmatch(spoken)], kind)
+    fits = [q for q in whole or _containing(spoken) if kind is None or KIND.get(q) in (kind, None)]
+    if any(word in plain(name) for word in CONTRACTIONS):
+        fits = [SHORTENED.get(q, q) for q in fits]
+    if fits:
+        agrees = bool(whole) and (kind is not None or KIND.get(fits[0], "ratio") == "ratio")
+        long = len(spoken) > 2
+        return Heading(fits[0], unit if kind else "", "sure" if agrees else "likely" if long else "unsure")
+    if kind in OF_KIND:
+        return Heading(OF_KIND[kind], unit, "likely")
+    return Heading(None, unit if kind else "", "unsure")
+
+
+def _with_units(whole: list[str], kind: str | None) -> list[str]:
+    """The quantities, and what those of them are that have another name with a unit of another kind."""
+    return whole + [BY_UNIT[q] for q in whole if q in BY_UNIT and kind == KIND[BY_UNIT[q]] and BY_UNIT[q] not in whole]
+
+
+def split_heading(name: str) -> tuple[str, str]:
+    """The words of a heading and the unit that it ends with."""
+    # Of a matrix's columns, and of columns of one name, each has its number.
+    bare = re.sub(r"(?<=\S) (\[\d+\]|\d{1,2})$", "", name.translate(FULL_WIDTH).strip())
+    if match := re.fullmatch(r"(.*?)[\s_]*[(\[]([^()\[\]]*)[)\]]\s*", bare):
+        return match.group(1) or match.group(2), match.group(2)
+    for separator in ("_", " in ", " en ", ", ", "/", " ", "."):
+        stem, found, last = bare.rpartition(separator)
+        # One letter after a point or a space is a name rather than a unit.
+        known = found and stem and dimension(last) not in (None, "ratio")
+        if known and (separator not in (" ", ".") or len(last) > 1):
+            return stem, last.strip()
+    return bare, ""
+
+
+def _spaced(stem: str) -> str:
+    """Words that only capitals tell apart: PressureSensor."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", stem)
+
+
+def _containing(spoken: str) -> list[str]:
+    """Quantities one of whose longer names stands among the words."""
+    found = []
+    for quantity, pattern in WORDS:
+        if any(len(word) > 3 and pattern.fullmatch(word) for word in spoken.split()):
+            found.append(quantity)
+    return found

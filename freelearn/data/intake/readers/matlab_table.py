@@ -1,0 +1,159 @@
+"""Columns of a MATLAB file (.mat), or of an HDF5 file. Its objects and functions are not loaded."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+import zipfile
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from freelearn.common.errors import UserError
+from freelearn.data.intake.readers import matlab_reader
+from freelearn.data.intake.readers.cells import POINTS
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.told_elsewhere import Told, one_told, with_the_wall
+from freelearn.data.intake.recipes.recipe import Reading
+
+# Reading a gigabyte takes no longer [s].
+LONGEST = 120
+
+
+@dataclass(frozen=True)
+class _Variables:
+    """arrays: numeric variables. structures: name → numeric fields. others: name → what it is instead."""
+
+    arrays: dict[str, np.ndarray]
+    structures: dict[str, dict[str, np.ndarray]]
+    others: dict[str, str]
+
+
+def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
+    """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors. Raises UserError."""
+    found = _read(content, name)
+    numeric, passed = _chosen(found, name, reading)
+    columns, others = _of_one_length(_columns(numeric, name, found), name)
+    passed += others
+    if reading.names:
+        if len(reading.names) != len(columns):
+            raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
+        columns = dict(zip(reading.names, columns.values(), strict=True))
+    notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
+    cells = {k: ["" if np.isnan(v) else repr(float(v)) for v in column] for k, column in columns.items()}
+    size = len(next(iter(columns.values())))
+    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes), about=tuple(_about(found, name)))
+
+
+def no_h5py(name: str) -> str:
+    """What to do about a file that only h5py reads."""
+    mat = name.lower().endswith(".mat")
+    what, instead = (
+        ("a MATLAB file of version 7.3", f"save it again with save('{name}', '-v7')")
+        if mat
+        else ("an HDF5 file", "export the table as CSV")
+    )
+    return f"{name} is {what}: reading it needs h5py: pip install 'freelearn[raw]', or {instead}."
+
+
+def _read(content: bytes, name: str) -> _Variables:
+    """The file's variables, read by another process."""
+    again = f"{name} cannot be read as a MATLAB file ({{}}): save it again with save -v7."
+    if content.startswith(matlab_reader.HDF) and not name.lower().endswith(".mat"):
+        again = f"{name} cannot be read as HDF5 ({{}}): export the table as CSV."
+    command = [sys.executable, matlab_reader.__file__]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=LONGEST, check=False)
+        if done.returncode == matlab_reader.NO_H5PY:
+            raise UserError(no_h5py(name))
+        if done.returncode:
+            said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+            told = said[-1][:100] if said and done.returncode == matlab_reader.UNREADABLE else "it is damaged"
+            raise UserError(again.format(told))
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as loaded:
+            arrays = dict(loaded)
+    except subprocess.TimeoutExpired:
+        raise UserError(again.format("it takes too long")) from None
+    except (ValueError, OSError, zipfile.BadZipFile) as problem:
+        raise UserError(again.format(str(problem)[:100])) from None
+    found = _Variables({}, {}, {})
+    for key, value in arrays.items():
+        kind, _, variable = key.partition(":")
+        if kind == "array":
+            found.arrays[variable] = value
+        elif kind == "field":
+            structure, _, field = variable.partition(":")
+            found.structures.setdefault(structure, {})[field] = value
+        else:
+            found.others[variable] = str(value)
+    return found
+
+
+def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, np.ndarray], list[str]]:
+    """The arrays that are columns, and the names of what is passed over. One structure alone is taken apart."""
+    names = [*found.arrays, *found.others]
+    wanted = list(reading.variables) or names
+    if lacking := [variable for variable in wanted if variable not in names]:
+        raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, names))}.")
+    vectors = any(array.size > 1 for array in found.arrays.values())
+    structures = [key for key, fields in found.structures.items() if any(x.size > 1 for x in fields.values())]
+    apart = bool(reading.variables) or (not vectors and len(structures) == 1)
+    numeric: dict[str, np.ndarray] = {}
+    passed = []
+    for variable in wanted:
+        if variable in found.arrays and found.arrays[variable].size > 1:
+            numeric[variable] = found.arrays[variable]
+        elif apart and variable in found.structures:
+            numeric |= {k: x for k, x in found.structures[variable].items() if x.size > 1}
+        else:
+            passed.append(variable)
+    return numeric, passed
+
+
+def _of_one_length(columns: dict[str, np.ndarray], name: str) -> tuple[dict[str, np.ndarray], list[str]]:
+    """The columns that most others are as long as, and the names of the rest. Raises UserError where none are most."""
+    lengths = Counter(map(len, columns.values()))
+    (length, most), *others = lengths.most_common()
+    if others and others[0][1] == most:
+        shown = ", ".join(f"{k} {len(v)}" for k, v in list(columns.items())[:6])
+        raise UserError(f"{name}: arrays differ in length ({shown}): choose with read: {{variables: […]}}.")
+    return {k: v for k, v in columns.items() if len(v) == length}, [k for k, v in columns.items() if len(v) != length]
+
+
+def _about(found: _Variables, name: str) -> list[Told]:
+    """Parts of the design among the single numbers: L0_mm = 150."""
+    single = {k: x for fields in (found.arrays, *found.structures.values()) for k, x in fields.items() if x.size == 1}
+    told: dict[str, Told] = {}
+    for key, value in single.items():
+        if not np.iscomplexobj(value) and (one := one_told(key, repr(float(value.ravel()[0])), "", POINTS, name)):
+            told.setdefault(one.name, one)
+    return with_the_wall(told)
+
+
+def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> dict[str, np.ndarray]:
+    columns: dict[str, np.ndarray] = {}
+    for variable, value in numeric.items():
+        if np.iscomplexobj(value):
+            raise UserError(f"{name}: variable {variable!r} is complex: save its real part.")
+        if value.ndim != 2:
+            raise UserError(f"{name}: variable {variable!r} has {value.ndim} dimensions: save columns or a matrix.")
+        if 1 in value.shape:
+            columns[variable] = value.ravel().astype(np.float64)
+        else:
+            columns |= {f"{variable} {i + 1}": value[:, i].astype(np.float64) for i in range(value.shape[1])}
+    if not columns:
+        raise UserError(f"{name} holds no numeric arrays{_instead(found)}.")
+    return columns
+
+
+def _instead(found: _Variables) -> str:
+    """What there is in their place, and what to do."""
+    if found.structures:
+        inside = ", ".join(map(repr, found.structures))
+        return f" (its structures are {inside}): name what to read with read: {{variables: […]}}"
+    if not found.others:
+        return ": save the columns as vectors of numbers"
+    told = ", ".join(f"{variable!r} is {what}" for variable, what in list(found.others.items())[:4])
+    return f" ({told}): save the columns themselves as vectors of numbers, or one structure of them"

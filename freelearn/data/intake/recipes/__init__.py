@@ -1,0 +1,1 @@
+"""What a recipe says, and the file that it stands in."""

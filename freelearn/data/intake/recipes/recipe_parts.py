@@ -1,0 +1,114 @@
+"""What a recipe says of its files and of the actuators in them: how to read them, which rows are whose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from freelearn.data.intake.recipes.recipe import DESIGN, Column, Constants, Design, Member, Part, Reading, Sample
+from freelearn.data.intake.recipes.recipe_columns import column_of, columns_of, conditions_of, constants_of
+from freelearn.data.intake.recipes.recipe_section import Section
+
+READ = ("sheet", "variables", "encoding", "separator", "decimal", "thousands", "header", "names", "units_row")
+
+
+def reading_of(section: Section) -> Reading:
+    """How the file is to be read."""
+    section.only(READ)
+    decimal = section.text("decimal") or None
+    if decimal not in (None, ".", ","):
+        section.say(f"is {decimal!r}: write '.' or ','", "decimal")
+    separator = section.text("separator") or None
+    if separator and len(separator) != 1:
+        section.say(f'is {separator!r}: write one character, "\\t" for tabs', "separator")
+    return Reading(
+        sheet=section.text("sheet") or None,
+        variables=section.texts("variables"),
+        encoding=section.text("encoding") or None,
+        separator=separator,
+        decimal=decimal,
+        thousands=section.text("thousands") or None,
+        header=section.integer("header", 1),
+        names=section.texts("names"),
+        units_row=section.switch("units_row"),
+    )
+
+
+def sample_of(section: Section) -> Sample | None:
+    """Which actuator rows are of; None where the section does not say."""
+    if "sample" not in section:
+        if "sample" in section.content:
+            section.say("is blank: write 1 if all rows are of one actuator, or {from: COLUMN}", "sample")
+        return None
+    if not isinstance(section.content["sample"], Mapping):
+        return Sample(number=section.integer("sample", 1))
+    inner = section.section("sample")
+    inner.only(("from", "as"))
+    if "from" not in inner:
+        inner.say("names no column of the file: add from:")
+    if "as" not in inner:
+        return Sample(source=inner.text("from"))
+    names = inner.section("as")
+    numbers = {word: names.integer(word, 1) for word, _ in names.items()}
+    return Sample(source=inner.text("from"), numbers={w: n for w, n in numbers.items() if n is not None})
+
+
+def files_of(root: Section) -> tuple[Part, ...]:
+    """The files that the recipe lists, with what differs."""
+    parts: list[Part] = []
+    for section in root.sections("files"):
+        section.only(("name", "sample", "constants", "columns", "read", "drop"))
+        name = section.text("name")
+        if not name or "/" in name or "\\" in name or name in (".", ".."):
+            section.say(f"is {name!r}: give the name of a file in the folder", "name")
+        part = Part(
+            name=name,
+            sample=sample_of(section),
+            constants=constants_of(section.section("constants")),
+            columns=columns_of(section.section("columns")),
+            reading=reading_of(section.section("read")) if "read" in section else None,
+            drop=conditions_of(section, "drop"),
+        )
+        if name in [other.name for other in parts]:
+            section.say(f"names {name} a second time: name each file once")
+        parts.append(part)
+    return tuple(parts)
+
+
+def samples_of(section: Section) -> dict[int, Constants]:
+    """Constants by number of the sample."""
+    for key, _ in section.items():
+        if not key.isdigit():
+            section.say("is no number of a sample", key)
+    return {int(key): constants_of(section.section(key)) for key, _ in section.items() if key.isdigit()}
+
+
+def design_of(root: Section) -> Design | None:
+    """Where the actuators' designs stand, joined by name."""
+    if "design" not in root:
+        return None
+    section = root.section("design")
+    section.only(("file", "sheet", "by", "columns"))
+    file = section.text("file")
+    if "/" in file or "\\" in file or file in (".", ".."):
+        section.say(f"is {file!r}: give the name of a file beside the data, or design=FILE to intake", "file")
+    if "by" not in section:
+        section.say("says no column of names: add by: COLUMN")
+    if not file and "sheet" not in section:
+        section.say("says no file: add file: NAME, or sheet: of the data's own workbook")
+    inner = section.section("columns")
+    inner.only(DESIGN, "part of the design")
+    columns = {name: column_of(inner.section(name), name) for name, _ in inner.items() if name in DESIGN}
+    return Design(section.text("by"), columns, file, section.text("sheet"))
+
+
+def members_of(root: Section) -> tuple[Member, ...]:
+    """The actuators that share an end block."""
+    members = []
+    for section in root.sections("members"):
+        section.only(("pressure", *DESIGN))
+        design = Section({k: v for k, v in section.items() if k in DESIGN}, section.place, root.mistakes)
+        if "pressure" not in section:
+            section.say("has no pressure: add pressure: {from: …, unit: …}")
+        pressure = column_of(section.section("pressure"), "pressure_kpa") if "pressure" in section else Column("")
+        members.append(Member(pressure, constants_of(design)))
+    return tuple(members)

@@ -1,0 +1,1 @@
+"""Raw files of tests of rubber alone, as tables of specimen tests."""

@@ -1,0 +1,152 @@
+"""The best guess at files that may hold tests of rubber alone: which sheets, which columns, which way of loading."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from freelearn.common.errors import UserError
+from freelearn.data.intake.guesses.guess import column_guess
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.readers.cells import POINTS
+from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.recipes.recipe import Reading
+from freelearn.data.intake.rubber.rubber_convert import specimens
+from freelearn.data.intake.rubber.rubber_kinds import ALONG, STRESSES, kind_of, mode_in
+from freelearn.data.intake.rubber.specimen_sizes import Size, sizes_in
+
+# A specimen that tore carries less than this share of its largest stress at the end.
+TORN = 0.7
+
+
+@dataclass(frozen=True)
+class RubberGuess:
+    """One test. file: "" of the only one. sheet: "" of a file without. mode: "" where nothing names it. along, stress:
+    names of the columns, "" where none is likely. columns: of numbers. torn: whether the stress falls at the end.
+    sizes: of the specimen, where the file tells some."""
+
+    file: str
+    sheet: str
+    mode: str
+    along: str
+    stress: str
+    rows: int
+    columns: tuple[ColumnGuess, ...]
+    torn: bool = False
+    sizes: tuple[Size, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """What the test is called."""
+        return " ".join(filter(None, [self.file, f"sheet {self.sheet!r}" if self.sheet else ""])) or "the file"
+
+    def column(self, name: str) -> ColumnGuess:
+        """The column of a name."""
+        return next(c for c in self.columns if c.name == name)
+
+
+def plain_tests(tests: Sequence[RubberGuess]) -> list[Any]:
+    """For JSON."""
+    plain: list[Any] = json.loads(TypeAdapter(list[RubberGuess]).dump_json(list(tests)))
+    return plain
+
+
+def tests_of(content: list[Any]) -> list[RubberGuess]:
+    """The tests in plain values. Raises ValueError."""
+    return TypeAdapter(list[RubberGuess]).validate_python(content)
+
+
+def looks_like_rubber(found: Guess) -> bool | None:
+    """Whether a file holds a test of rubber alone: True where a column is a stress, None where it may be."""
+    kinds = {kind_of(c.name, c.unit)[0] for c in found.columns if c.numeric}
+    chosen = {c.column for c in found.columns if c.chosen}
+    if any(c.quantity == "stress" for c in found.columns) and kinds & set(ALONG):
+        return True
+    if chosen & {"twist_deg", "moment_nmm", "outer_diameter_mm"} or found.pressures:
+        return False
+    ratio = bool(kinds & {"stretch", "strain", "true_strain"})
+    alone = "pressure_kpa" not in chosen and "force_n" in chosen and "elongation_mm" in chosen
+    return None if (ratio and "force_n" not in chosen and "pressure_kpa" in chosen) or alone else False
+
+
+def guess_tests(sources: Mapping[str, bytes]) -> list[RubberGuess]:
+    """The tests in files, by name. Raises UserError where none of them holds a table."""
+    tests: list[RubberGuess] = []
+    for name, content in sources.items():
+        sheets = sheet_names(content, name)
+        file = name if len(sources) > 1 else ""
+        about = [row for sheet in sheets for row in _rows(content, name, sheet)] if len(sheets) > 1 else []
+        sizes = sizes_in(about, POINTS, name)
+        if len(sheets) < 2:
+            tests += _tests(raw_table(content, name), file, "", sizes)
+            continue
+        for sheet in sheets:
+            with suppress(UserError):
+                tests += _tests(raw_table(content, name, Reading(sheet=sheet)), file, sheet, sizes)
+    if not tests:
+        raise UserError(
+            f"{', '.join(sources)} holds no columns of a stretch and a stress: look whether it is the right file."
+        )
+    return tests
+
+
+def _rows(content: bytes, name: str, sheet: str) -> list[tuple[int, list[str]]]:
+    with suppress(UserError):
+        return sheet_grid(content, name, sheet).rows
+    return []
+
+
+def _tests(raw: RawTable, file: str, sheet: str, sizes: tuple[Size, ...]) -> Iterator[RubberGuess]:
+    """The test of a table, or several side by side."""
+    columns = tuple(c for c in (column_guess(raw, name) for name in raw.columns) if c.numeric)
+    pairs = _pairs(columns)
+    told = mode_in(sheet) or mode_in(raw.name)
+    own = {size.name: size for size in (*sizes, *sizes_in(raw.head, raw.style, raw.name))}
+    for along, stress in pairs:
+        mode = mode_in(f"{along} {stress}") or (told if len(pairs) == 1 else "")
+        torn = _torn(raw, along, stress)
+        yield RubberGuess(file, sheet, mode, along, stress, len(raw), columns, torn, tuple(own.values()), raw.notes)
+
+
+def _pairs(columns: tuple[ColumnGuess, ...]) -> list[tuple[str, str]]:
+    """Stretch and stress of each test: of several side by side the columns take turns; of one, the surest of each."""
+    kinds = {c.name: kind_of(c.name, c.unit) for c in columns}
+    turns = [c.name for c in columns if kinds[c.name][0] in {**ALONG, **STRESSES}]
+    pairs = list(zip(turns[::2], turns[1::2], strict=False))
+    apart = all((kinds[a][0] in ALONG) != (kinds[b][0] in ALONG) for a, b in pairs) and 2 * len(pairs) == len(turns)
+    modes = [mode_in(f"{a} {b}") for a, b in pairs]
+    alike = len({(kinds[a][0], kinds[b][0]) for a, b in pairs}) == 1
+    if len(pairs) > 1 and apart and (len(set(modes) - {""}) == len(pairs) or alike):
+        return [(a, b) if kinds[a][0] in ALONG else (b, a) for a, b in pairs]
+    along = [c.name for c in columns if kinds[c.name][0] in ALONG]
+    stress = [c.name for c in columns if kinds[c.name][0] in STRESSES]
+    if not along and not stress:
+        return []
+    order = {name: place for place, name in enumerate((*ALONG, *STRESSES))}
+    # A true strain beside an engineering one is the same once more.
+    along.sort(key=lambda name: order[kinds[name][0]] + 10 * (kinds[name][0] == "true_strain"))
+    stress.sort(key=lambda name: (kinds[name][0] != "stress_mpa", not kinds[name][1], order[kinds[name][0]]))
+    return [((along or [""])[0], (stress or [""])[0])]
+
+
+def _torn(raw: RawTable, along: str, stress: str) -> bool:
+    """Whether a specimen's stress falls at the end."""
+    if not along or not stress:
+        return False
+    x, y = raw.maybe_numbers(along), raw.maybe_numbers(stress)
+    if x is None or y is None:
+        return False
+    number = specimens(x)
+    for one in np.unique(number):
+        there = y[(number == one) & ~np.isnan(y)]
+        if len(there) > 2 and there[-1] < TORN * there.max() and there.argmax() < len(there) - 1:
+            return True
+    return False

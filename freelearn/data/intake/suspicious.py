@@ -1,0 +1,225 @@
+"""Numbers of a laboratory's file that look wrong: said, never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from freelearn.data.beds import BEDS
+from freelearn.data.columns import members_in, pressure_column
+from freelearn.data.intake.readers.cells import is_blank
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.recipes.recipe import NEEDED_DESIGN
+from freelearn.data.intake.scale_jumps import scale_jumps
+from freelearn.data.table.unit_suspicions import unit_warnings
+
+# Whether the force under pressure has the sign that the fiber angle gives it.
+
+# tan² of the angle at which neither push nor pull remains is 2 (54.7°): judged well to both sides of it only.
+PULLS, PUSHES = 1.2, 3.3
+NEEDED = ("sample", "gamma_deg", "length_mm", "elongation_mm", "pressure_kpa", "force_n")
+# Rows of one state from which a slope is told, and the states that must agree.
+LEAST_ROWS, AGREE = 3, 0.8
+
+
+def pull_signs(table: pd.DataFrame) -> Iterator[str]:
+    """A sentence for actuators whose force goes the wrong way with the pressure.
+
+    Inextensible fibers at the angle γ to the axis leave the push π r² P (1 − 2 / tan² γ): below 54.7° a pull. A
+    stretch λ turns cos γ into λ cos γ.
+    """
+    if not set(NEEDED) <= set(table):
+        return
+    wrong = right = 0
+    expected_pull = True
+    for _, rows in table.groupby(["sample", "elongation_mm", *(["twist_deg"] if "twist_deg" in table else [])]):
+        rows = rows.dropna(subset=["pressure_kpa", "force_n"])
+        one = rows.iloc[0] if len(rows) else None
+        if one is None or len(rows) < LEAST_ROWS or np.ptp(rows["pressure_kpa"]) == 0:
+            continue
+        cosine = abs(np.cos(np.deg2rad(one["gamma_deg"]))) * (1 + one["elongation_mm"] / one["length_mm"])
+        square = 1 / cosine**2 - 1 if 0 < cosine < 1 else 0.0
+        if PULLS < square < PUSHES:
+            continue
+        pressure = rows["pressure_kpa"].to_numpy(np.float64)
+        slope = float(np.polyfit(pressure / np.ptp(pressure), rows["force_n"].to_numpy(np.float64), 1)[0])
+        if slope and (slope > 0) == (square <= PULLS):
+            wrong, expected_pull = wrong + 1, square <= PULLS
+        else:
+            right += 1
+    if wrong and wrong >= AGREE * (wrong + right):
+        told = ("rises", "pull, which is negative here") if expected_pull else ("falls", "push, which is positive here")
+        yield (
+            f"force_n {told[0]} with the pressure in {wrong} of {wrong + right} states, but fibers at this angle "
+            f"{told[1]}: look at sign: -1 of the force, and at the fiber angle (0° lies along the axis)."
+        )
+
+
+# So many rows from the end are looked at, and so many others must be numbers.
+LAST, LEAST = 8, 3
+WORDS = {
+    *("mean", "average", "avg", "median", "sum", "total", "min", "minimum", "max", "maximum", "std", "sd", "stdev"),
+    *("count", "n", "rms", "mittelwert", "summe", "gesamt", "moyenne", "media", "suma", "range"),
+}
+
+
+def without_sums(raw: RawTable) -> RawTable:
+    """The rows that are readings."""
+    lines = {line for _, _, of in summary_rows(raw) for line in of}
+    return raw.rows([row for row, line in enumerate(raw.lines) if line not in lines]) if lines else raw
+
+
+def summary_rows(raw: RawTable) -> Iterator[tuple[str, list[str], list[int]]]:
+    """Each column of numbers in whose last rows such words stand, with the words and their lines.
+
+    >>> raw = RawTable("a.csv", {"t": ["1", "2", "3", "Mean"], "F": ["1", "2", "3", "2"]}, [2, 3, 4, 5])
+    >>> next(summary_rows(raw))
+    ('t', ['Mean'], [5])
+    """
+    for name, cells in raw.columns.items():
+        last = [row for row in range(max(len(raw) - LAST, 0), len(raw)) if cells[row].strip(" :.").lower() in WORDS]
+        words = sum(raw.style.number(cell) is None for cell in cells)
+        numbers = sum(not is_blank(cell) for cell in cells) - words
+        if last and words == len(last) and numbers >= LEAST:
+            yield name, list(dict.fromkeys(cells[row].strip() for row in last)), [raw.lines[row] for row in last]
+
+
+# Columns from which units are judged.
+UNITS_JUDGED_BY = (*NEEDED_DESIGN, "step", "elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm")
+# A reading that stands at the extreme so often did not get there by chance.
+LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
+# A channel with fewer different values is one of settings or switches, not of readings.
+LEAST_VALUES = 20
+# A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
+REST_KPA = 20.0
+# Rows whose states change so many times as often as there are states do not stand by states.
+SCATTERED = 1.5
+# States, and levels of each, that are alike only where the pressures were set.
+SET_STATES, SET_LEVELS = 3, 6
+
+
+def raw_suspicions(raw: RawTable, readings: Sequence[str], time: str | None, sums: bool = True) -> list[str]:
+    """Sentences about a file's columns. readings: those of the bed's instruments; time: the column of time, if any.
+    sums: whether rows that sum up others are among them."""
+    read = [name for name in dict.fromkeys(readings) if name in raw.columns]
+    whole = (_twice(raw), _rows_twice(raw), *((_summed_up(raw),) if sums else ()))
+    checks = (*whole, _constant(raw, read), _saturated(raw, read), _backwards(raw, time))
+    return [f"{raw.name}: {sentence}" for check in checks for sentence in check]
+
+
+def _twice(raw: RawTable) -> Iterator[str]:
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for name, cells in raw.columns.items():
+        alike.setdefault(tuple(cells), []).append(name)
+    for same, names in alike.items():
+        if len(names) > 1 and len({cell for cell in same if not is_blank(cell)}) > 1:
+            shown = " and ".join(map(repr, names))
+            yield f"columns {shown} are the same, cell by cell: a channel may have been saved twice."
+    first = {names[0] for names in alike.values()}
+    for name in raw.columns:
+        if name in first and name.endswith("]") and (plain := name.rsplit(" [", 1)[0]) in raw.columns:
+            yield f"two columns are called {plain!r} and differ; the second is {name!r} here."
+
+
+def _summed_up(raw: RawTable) -> Iterator[str]:
+    for name, words, lines in summary_rows(raw):
+        shown = words[0] if len(words) == 1 else f"[{', '.join(words)}]"
+        yield (
+            f"sums and means are no readings: {', '.join(map(repr, words))} on line {', '.join(map(str, lines))}: "
+            f"leave them out with drop: {{{name}: {shown}}}."
+        )
+
+
+def _rows_twice(raw: RawTable) -> Iterator[str]:
+    rows = pd.Series(list(zip(*raw.columns.values(), strict=True)))
+    filled = np.array([not all(is_blank(cell) for cell in row) for row in rows])
+    again = rows.duplicated().to_numpy() & filled
+    if again.any():
+        lines = [raw.lines[i] for i in np.flatnonzero(again)]
+        yield f"{len(lines)} rows stand there twice (line {lines[0]}{' and others' if len(lines) > 1 else ''})."
+
+
+def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
+    for name in readings:
+        values = raw.maybe_numbers(name)
+        if values is not None and len(values) > 2 and len(np.unique(values[~np.isnan(values)])) == 1:
+            value = values[~np.isnan(values)][0]
+            yield f"column {name!r} is {value:g} in every row: look whether the channel was connected."
+
+
+def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
+    for name in readings:
+        values = raw.maybe_numbers(name)
+        if values is None:
+            continue
+        levels, counts = np.unique(values[~np.isnan(values)], return_counts=True)
+        if len(levels) < LEAST_VALUES:
+            continue
+        least = max(LEAST_SATURATED, SATURATED_SHARE * counts.sum(), 5 * float(np.median(counts)))
+        for place, what in ((0, "smallest"), (-1, "largest")):
+            # Zero is a true reading of many channels: a vented gauge, a slack tube.
+            if counts[place] >= least and levels[place] != 0:
+                yield f"column {name!r} is {levels[place]:g}, its {what} value, in {counts[place]} rows: saturated?"
+
+
+def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
+    values = raw.numbers(time) if time else np.zeros(0)
+    back = np.flatnonzero(np.diff(values) < 0)
+    if len(back):
+        yield (
+            f"time {time!r} runs backwards at line {raw.lines[int(back[0]) + 1]} ({len(back)} times in all): order the "
+            "rows with order_by, or leave time_s out where several tests follow each other."
+        )
+
+
+def table_suspicions(table: pd.DataFrame, bed: str) -> list[str]:
+    """Sentences about a table that was made: scales that jump, gauges that read too much at rest, units and
+    signs that look wrong."""
+    measured = [q.column for q in BEDS[bed].measured if q.column in table]
+    checks = (scale_jumps(table, measured), _gauge(table), _scattered(table, bed), pull_signs(table))
+    sentences = [sentence for check in checks for sentence in check]
+    return sentences + (unit_warnings(table) if set(UNITS_JUDGED_BY) <= set(table) else [])
+
+
+def _scattered(table: pd.DataFrame, bed: str) -> Iterator[str]:
+    """States whose rows do not stand together, because the rows are sorted by the pressure."""
+    state = [q.column for q in BEDS[bed].state if q.column in table]
+    if "pressure_kpa" not in table or "time_s" in table or len(state) < 2:
+        return
+    keys = table[["sample", *state]]
+    runs, states = int((keys != keys.shift()).any(axis=1).sum()), len(keys.drop_duplicates())
+    falls = table.groupby("sample", sort=False)["pressure_kpa"].diff().lt(0).any()
+    if runs > SCATTERED * states and not falls and (keys["sample"].diff() != 0).sum() == keys["sample"].nunique():
+        yield (
+            f"the rows are sorted by the pressure, so that {states} states fall into {runs}: put each state's rows "
+            f"together with order_by: [the columns of {' and '.join(state)}], or read the log as it was measured."
+        )
+
+
+def _gauge(table: pd.DataFrame) -> Iterator[str]:
+    names = [pressure_column(i) for i in members_in(list(table.columns))] or ["pressure_kpa"]
+    for name in names:
+        values = table[name].to_numpy(dtype=np.float64)
+        visit = (table["step"].diff().fillna(0) <= 0).cumsum()
+        ends = pd.Series(values).groupby(visit.to_numpy()).last()
+        vented = ends[ends < 0.3 * np.nanmax(values)]
+        lowest = float(np.nanmin(values))
+        if _commanded(values, visit.to_numpy()):
+            continue
+        if lowest > REST_KPA:
+            yield f"{name} is never below {lowest:.3g}: if the gauge reads that at rest, give it as offset."
+        elif len(vented) >= 2 and len(vented) >= 0.3 * len(ends) and (rest := float(vented.median())) > REST_KPA:
+            yield f"{name} goes back to {rest:.3g} and no lower: if the gauge reads that at rest, give it as offset."
+
+
+def _commanded(values: np.ndarray, visit: np.ndarray) -> bool:
+    """Whether these are pressures that were set and not read: the same few levels, to the last digit, at every state.
+
+    Of a gauge that reads too much at rest no two visits agree so.
+    """
+    levels = pd.Series(values).groupby(visit).unique().map(set)
+    return (
+        len(levels) >= SET_STATES and all(one == levels.iloc[0] for one in levels) and len(levels.iloc[0]) >= SET_LEVELS
+    )

@@ -1,0 +1,178 @@
+"""Recordings: the rows of a log in the order of time, and recurrences along them without a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+import pandas as pd
+import torch
+from torch import Tensor
+
+from freelearn.data.logs import TIME, run_numbers
+
+# Recurrences along a log without a loop over its samples: their steps compose, so a tree of compositions does them.
+#
+# A tree of depth log₂ N computes all N states (Blelloch, Prefix sums and their applications, CMU-CS-90-190, 1990).
+# Of torch operations alone, so that every derivative follows.
+
+Steps = tuple[Tensor, ...]
+
+
+def scanned(compose: Callable[[Steps, Steps], Steps], steps: Steps) -> Steps:
+    """The composition of the first 1, 2, …, N steps: each tensor (N, …) → (N, …). compose(earlier, later)."""
+    count = steps[0].shape[0]
+    if count < 2:
+        return steps
+    pairs = compose(tuple(s[0 : count - 1 : 2] for s in steps), tuple(s[1::2] for s in steps))
+    odd = scanned(compose, pairs)
+    if count == 2:
+        return tuple(torch.cat([s[:1], o]) for s, o in zip(steps, odd, strict=True))
+    before = odd if count % 2 else tuple(o[:-1] for o in odd)
+    even = compose(before, tuple(s[2::2] for s in steps))
+    return tuple(_woven(torch.cat([s[:1], e]), o) for s, e, o in zip(steps, even, odd, strict=True))
+
+
+def _woven(even: Tensor, odd: Tensor) -> Tensor:
+    """Even and odd places, one after the other."""
+    count = odd.shape[0]
+    woven = torch.stack([even[:count], odd], dim=1).flatten(0, 1)
+    return woven if even.shape[0] == count else torch.cat([woven, even[count:]])
+
+
+def recurred(factor: Tensor, added: Tensor) -> Tensor:
+    """y with yₙ = aₙ yₙ₋₁ + bₙ, y before the first sample 0. a: (N, …), b: as a. a = 0 begins anew.
+
+    >>> recurred(torch.tensor([0.0, 0.5, 0.5]), torch.tensor([8.0, 0.0, 1.0])).tolist()
+    [8.0, 4.0, 3.0]
+    """
+    factor, added = torch.broadcast_tensors(factor, added)
+
+    def compose(one: Steps, two: Steps) -> Steps:
+        return one[0] * two[0], two[0] * one[1] + two[1]
+
+    return scanned(compose, (factor, added))[1]
+
+
+def stopped(signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
+    """z with zₙ = min(max(zₙ₋₁ + xₙ − xₙ₋₁, lowₙ), highₙ): the stop operator of a signal x, low ≤ high, (N, …) each.
+
+    low = high begins anew, and does so at the first sample. A clamp after a shift after such a pair is one again.
+
+    >>> z = stopped(torch.tensor([7.0, 10.0, 9.0, 4.0]), *torch.tensor([[0.0, -2.0, -2.0, -2.0], [0.0, 2.0, 2.0, 2.0]]))
+    >>> z.tolist()
+    [0.0, 2.0, 1.0, -2.0]
+    """
+    signal, low, high = torch.broadcast_tensors(signal, low, high)
+    # Where it was clamped last tells all: from there on z moves with x. So derivatives need no scan.
+    with torch.no_grad():
+        x, floor, roof = signal.detach(), low.detach(), high.detach()
+        z = _clamped(x.diff(dim=0, prepend=x[:1]), floor, roof)
+        place = torch.arange(len(x), device=x.device).reshape(-1, *[1] * (x.ndim - 1)).expand_as(x)
+        down, up = z <= floor, z >= roof
+        last = torch.where(down | up, place, torch.zeros_like(place)).cummax(0).values
+    bound = torch.where(down, low, high)
+    moved: Tensor = signal - signal.gather(0, last) + bound.gather(0, last)
+    return moved
+
+
+def _clamped(moved: Tensor, low: Tensor, high: Tensor) -> Tensor:
+    """z with zₙ = min(max(zₙ₋₁ + dₙ, lowₙ), highₙ), z before the first sample 0."""
+
+    def compose(one: Steps, two: Steps) -> Steps:
+        (shift, low, high), (more, floor, roof) = one, two
+        return shift + more, _between(low + more, floor, roof), _between(high + more, floor, roof)
+
+    shift, low, high = scanned(compose, (moved, low, high))
+    return _between(shift, low, high)
+
+
+def _between(value: Tensor, low: Tensor, high: Tensor) -> Tensor:
+    return torch.minimum(torch.maximum(value, low), high)
+
+
+# Recordings: the rows of a log in the order of time, which what has a memory follows from sample to sample.
+
+
+class Samples(Protocol):
+    """What is asked of states.States."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, rows: Tensor) -> Any: ...
+
+    def to(self, device: torch.device | str) -> Any:
+        """The same on a device."""
+
+
+S = TypeVar("S", bound=Samples)
+
+
+@dataclass(frozen=True)
+class Recording(Generic[S]):
+    """All M samples of some recordings, one recording after the other, each in the order of time.
+
+    states: of the M rows as the table has them. run: number of the recording (M,), int64. time: (M,) s.
+    """
+
+    states: S
+    run: Tensor
+    time: Tensor
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame, states: S) -> Recording[S]:
+        """Of a log; states: of its rows."""
+        time = torch.as_tensor(np.array(table[TIME], dtype=np.float64))
+        return cls(states, torch.as_tensor(run_numbers(table)), time)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def to(self, device: torch.device | str) -> Recording[S]:
+        """The same on a device."""
+        return Recording(self.states.to(device), self.run.to(device), self.time.to(device))
+
+    def around(self, place: Tensor) -> tuple[Recording[S], Tensor]:
+        """The whole recordings that the rows (n,) int64 belong to, and the rows' places in these."""
+        runs = self.run[place].unique()
+        inside = torch.isin(self.run, runs)
+        if bool(inside.all()):
+            return self, place
+        rows = inside.nonzero()[:, 0]
+        return Recording(self.states[rows], self.run[rows], self.time[rows]), torch.searchsorted(rows, place)
+
+    @cached_property
+    def first(self) -> Tensor:
+        """Whether a row is its recording's first, (M,) bool."""
+        first = torch.ones_like(self.run, dtype=torch.bool)
+        first[1:] = self.run[1:] != self.run[:-1]
+        return first
+
+    @cached_property
+    def step(self) -> Tensor:
+        """Time since the recording's last sample, (M,) s: zero at its first."""
+        step = torch.zeros_like(self.time)
+        step[1:] = self.time.diff()
+        return torch.where(self.first, 0.0, step)
+
+    def change(self, signal: Tensor) -> Tensor:
+        """By how much a signal (M, …) has changed since the recording's last sample: zero at its first."""
+        before = torch.cat([signal[:1], signal[:-1]])
+        first = self.first.reshape(-1, *[1] * (signal.ndim - 1))
+        return torch.where(first, 0.0, signal - before)
+
+    @cached_property
+    def ends(self) -> tuple[Tensor, Tensor]:
+        """Places of the first and of the last sample of each row's recording, (M,) int64 each."""
+        begun = torch.nonzero(self.first)[:, 0]
+        number = self.first.long().cumsum(0) - 1
+        ended = torch.cat([begun[1:], begun.new_tensor([len(self)])]) - 1
+        return begun[number], ended[number]
+
+    def strung(self, apart: float) -> Tensor:
+        """One clock for all recordings, (M,) s: each begins so much later than the one before it ended."""
+        step = torch.where(self.first, apart, self.step)
+        return step.cumsum(0)

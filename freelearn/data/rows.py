@@ -1,0 +1,129 @@
+"""Configurations with what was measured there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+import torch
+from torch import Tensor
+
+from freelearn.data.beds import DEAD_LOAD, KINEMATIC
+from freelearn.data.columns import shown_readings
+from freelearn.data.states import States, kinematic_state
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What N rows show in the two channels of their bed.
+
+    value: (N, 2) SI, zero where nothing was measured. present: (N, 2) bool. slack: (N,) bool, rows in which the tube
+    hangs loose: their force is censored, a predicted push costs nothing and a predicted pull counts in full.
+    """
+
+    value: Tensor
+    present: Tensor
+    slack: Tensor
+
+    @classmethod
+    def whole(cls, value: Tensor) -> Readings:
+        """Readings (N, 2) of which none is blank."""
+        return cls(value, torch.ones_like(value, dtype=torch.bool), torch.zeros(len(value), dtype=torch.bool))
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame, predicted: bool = False) -> Readings:
+        """From a measurement table; predicted: what a model says there, of the columns of predictions.csv."""
+        value, present, slack = shown_readings(table, predicted)
+        return cls(torch.as_tensor(value), torch.as_tensor(present), torch.as_tensor(slack))
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __getitem__(self, rows: Tensor | slice) -> Readings:
+        return Readings(self.value[rows], self.present[rows], self.slack[rows])
+
+    def to(self, device: torch.device | str) -> Readings:
+        """The same readings on a device."""
+        return Readings(self.value.to(device), self.present.to(device), self.slack.to(device))
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether every reading is there and none is censored."""
+        return bool(self.present.all()) and not bool(self.slack.any())
+
+    @cached_property
+    def count(self) -> int:
+        """How many readings there are."""
+        # Not their sum, for which every mark becomes a number first.
+        return int(self.present.count_nonzero())
+
+    def missed(self, predicted: Tensor) -> Tensor:
+        """Predicted − measured where it counts, (N, 2): zero where nothing was measured, and for a push on a tube that
+        hangs loose."""
+        if self.plain:
+            return predicted - self.value
+        return torch.where(self.felt(predicted), predicted - self.value, 0.0)
+
+    def felt(self, predicted: Tensor) -> Tensor:
+        """Readings whose miss changes with the prediction (N, 2), (N, 2) bool."""
+        loose = self.slack & (predicted[..., 0] >= self.value[..., 0])
+        return self.present & ~torch.stack([loose, torch.zeros_like(loose)], dim=-1)
+
+
+def loads_of(table: pd.DataFrame) -> Tensor:
+    """What a table's rows show, (N, 2) SI: force and moment, or what their bed measures in their place."""
+    return Readings.from_table(table).value
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Configurations, what was read there, and the number of their kinematic state (N,)."""
+
+    states: States
+    readings: Readings
+    state: np.ndarray
+
+    @classmethod
+    def from_table(cls, table: pd.DataFrame) -> Rows:
+        """All rows of a measurement table."""
+        return cls(States.from_table(table), Readings.from_table(table), kinematic_state(table))
+
+    @classmethod
+    def whole(cls, states: States, loads: Tensor, state: np.ndarray | None = None) -> Rows:
+        """Rows of whose readings (N, 2) SI none is blank; state: each row's own by default."""
+        return cls(states, Readings.whole(loads), np.arange(len(states)) if state is None else state)
+
+    @property
+    def loads(self) -> Tensor:
+        """The readings' values, (N, 2) SI: force and moment, or what the bed measures in their place."""
+        return self.readings.value
+
+    @property
+    def as_loads(self) -> Rows:
+        """Under a dead load the same rows as of a kinematic bed that imposed the places measured (those that were not,
+        at rest) and measured the loads: good enough for a fit to start from. Of other beds the rows themselves."""
+        if self.states.bed is not DEAD_LOAD:
+            return self
+        place, hung = self.readings.value, torch.stack([self.states.force, self.states.moment], dim=-1)
+        states = self.states.replace(
+            bed=KINEMATIC, length=self.states.reference_length + place[:, 0], twist=place[:, 1]
+        )
+        return Rows(states, Readings.whole(hung), self.state)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def __getitem__(self, rows: Tensor | slice) -> Rows:
+        """The rows of these numbers (n,) int64, or marked by (N,) bool, or of a slice, which shares their memory."""
+        if isinstance(rows, slice):
+            return Rows(self.states[rows], self.readings[rows], self.state[rows])
+        there = rows.to(self.loads.device)
+        return Rows(self.states[there], self.readings[there], self.state[rows.cpu().numpy()])
+
+    def to(self, device: torch.device | str) -> Rows:
+        """The same rows with their tensors on a device; themselves where they are there already."""
+        if self.loads.device == torch.device(device):
+            return self
+        return Rows(self.states.to(device), self.readings.to(device), self.state)

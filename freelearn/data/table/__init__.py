@@ -1,0 +1,1 @@
+"""Measurement tables and their faults."""

@@ -1,0 +1,97 @@
+"""What the last evaluation of the same rows ended with, for the next one to begin from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import torch
+from torch import Tensor
+
+from freelearn.common.vmapped import everyone
+
+T = TypeVar("T")
+
+
+class Near:
+    """Equilibria at which the last evaluation of some rows ended, by name, and what is made of their states alone.
+
+    Equilibria are kept only inside `keeping`, which a fit opens where it takes derivatives, at the points that it
+    accepts: so a trial step and the derivatives taken there begin from one place, and follow one branch. What depends
+    on no parameter is made once.
+    """
+
+    def __init__(self) -> None:
+        self._last: dict[str, Tensor] = {}
+        self._fixed: dict[int, Tensor] = {}
+        self._made: dict[str, Any] = {}
+        self._keeps = False
+
+    def __reduce__(self) -> tuple[Callable[[dict[str, Tensor]], Near], tuple[dict[str, Tensor]]]:
+        return Near.at, (self._last,)
+
+    @classmethod
+    def at(cls, last: dict[str, Tensor]) -> Near:
+        """One that begins where another has ended, by the names of what that kept."""
+        near = cls()
+        near._last = last
+        return near
+
+    @property
+    def moved(self) -> bool:
+        """Whether an equilibrium has been kept: the next evaluation then depends on those before it."""
+        return bool(self._last)
+
+    def copy(self, times: int = 1) -> Near:
+        """Another that begins where this one has ended, for the same rows, or for all of them so many times."""
+        other = Near()
+        other._last = {name: last.repeat(times, *[1] * (last.ndim - 1)) for name, last in self._last.items()}
+        return other
+
+    def follow(self, other: Near, times: int) -> None:
+        """Begins where another one has ended, whose rows are here so many times."""
+        self._last = other.copy(times)._last
+
+    def lead(self, other: Near, count: int) -> None:
+        """Begins where the first `count` rows of another one have ended."""
+        self._last = {name: last[:count] for name, last in other._last.items()}
+
+    @contextmanager
+    def keeping(self) -> Iterator[None]:
+        """Equilibria found inside are kept."""
+        self._keeps = True
+        try:
+            yield
+        finally:
+            self._keeps = False
+
+    def last(self, name: str, like: Tensor) -> Tensor | None:
+        """What was kept by a name, if it is of the shape of `like`."""
+        kept = self._last.get(name)
+        return kept if kept is not None and kept.shape == like.shape else None
+
+    def start(self, name: str, otherwise: Tensor) -> Tensor:
+        """Where to begin, (N, …): at what was kept of the rows that have it."""
+        kept = self.last(name, otherwise)
+        return otherwise if kept is None else torch.where(kept.isfinite(), kept, otherwise)
+
+    def keep(self, name: str, value: Tensor, settled: Tensor) -> None:
+        """Keeps the values (N, …) of the rows that settled, (N,) bool."""
+        # Inside vmap a value is that of several members.
+        if self._keeps and everyone(settled) is not None:
+            there = settled.reshape(-1, *[1] * (value.ndim - 1))
+            self._last[name] = torch.where(there, value.detach(), torch.nan)
+
+    def fix(self, tensors: Iterable[Tensor]) -> None:
+        """These are the same in every evaluation."""
+        self._fixed |= {id(t): t for t in tensors}
+
+    def once(self, name: str, made_of: Iterable[Tensor | None], make: Callable[[], T]) -> T:
+        """What `make` returns, made once if all that it is made of is the same in every evaluation."""
+        if not all(t is None or id(t) in self._fixed for t in made_of):
+            return make()
+        if name not in self._made:
+            self._made[name] = make()
+        made: T = self._made[name]
+        return made

@@ -1,0 +1,1 @@
+"""Which physics a model misses, and whether what is claimed stands."""

@@ -1,0 +1,107 @@
+"""One model on the way of a search, what was tried from it, and how uncertain its parameters are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypedDict
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.discovery.fits.left_out import HeldOut
+from freelearn.discovery.fits.white_fit import WhiteFit
+from freelearn.discovery.noise.linear_algebra import normal_inverse
+from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.noise.structure import Structure, structure
+from freelearn.discovery.thresholds import RISES
+
+
+class Candidate(TypedDict):
+    """An effect at one step of a search.
+
+    step: place of the step in the trail. status: tested, not_testable or failed, the latter two with a reason. score:
+    reduction of χ² that it promised; p_value: chance that the most promising of all would promise as much with nothing
+    to find. E_heldout, E_new_sample: errors with the effect, as of a step; None where it was not fitted."""
+
+    step: int
+    effect: str
+    status: str
+    reason: str
+    score: float | None
+    p_value: float | None
+    E_heldout: float | None
+    E_new_sample: float | None
+
+
+def not_testable(effect: str, reason: str) -> Candidate:
+    """The entry of an effect that the table or the rows cannot show."""
+    return Candidate(
+        step=0,
+        effect=effect,
+        status="not_testable",
+        reason=reason,
+        score=None,
+        p_value=None,
+        E_heldout=None,
+        E_new_sample=None,
+    )
+
+
+# One model on the way of a search.
+
+
+@dataclass(frozen=True)
+class Step:
+    """One model on the way: its fit, held-out residuals, what is left, and the candidates that were tried on it.
+
+    effects: all that the model has, the given ones first. E_train, E_heldout: the paper's error on the fitted rows and
+    on held-out kinematic states; E_new_sample: on whole samples left out in turn (None with one sample, or where a
+    parameter belongs to a sample); floor: what measuring alone leaves of it (fractions)."""
+
+    effects: list[str]
+    fit: WhiteFit
+    whiten: Whitener
+    heldout: HeldOut
+    states: States
+    E_train: float
+    E_heldout: float
+    E_new_sample: float | None
+    floor: float
+    candidates: Sequence[Candidate] = ()
+
+    @cached_property
+    def left(self) -> Structure:
+        """What is systematic in the residuals that are left."""
+        return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
+
+    def worse(self, other: Step) -> bool:
+        """Whether its held-out error is clearly larger than another's."""
+        return self.E_heldout > (1 + RISES) * other.E_heldout
+
+    def tried(self, candidates: Sequence[Candidate]) -> Step:
+        """The same step with what was tried on it."""
+        step = replace(self, candidates=candidates)
+        if "left" in vars(self):  # known already, and dear
+            vars(step)["left"] = self.left
+        return step
+
+
+def parameter_covariance(step: Step) -> Tensor:
+    """Covariance of the declared physical parameters (SI), scaled by the noise that was measured: (k, k).
+
+    Of heavy tails the weighted Jacobian promises more than they hold: divided by the errors' efficiency."""
+    fit = step.fit
+    if not fit.model.declared:
+        return torch.zeros(0, 0)
+    inverse = normal_inverse(fit.jacobian.flatten(0, 1), smallest=1e-13)
+
+    def declared(vector: Tensor) -> Tensor:
+        values = fit.model.physical(vector)
+        return torch.stack([values[name] for name in fit.model.declared])
+
+    change = torch.func.jacfwd(declared)(fit.vector)
+    covariance: Tensor = change @ inverse @ change.T * step.left.scale**2 / step.whiten.efficiency
+    return covariance

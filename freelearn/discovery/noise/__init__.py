@@ -1,0 +1,1 @@
+"""How a bed scatters, and whether anything systematic is left."""

@@ -1,0 +1,231 @@
+"""Generic shapes that something missing may leave in residuals: polynomials, bins, waves, and in a log a history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+import torch
+from torch import Tensor
+
+from freelearn.data.recordings import Recording, stopped
+from freelearn.data.states import States
+from freelearn.physics.chain.lags import lag
+
+# Shapes that a missing history may leave in a log: what is imposed, late by several times and held back by plays.
+
+# Times of lags from the usual step from row to row to this share of the longest recording.
+LAGS, SHORTEST, LONGEST = 5, 0.5, 0.3
+# Half widths of plays, of the range of what is imposed.
+PLAYS = (0.02, 0.1, 0.4)
+# A quantity that changes by less than this share of its size within every recording stays as it is.
+STILL = 1e-6
+
+
+def history(states: States) -> Tensor:
+    """Columns (N, k) of rows of a log; none of another table.
+
+    By how much each quantity imposed is ahead of its lag, for several times, and what plays hold back of it, these also
+    in proportion to what is imposed.
+    """
+    if states.recording is None or states.place is None:
+        return torch.zeros(len(states), 0, dtype=torch.float64)
+    recording, place = states.recording.around(states.place)
+    inputs = torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1)
+    moving = inputs[:, recording.change(inputs).abs().amax(0) > STILL]
+    times = _times(recording)
+    late = [lag(moving, recording, moving.new_tensor(t)) for t in times]
+    free = ~recording.first[:, None]
+    held = [stopped(moving, *(torch.where(free, sign * w, 0.0).expand_as(moving) for sign in (-1, 1))) for w in PLAYS]
+    # A play's width may depend on where the actuator is.
+    each = torch.cat([*late, *held], dim=1)
+    sloped = torch.cat(held, dim=1)
+    varied = [sloped * x[:, None] for x in inputs.unbind(1)]
+    columns: Tensor = torch.cat([each, *varied], dim=1)[place]
+    return columns
+
+
+def _scaled(x: Tensor) -> Tensor:
+    """x (N,) moved and stretched to [0, 1]; zeros where all values are the same."""
+    wide = x.max() - x.min()
+    return (x - x.min()) / wide if float(wide) > 0 else torch.zeros_like(x)
+
+
+def _times(recording: Recording[States]) -> list[float]:
+    begun, ended = recording.ends
+    longest = float((recording.time[ended] - recording.time[begun]).max())
+    steps = recording.step[recording.step > 0]
+    shortest = SHORTEST * float(steps.median()) if len(steps) else 1.0
+    return torch.logspace(0, 1, LAGS, base=max(LONGEST * longest / shortest, 1.0)).mul(shortest).tolist()
+
+
+# Generic shapes that something missing may leave in residuals: polynomials, bins, waves.
+
+# Highest total degree of the polynomials in length, twist and pressure: over all samples together, of each alone.
+POOLED_DEGREE, SAMPLE_DEGREE = 4, 3
+# Bins of length and of twist in which a misfit of any shape may show, and half-waves over a sample's run.
+BINS, WAVES = 24, 6
+# Rows or kinematic states for each shape where single readings and position errors are to be told from it, and fewest
+# bins that are worth having.
+SHARING, FEWEST_BINS = 4, 4
+
+
+@dataclass(frozen=True)
+class Block:
+    """Shapes (n, k) on some rows, (n,) of them, and zero on all others."""
+
+    rows: Tensor
+    columns: Tensor
+
+
+# A set of shapes: what belongs to one sample alone costs no more than its own rows.
+Basis = list[Block]
+
+
+def scaled(x: Tensor) -> Tensor:
+    """x (N,) moved and stretched to [−1, 1]; zeros where all values are the same.
+
+    >>> scaled(torch.tensor([2.0, 3.0, 4.0]))
+    tensor([-1.,  0.,  1.])
+    """
+    low, high = x.min(), x.max()
+    half = (high - low) / 2
+    return (x - (low + high) / 2) / half if float(half) > 0 else torch.zeros_like(x)
+
+
+def elongation(states: States) -> Tensor:
+    """Length change l − L [m], (N,)."""
+    return states.length - states.reference_length
+
+
+def imposed(states: States) -> dict[str, Tensor]:
+    """What the bed imposes, by name, (N,) each: the two quantities of a kinematic state (its length as a change), then
+    the pressure of each actuator."""
+    inputs = states.inputs()
+    names = [quantity.name for quantity in states.bed.state]
+    count = len(inputs) - 2
+    names += ["pressure"] if count == 1 else [f"pressure {i + 1}" for i in range(count)]
+    named = dict(zip(names, inputs, strict=True))
+    return named | ({"elongation": elongation(states)} if "elongation" in named else {})
+
+
+def monomials(states: States, degree: int) -> tuple[Tensor, list[str]]:
+    """Products of powers of what is imposed (each scaled to [−1, 1]) up to a total degree: (N, k)."""
+    named = {name: scaled(x) for name, x in imposed(states).items()}
+    columns, names = [], []
+    for powers in _powers(len(named), degree):
+        parts = [(name, p) for name, p in zip(named, powers, strict=True) if p]
+        column = torch.ones(len(states), dtype=torch.float64)
+        for name, p in parts:
+            column = column * named[name] ** p
+        columns.append(column)
+        names.append(" × ".join(name if p == 1 else f"{name}^{p}" for name, p in parts) or "constant")
+    return torch.stack(columns, dim=-1), names
+
+
+def _powers(count: int, degree: int) -> list[tuple[int, ...]]:
+    """Exponents of `count` factors whose sum is at most the degree.
+
+    >>> _powers(2, 1)
+    [(0, 0), (0, 1), (1, 0)]
+    """
+    if not count:
+        return [()]
+    return [(i, *rest) for i in range(degree + 1) for rest in _powers(count - 1, degree - i)]
+
+
+def bases(states: States) -> list[Basis]:
+    """Shapes that a missing effect may leave: coarse and fine smooth ones, uneven ones, and each sample's own."""
+    rising = states.direction[:, None]
+    low, _ = monomials(states, 1)
+    order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
+    coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
+    fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
+    uneven = torch.cat([*(binned(x, states) for x in _places(states)), _waves(states)], dim=1)
+    everywhere = torch.arange(len(states))
+    past = history(states)
+    pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven, past) if columns.shape[1]]
+    samples = torch.unique(states.sample)
+    if len(samples) == 1:
+        return pooled
+    each = torch.cat([monomials(states, SAMPLE_DEGREE)[0], rising * low, order], dim=1)
+    return [*pooled, [Block(rows, each[rows]) for rows in rows_of_samples(states)]]
+
+
+def rows_of_samples(states: States) -> list[Tensor]:
+    """Row numbers of each sample, in the samples' order."""
+    return [torch.nonzero(states.sample == n)[:, 0] for n in torch.unique(states.sample)]
+
+
+def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
+    """Shapes that something missing may leave in one sample's residuals, (n, k), and the kind of each, (k,) int64.
+
+    visits: number of its kinematic states. As many shapes as the rows bear: SHARING rows for each polynomial, and as
+    many states for each bin and wave, or they would take their position errors and single readings.
+    """
+    axes = len(imposed(states))
+    degree = max(d for d in range(POOLED_DEGREE + 1) if comb(d + axes, axes) * SHARING <= len(states) or d == 0)
+    low, _ = monomials(states, 1)
+    order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
+    kinds = [monomials(states, degree)[0], torch.cat([states.direction[:, None] * low, order], dim=1)]
+    bearable = min(visits // SHARING, BINS)
+    if bearable >= FEWEST_BINS:
+        kinds += [binned(x, states, bearable) for x in _places(states)]
+    kinds.append(_waves(states, min(bearable, WAVES)))
+    kinds.append(history(states))
+    kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
+    return torch.cat(kinds, dim=1), kind
+
+
+def _places(states: States) -> list[Tensor]:
+    """The two quantities of a kinematic state."""
+    return list(imposed(states).values())[:2]
+
+
+def dense(basis: Basis, count: int) -> Tensor:
+    """The shapes as one matrix over all rows, (count, k)."""
+    parts = []
+    for block in basis:
+        part = torch.zeros(count, block.columns.shape[1], dtype=torch.float64)
+        part[block.rows] = block.columns
+        parts.append(part)
+    return torch.cat(parts, dim=1)
+
+
+def bins(x: Tensor, most: int = BINS) -> Tensor:
+    """Indicators (N, k) of the levels of x (N,), or of at most so many bins with equally many levels each.
+
+    >>> bins(torch.tensor([0.5, 2.0, 0.5]))
+    tensor([[1., 0.],
+            [0., 1.],
+            [1., 0.]], dtype=torch.float64)
+    """
+    levels, level = torch.unique(x.round(decimals=9), return_inverse=True)
+    if len(levels) > most:
+        level = torch.div(level * most, len(levels), rounding_mode="floor")
+    return torch.nn.functional.one_hot(level).double()
+
+
+def binned(x: Tensor, states: States, most: int = BINS) -> Tensor:
+    """A constant and a slope over pressure in each bin of x: what polynomials are too smooth for, (N, 2 bins)."""
+    inside = bins(x, most)
+    return torch.cat([inside, inside * scaled(states.pressure)[:, None]], dim=1)
+
+
+def _waves(states: States, most: int = WAVES) -> Tensor:
+    """Slow waves over each sample's run, in the order of measuring: (N, most × samples)."""
+    columns = [torch.zeros(len(states), 0, dtype=torch.float64)]
+    for n in torch.unique(states.sample):
+        inside = states.sample == n
+        place = (torch.cumsum(inside, 0) - 0.5).double() / inside.sum()
+        columns += [(torch.cos(torch.pi * k * place) * inside)[:, None] for k in range(1, most + 1)]
+    return torch.cat(columns, dim=1)
+
+
+def both_loads(force: Tensor, moment: Tensor) -> Tensor:
+    """Shapes of the force (N, k) and of the moment (N, j) as loads (N, 2, k + j), each with the other zero."""
+    none = torch.zeros(len(force), force.shape[1] + moment.shape[1], dtype=force.dtype)
+    loads = torch.stack([none, none], dim=1)
+    loads[:, 0, : force.shape[1]] = force
+    loads[:, 1, force.shape[1] :] = moment
+    return loads

@@ -1,0 +1,144 @@
+"""Is there anything systematic left? Tests of whitened residuals that need no candidate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from scipy.special import fdtrc
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.discovery.noise.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal, summed_products
+from freelearn.discovery.noise.noise import Whitener, whitened_basis
+from freelearn.discovery.noise.shapes import Basis, bases
+
+# Chance at which a screen speaks. Its false statements are counted by experiments/hidden_effects: at most 2 %.
+ALPHA = 0.004
+
+
+@dataclass(frozen=True)
+class Screen:
+    """shows: whether what it looks for shows; None where the rows cannot tell, and then p_value is None too. p_value:
+    chance that noise alone would look like this. says: in words. at_most: force [N] and moment [N·m] that a denial
+    leaves possible, with 99 % confidence; None where it puts no figure on it."""
+
+    name: str
+    shows: bool | None
+    p_value: float | None
+    says: str
+    at_most: tuple[float, float] | None = None
+
+
+# Standard deviations beyond which a residual counts as an outlier.
+OUTLYING = 4.0
+# Fewer degrees of freedom than this tell nothing of the noise.
+FEWEST_FREE = 10
+# A p-value below this is looked at again without each of the states, if these are not so few that one of them may be
+# the one that tells.
+LOOKED_AT, FEW_STATES = 0.05, 16
+
+
+@dataclass(frozen=True)
+class Structure:
+    """p_value that residuals without structure would look as systematic as these; scale: standard deviation of
+    what is left after all smooth structure is taken off, in units of the stated noise (one if that is right)."""
+
+    p_value: float
+    scale: float
+
+
+def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
+    """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure.
+
+    Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
+    the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
+    multiplied by the number of bases (Bonferroni). Residuals beyond OUTLYING standard deviations are drawn in to there:
+    a few rows on a kink of the model are not a systematic misfit, and neither is one odd state of many: where the
+    F-test sees something, it has to see it without any one of the states too.
+    """
+    flat = winsorized(residual.reshape(-1), whiten.present.reshape(-1))
+    absorbed = orthonormal(jacobian.flatten(0, 1))
+    views = [_view(basis, absorbed, flat, whiten) for basis in bases(states)]
+    views = [view for view in views if view.rank]
+    total = max(float(flat.square().sum()), SMALLEST)
+    if not views:
+        return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
+    finest = max(views, key=lambda view: view.rank)
+    freedom = whiten.count - absorbed.shape[1] - finest.rank
+    if freedom < FEWEST_FREE:
+        return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
+    every = torch.ones(1, whiten.states, dtype=torch.float64)
+    variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
+
+    def least(explained: Sequence[np.ndarray]) -> np.ndarray:
+        chances = [fdtrc(v.rank, freedom, e / v.rank / variance) for v, e in zip(views, explained, strict=True)]
+        smallest: np.ndarray = np.minimum(1.0, len(views) * np.min(chances, axis=0))
+        return smallest
+
+    p_value = float(least([view.explained(every) for view in views])[0])
+    if p_value < LOOKED_AT and whiten.states >= FEW_STATES:
+        without = 1 - torch.eye(whiten.states, dtype=torch.float64)
+        p_value = float(least([view.explained(without) for view in views]).max())
+    return Structure(p_value, variance**0.5)
+
+
+def f_test(ratio: float, of: int, over: int) -> float:
+    """Chance that Fisher's F with (of, over) degrees of freedom exceeds the ratio.
+
+    >>> round(f_test(1.0, 10, 10), 3)
+    0.5
+    """
+    return float(fdtrc(of, over, ratio))
+
+
+@dataclass(frozen=True)
+class _View:
+    """A basis of some rank, cleared of what the fit absorbs: axes (k, rank) that make its columns orthonormal, their
+    products with the residuals summed over each kinematic state, (states, k), and the share of these that is absorbed:
+    products of the absorbed span (states, r) and with the columns (r, k)."""
+
+    rank: int
+    axes: Tensor
+    along: Tensor
+    taken: Tensor
+    shared: Tensor
+
+    def explained(self, states: Tensor) -> np.ndarray:
+        """What the basis explains of the squared residuals, (cases,), if each state's count as often as states
+        (cases, states) says."""
+        slope = states @ self.along - (states @ self.taken) @ self.shared
+        explained: np.ndarray = (slope @ self.axes).square().sum(1).numpy()
+        return explained
+
+
+def _view(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _View:
+    """A basis seen beside an orthonormal span (2N, r) and residuals (2N,).
+
+    All from inner products, block by block: the cleared columns themselves would cost several passes over them."""
+    span, residual = absorbed.reshape(len(flat) // 2, 2, -1), flat.reshape(-1, 2)
+    grams, shared, along = [], [], []
+    for block in basis:
+        columns = whitened_basis(block.columns, whiten.part(block.rows))
+        length = norms(columns)
+        columns = columns[:, length > 0] / length[length > 0]
+        grams.append(columns.T @ columns)
+        shared.append(span[block.rows].flatten(0, 1).T @ columns)
+        along.append(
+            summed_products(columns, residual[block.rows].reshape(-1), whiten.state[block.rows], whiten.states)
+        )
+    together, taken = torch.block_diag(*grams), torch.cat(shared, dim=1)
+    size, axes = torch.linalg.eigh(together - taken.T @ taken)
+    kept = size > DEPENDENT
+    axes = axes[:, kept] / size[kept].sqrt()
+    return _View(
+        int(kept.sum()), axes, torch.cat(along, 1), summed_products(absorbed, flat, whiten.state, whiten.states), taken
+    )
+
+
+def winsorized(residual: Tensor, present: Tensor) -> Tensor:
+    """Residuals drawn in to OUTLYING standard deviations, these from the median absolute value of those present."""
+    limit = OUTLYING * 1.4826 * float(residual[present].abs().median())
+    return residual.clamp(-limit, limit) if limit > 0 else residual

@@ -1,0 +1,43 @@
+"""Effects that are in no library: the forms that the residuals of a model ask for most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from freelearn.common.progress import begin
+from freelearn.discovery.fits.prepare import Prepared
+from freelearn.discovery.fits.white_fit import WhiteFit
+from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.noise.structure import structure
+from freelearn.discovery.proposals.proposal import Guess
+from freelearn.discovery.proposals.pushes import pushes
+from freelearn.discovery.proposals.scan import Scan
+from freelearn.discovery.thresholds import FITTED, ONE_PLACE
+
+
+def guessed(prepared: Prepared, fit: WhiteFit, whiten: Whitener, pairs: bool = True) -> list[Guess]:
+    """What every form promises on top of a fit, the best first. pairs: of inputs too."""
+    begin("looking where something that is in no list would enter")
+    on = prepared.question.on([effect.name for effect in fit.model.effects])
+    scale = structure(fit.residual, fit.jacobian, prepared.rows.states, whiten).scale
+    seen = pushes(fit, prepared.rows, on, prepared.question.clocked)
+    return Scan(fit, prepared.rows, whiten, scale**2, on).guesses(seen, pairs)
+
+
+def shortlist(guesses: Sequence[Guess], most: int = FITTED) -> list[Guess]:
+    """The most promising guesses, of several places."""
+    taken: list[Guess] = []
+    for guess in guesses:
+        if guess.worth <= 0 or len(taken) == most:
+            break
+        if sum(other.key == guess.key for other in taken) < ONE_PLACE:
+            taken.append(guess)
+    return taken
+
+
+def best_of_places(guesses: Sequence[Guess]) -> list[Guess]:
+    """Of each place and its inputs the most promising guess, best first."""
+    best: dict[tuple[str, tuple[str, ...]], Guess] = {}
+    for guess in guesses:
+        best.setdefault(guess.key, guess)
+    return list(best.values())

@@ -1,0 +1,111 @@
+"""What a referee looks at, and one check of a claim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.white_fit import WhiteFit
+from freelearn.discovery.noise.noise import Whitener
+
+Result = Literal["pass", "fail", "cannot_tell"]
+PASS: Result = "pass"
+FAIL: Result = "fail"
+CANNOT: Result = "cannot_tell"
+
+
+@dataclass(frozen=True)
+class Check:
+    """name: of what was looked at. figure beside threshold: a failed check's is on the wrong side; None where there is
+    no number. says: one sentence. decides: whether a claim needs it: where it fails there is none, and where it cannot
+    tell the table is undecided."""
+
+    name: str
+    result: Result
+    figure: float | None
+    threshold: float | None
+    says: str
+    decides: bool = True
+
+    def plain(self) -> dict[str, Any]:
+        """As referee.json holds it."""
+        return asdict(self)
+
+
+# What a referee looks at: a fitted model, its rows, and how well they were measured.
+
+
+@dataclass(frozen=True)
+class Case:
+    """fit: of the model that is claimed; plain: of the one without what was found, None where nothing was. rows: those
+    with an answer. whiten: of the noise as it was found to be. scale: largest readings (2,). accuracy: as stated.
+    fold: in which the kinematic states were left out, (N,). effects: those that are claimed."""
+
+    fit: WhiteFit
+    plain: WhiteFit | None
+    rows: Rows
+    whiten: Whitener
+    scale: Tensor
+    accuracy: Accuracy
+    fold: np.ndarray
+    effects: Sequence[str] = ()
+
+    @cached_property
+    def present(self) -> Tensor:
+        """Readings that count, (N, 2) bool: those that are there and did not slip."""
+        scatter = self.whiten.scatter
+        return self.whiten.told if scatter is None else self.whiten.told & (scatter.reading > 0)
+
+    @cached_property
+    def states(self) -> int:
+        """How many kinematic states there are."""
+        return len(np.unique(self.rows.state))
+
+    @cached_property
+    def covariance(self) -> Tensor:
+        """Of the raw vector, (p, p): of the rows and of what was known beforehand."""
+        jacobian = self.fit.jacobian.flatten(0, 1)
+        precision = jacobian.T @ jacobian * self.whiten.efficiency
+        if self.fit.prior is not None:
+            precision = precision + self.fit.prior.root.T @ self.fit.prior.root
+        inverse: Tensor = torch.linalg.pinv(precision, hermitian=True, rtol=1e-13)
+        return inverse
+
+    def error(self, raw: Tensor, of: Tensor | None = None) -> float:
+        """The paper's E of residuals (N, 2), a fraction, on all rows or on some, (N,) bool."""
+        right = self.present if of is None else self.present & of[:, None]
+        squares = (raw / self.scale).square() * right
+        return float((squares.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
+
+    def expected(self, of: Tensor, without: Tensor | None = None) -> float:
+        """The E that noise and what is not known of the parameters would make on some rows, (N,) bool.
+
+        without: covariance (p, p) of a fit that did not see them."""
+        variance = self.noise
+        if without is not None:
+            by = self.fit.raw_jacobian
+            variance = variance + torch.einsum("ncp,pq,ncq->nc", by, without, by).clamp_min(0)
+        right = self.present & of[:, None]
+        shares = variance / self.scale**2 * right
+        return float((shares.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
+
+    @cached_property
+    def noise(self) -> Tensor:
+        """Variance of every reading as it was found to scatter, place and all, (N, 2) SI."""
+        own = torch.where(self.present, self.whiten.own, 0.0).square()
+        place = self.whiten.places
+        return own + torch.where(self.present, place.square().sum(-1), 0.0).nan_to_num(0.0, 0.0, 0.0)
+
+    @cached_property
+    def floor(self) -> float:
+        """The E that noise alone would make, as it was found to scatter."""
+        every = torch.ones(len(self.rows), dtype=torch.bool)
+        return self.expected(every)

@@ -1,0 +1,1 @@
+"""What residuals show: where a model fails, which readings slipped."""

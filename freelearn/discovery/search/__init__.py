@@ -1,0 +1,1 @@
+"""Sets of effects, best first, and the answer that they share."""

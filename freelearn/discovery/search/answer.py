@@ -1,0 +1,216 @@
+"""The answer of a search: what all sets of effects that fit share, and what stands of one that leaves something."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from freelearn.discovery.fits.journal import ahead
+from freelearn.discovery.fits.left_out import paired
+from freelearn.discovery.fits.prepare import Prepared
+from freelearn.discovery.fits.step import Step
+from freelearn.discovery.fits.white_fit import white_fit
+from freelearn.discovery.proposals.proposal import Proposal
+from freelearn.discovery.search.hypotheses import Hypotheses
+from freelearn.discovery.search.hypothesis import Effects, Hypothesis
+from freelearn.discovery.search.stages import Explored
+from freelearn.discovery.thresholds import BETTER, FORMS, LEFT, LITTLE, MOST_KEPT, NOTHING, SURE, TIES, TOLD
+from freelearn.physics.effects.registry import EFFECTS
+
+# What all sets of effects that fit share: the answer of a search.
+
+
+@dataclass(frozen=True)
+class Answer:
+    """shown: the smallest set that is as good as the best. classes: for each of its effects all single ones that the
+    data cannot tell from it, itself first, with the set that has it instead. close: all sets that are as good, the most
+    probable first, and the probability of each among all that were looked at. shares: of each effect, the probability
+    of the sets that have it."""
+
+    shown: Hypothesis
+    classes: list[dict[str, Hypothesis]]
+    close: list[tuple[Hypothesis, float]] = field(default_factory=list)
+    shares: dict[str, float] = field(default_factory=dict)
+
+
+def answered(hypotheses: Hypotheses, without: Sequence[Effects] = ()) -> Answer:
+    """The answer of what was looked at. without: sets that do not count, because they predict clearly worse."""
+    known = [h for h in hypotheses.ordered() if h.key not in without and math.isfinite(h.evidence)]
+    # Where no evidence is finite (an accuracy of zero), or none is left, the model as it is.
+    known = known or [replace(hypotheses.found[frozenset()], evidence=0.0)]
+    known = sorted((believed(h, hypotheses) for h in known), key=lambda h: -h.evidence)
+    weights = _weights(known)
+    shown = _shown(hypotheses, known, weights)
+    close = [h for h in known if h.evidence >= shown.evidence - TIES]
+    shares = {
+        name: sum(weights[h.key] for h in known if name in h.key) for name in {n for h in known for n in h.effects}
+    }
+    told = sorted(((h, weights[h.key]) for h in close), key=lambda pair: -pair[1])[:TOLD]
+    classes = [_class(name, shown, close) for name in shown.effects]
+    return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])))
+
+
+def believed(hypothesis: Hypothesis, hypotheses: Hypotheses) -> Hypothesis:
+    """A set with what was written for it: what that explains more than the library's has to exceed what forms of the
+    same thing differ by."""
+    if not hypothesis.key & set(hypotheses.odds):
+        return hypothesis
+    explained = hypotheses.found[frozenset()].fit.chi2 - hypothesis.fit.chi2
+    return replace(hypothesis, evidence=hypothesis.evidence - 0.5 * FORMS * max(explained, 0.0))
+
+
+def _weights(known: Sequence[Hypothesis]) -> dict[Effects, float]:
+    """Probabilities of the sets among all known."""
+    most = known[0].evidence
+    each = {h.key: math.exp(h.evidence - most) for h in known}
+    total = sum(each.values())
+    return {key: weight / total for key, weight in each.items()}
+
+
+def _shown(hypotheses: Hypotheses, known: Sequence[Hypothesis], weights: dict[Effects, float]) -> Hypothesis:
+    """The smallest set that is as good as the best, and of whose effects none may be missing."""
+    by_key = {h.key: h for h in known}
+    ties = [h for h in known if h.evidence >= known[0].evidence - TIES]
+    shown = min(ties, key=lambda h: (len(h.effects), -h.evidence))
+    while shown.effects:
+        close = [h for h in known if h.evidence >= shown.evidence - TIES]
+        doubtful = [n for n in shown.effects if _doubted(n, shown, close, weights) or _imitated(hypotheses, shown, n)]
+        fewer = [by_key[shown.key - {name}] for name in doubtful if shown.key - {name} in by_key]
+        if not fewer:
+            break
+        shown = max(fewer, key=lambda h: h.evidence)
+    return shown
+
+
+def _doubted(name: str, shown: Hypothesis, close: Sequence[Hypothesis], weights: dict[Effects, float]) -> bool:
+    """Whether sets that have neither the effect nor what stands in for it are too probable."""
+    members = set(_class(name, shown, close))
+    return sum(weight for key, weight in weights.items() if not key & members) > 1 - SURE
+
+
+def _class(name: str, shown: Hypothesis, close: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
+    """Of one effect of the set shown, what stands in for it in a set that is as good: one effect for it alone, or for
+    it and others."""
+    found = {name: shown}
+    for other in close:
+        if name not in other.key and len(other.key - shown.key) == 1 and len(other.key) <= len(shown.key):
+            (instead,) = other.key - shown.key
+            found.setdefault(instead, other)
+    return found
+
+
+def _imitated(hypotheses: Hypotheses, shown: Hypothesis, name: str) -> bool:
+    """Whether the effect explains no more than other forms of the others would explain otherwise (Effect.loose)."""
+    others = [other for other in shown.effects if other != name and other in EFFECTS and EFFECTS[other].loose]
+    if not others:
+        return False
+    gains = {n: hypotheses.without(shown, n).fit.chi2 - shown.fit.chi2 for n in (name, *others)}
+    return gains[name] < sum(EFFECTS[other].loose * max(gains[other], 0.0) for other in others)
+
+
+# How a search ends: the answer of the sets that were looked at, and what of an answer that leaves something stands.
+
+# Sets whose held-out errors are looked at.
+COMPARED = 6
+
+
+@dataclass(frozen=True)
+class Ending:
+    """known: all that was looked at; models: of it. final: the last model; classes: for each of its effects what the
+    data cannot tell from it, itself first. disagreed: sets that the evidence holds for as good, and that predict
+    clearly worse."""
+
+    known: Explored
+    models: Models
+    answer: Answer
+    final: Step
+    classes: list[dict[str, Step]]
+    proposals: list[Proposal] = field(default_factory=list)
+    disagreed: list[Effects] = field(default_factory=list)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing systematic is left."""
+        return self.final.left.p_value >= LEFT and self.final.fit.converged and self.final.E_heldout <= NOTHING
+
+
+def ended(prepared: Prepared, known: Explored, refuted: Sequence[Effects] = ()) -> Ending:
+    """The answer, and the models that it stands for. refuted: sets that are none."""
+    models = Models(prepared, known)
+    answer = answered(known.hypotheses, refuted)
+    disagreed = models.worse(answer)
+    if disagreed:
+        answer = answered(known.hypotheses, [*refuted, *disagreed])
+    final = models.step(answer.shown)
+    classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
+    return Ending(known, models, answer, final, classes, disagreed=disagreed)
+
+
+class Models:
+    """Steps of hypotheses, each made once."""
+
+    def __init__(self, prepared: Prepared, known: Explored) -> None:
+        self.prepared, self.known, self.made = prepared, known, dict[Effects, Step]()
+        self.whiten = known.whiten
+
+    def step(self, hypothesis: Hypothesis) -> Step:
+        """The model, fitted to its end under the noise of measuring alone."""
+        if hypothesis.key not in self.made:
+            fit = hypothesis.fit
+            exact = white_fit(fit.model, self.prepared.rows, self.whiten, fit.vector, fit.prior, near=fit.near)
+            self.made[hypothesis.key] = self.prepared.step(exact, self.whiten)
+        return self.made[hypothesis.key]
+
+    def worse(self, answer: Answer) -> list[Effects]:
+        """Sets as good as the one shown, itself included, that predict states left out clearly worse than another."""
+        close = [h for h, _ in answer.close if len(h.effects) <= len(answer.shown.effects)][:COMPARED]
+        if len(close) < 2:
+            return []
+        ahead([partial(self.step, h) for h in close])
+        best = min(close, key=lambda h: float(self.step(h).heldout.loss.sum()))
+        out = []
+        for other in close:
+            gain, error = paired(self.step(best).heldout, self.step(other).heldout)
+            if other is not best and gain > BETTER * error and self.step(other).worse(self.step(best)):
+                out.append(other.key)
+        return out
+
+
+def standing(ending: Ending) -> Ending:
+    """Of an answer that does not hold, the effects that stand on their own: each lowers the held-out error of the
+    model alone, and of the model with the others, clearly, and by no little share of what stays unexplained.
+
+    Something that is in no library can be mimicked a little by many effects that are; together they would be read as
+    findings.
+    """
+    models, hypotheses = ending.models, ending.known.hypotheses
+    shown, base = ending.answer.shown, models.step(hypotheses.found[frozenset()])
+    kept = [n for n in shown.effects if _helps(base, models.step(hypotheses.joined(hypotheses.found[frozenset()], n)))]
+    while True:
+        now = _of(hypotheses, kept)
+        step = models.step(now)
+        fewer = {name: models.step(hypotheses.without(now, name)) for name in kept}
+        idle = [name for name, reduced in fewer.items() if not _helps(reduced, step)]
+        if not idle and len(kept) <= MOST_KEPT:
+            break
+        least = min(idle or kept, key=lambda name: float(fewer[name].heldout.loss.sum()))
+        kept = [name for name in kept if name != least]
+    by_first = {next(iter(c)): c for c in ending.classes}
+    classes = [by_first.get(name, {name: step}) for name in kept]
+    return replace(ending, final=step, classes=classes)
+
+
+def _of(hypotheses: Hypotheses, names: Sequence[str]) -> Hypothesis:
+    now = hypotheses.found[frozenset()]
+    for name in names:
+        now = hypotheses.joined(now, name)
+    return now
+
+
+def _helps(reduced: Step, step: Step) -> bool:
+    gain, error = paired(step.heldout, reduced.heldout)
+    unexplained = max(float(step.heldout.loss.sum()) - step.whiten.count, 0.0)
+    whole = float(reduced.heldout.loss.sum() - step.heldout.loss.sum())
+    return gain > BETTER * error and whole > LITTLE * unexplained and not step.worse(reduced)

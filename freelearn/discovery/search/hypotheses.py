@@ -1,0 +1,288 @@
+"""Sets of effects, looked at best first: adding, taking out and exchanging, and pairs where single effects do not help.
+
+What can be claimed is what all sets that fit share; so every set that is looked at is kept, with its fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import torch
+from torch import Tensor
+
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.derivatives import none_vector
+from freelearn.discovery.fits.journal import together
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.white_fit import SentFit, WhiteFit, WhiteProblem, white_fit
+from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.search.hypothesis import Effects, Hypothesis, log_evidence, log_odds
+from freelearn.discovery.search.ranking import Promise, Ranking
+from freelearn.discovery.thresholds import (
+    BEAM,
+    CHILDREN,
+    COMPARABLE,
+    HOPEFUL,
+    HOPELESS,
+    MOST_EFFECTS,
+    MOST_EXPANDED,
+    NEEDED,
+    PAIRS,
+)
+from freelearn.physics.chain.model import Model
+
+# Times that the way to a start is halved.
+HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A set that is to be fitted, from a raw start (p,). like: a fit whose equilibria lie near. rival: χ² that it has
+    to come near to be of any interest. still, base: where what it has more than a base does nothing, (p,), and that;
+    the start is drawn in to there where it is worse."""
+
+    effects: Sequence[str]
+    start: Tensor
+    like: WhiteFit | None = None
+    rival: float | None = None
+    still: Tensor | None = None
+    base: Hypothesis | None = None
+
+    @property
+    def key(self) -> Effects:
+        """The effects, whatever their order."""
+        return frozenset(self.effects)
+
+
+@dataclass
+class Hypotheses:
+    """All sets that were looked at on some rows under one noise.
+
+    odds: of effects that are in no library. expanded, exchanged: the sets whose neighbors were looked at, and what
+    could stand in for their effects; ranked: what was promised on top of them."""
+
+    question: Question
+    rows: Rows
+    whiten: Whitener
+    spans: Mapping[str, float]
+    odds: dict[str, float] = field(default_factory=dict)
+    found: dict[Effects, Hypothesis] = field(default_factory=dict)
+    expanded: set[Effects] = field(default_factory=set)
+    exchanged: set[Effects] = field(default_factory=set)
+    ranked: dict[Effects, list[Promise]] = field(default_factory=dict)
+
+    @property
+    def library(self) -> list[str]:
+        """The effects to try, those that were written last."""
+        return [*self.question.candidates, *self.odds]
+
+    @property
+    def best(self) -> Hypothesis:
+        """The most probable one."""
+        return max(self.found.values(), key=lambda h: h.evidence)
+
+    def ordered(self) -> list[Hypothesis]:
+        """All, the most probable first."""
+        return sorted(self.found.values(), key=lambda h: -h.evidence)
+
+    def build(self, effects: Sequence[str]) -> Model:
+        """A fresh model with the question's own effects and these."""
+        return self.question.build([*self.question.given, *effects])
+
+    def under(self, whiten: Whitener, rows: Rows, kept: Sequence[Hypothesis]) -> Hypotheses:
+        """The same question under another noise, or on other rows, with some of the sets fitted anew."""
+        other = Hypotheses(self.question, rows, whiten, self.spans, self.odds)
+        nothing = self.found[frozenset()]
+        other.fits(Asked(h.effects, h.fit.vector, h.fit) for h in [nothing, *(h for h in kept if h is not nothing)])
+        return other
+
+    def worth_keeping(self, most: int) -> list[Hypothesis]:
+        """The most probable sets that are not hopelessly behind the best."""
+        return [h for h in self.ordered()[:most] if h.evidence > self.best.evidence - HOPELESS]
+
+    def fit(self, effects: Sequence[str], start: Tensor, like: WhiteFit | None = None) -> Hypothesis:
+        """The set with its most probable parameters, from a raw start (p,); known already where it was looked at.
+
+        like: a fit whose equilibria lie near."""
+        asked = Asked(effects, start, like)
+        if asked.key not in self.found:
+            self._keep(asked, self._fitted(asked))
+        return self.found[asked.key]
+
+    def fits(self, asked: Iterable[Asked]) -> None:
+        """As many at once, side by side; of those of one set the first counts."""
+        new: dict[Effects, Asked] = {}
+        for each in asked:
+            if each.key not in self.found:
+                new.setdefault(each.key, each)
+        sent = together([partial(self._sent, each) for each in new.values()])
+        for each, fit in zip(new.values(), sent, strict=True):
+            model = self.build(self._ordered(each.effects))
+            self._keep(each, fit.received(model, self.question.prior(model, self.spans)))
+
+    def _sent(self, asked: Asked) -> SentFit:
+        return SentFit.of(self._fitted(asked))
+
+    def _fitted(self, asked: Asked) -> WhiteFit:
+        names = self._ordered(asked.effects)
+        model = self.build(names)
+        prior = self.question.prior(model, self.spans)
+        start = asked.start
+        if asked.still is not None and asked.base is not None:
+            start = self._sound(names, asked.still, start, asked.base)
+        near = asked.like.near if asked.like else None
+        return white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=asked.rival, near=near)
+
+    def _keep(self, asked: Asked, fit: WhiteFit) -> None:
+        names = self._ordered(asked.effects)
+        # A fit that ended at a kink says no more than that it is at least so good.
+        known = bool(fit.residual.isfinite().all()) and bool(fit.jacobian.isfinite().all())
+        evidence = log_evidence(fit, names) + log_odds(names, self.odds) if known else -torch.inf
+        self.found[asked.key] = Hypothesis(names, fit, evidence)
+
+    def _ordered(self, effects: Collection[str]) -> tuple[str, ...]:
+        return tuple(name for name in self.library if name in effects)
+
+    def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None) -> Hypothesis:
+        """Looks at the neighbors of the most probable sets until none of these is new; the best one."""
+        for _ in range(MOST_EXPANDED):
+            front = [h for h in self.ordered()[:BEAM] if h.key not in self.expanded]
+            if not front:
+                if not self._exchanged():
+                    break
+                continue
+            before = self.best
+            self.expand(front[0])
+            if self.best is not before:
+                watch(self.best)
+        return self.best
+
+    def expand(self, hypothesis: Hypothesis) -> None:
+        """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
+        self.expanded.add(hypothesis.key)
+        fewer = [self._less(hypothesis, name) for name in hypothesis.effects if not needed(hypothesis, name)]
+        if len(hypothesis.effects) >= MOST_EFFECTS:
+            self.fits(fewer)
+            return
+        ranking = self.rank(hypothesis)
+        promised = self.ranked[hypothesis.key]
+        hopeful = self._hopeful(promised)
+        self.fits([*fewer, *(self._more(hypothesis, promise) for promise in hopeful)])
+        single = max((p.evidence for p in hopeful), default=0.0)
+        for names, evidence in ranking.pairs(PAIRS) if hypothesis is self.best else []:
+            if evidence > max(single, 0.0) + 1.0 and len(hypothesis.effects) + 2 <= MOST_EFFECTS:
+                self._pair(hypothesis, names, {p.effect: p for p in promised})
+
+    @staticmethod
+    def _hopeful(promised: Sequence[Promise]) -> list[Promise]:
+        """The promises that are worth a fit, the best first: not those far behind the best."""
+        tested = [p for p in promised if p.status == "tested" and p.evidence > HOPEFUL]
+        return [p for p in tested if p.evidence > tested[0].evidence - HOPELESS][:CHILDREN]
+
+    def rank(self, hypothesis: Hypothesis) -> Ranking:
+        """What the effects that the set lacks promise on top of it."""
+        others = [name for name in self.library if name not in hypothesis.effects]
+        given = self.question.given
+        ranking = Ranking(
+            hypothesis.fit, self.rows, self.whiten, others, self.question.on([*given, *hypothesis.effects]),
+            self.spans, self.question.priors, self.odds,
+        )  # fmt: skip
+        self.ranked[hypothesis.key] = ranking.promises()
+        return ranking
+
+    def add(self, hypothesis: Hypothesis, promise: Promise) -> Hypothesis:
+        """The set with one effect more."""
+        asked = self._more(hypothesis, promise)
+        self.fits([asked])
+        return self.found[asked.key]
+
+    def _more(self, hypothesis: Hypothesis, promise: Promise) -> Asked:
+        """The set with one effect more, to be fitted. Its rivals are those known now, whatever is fitted beside it."""
+        assert promise.start is not None
+        assert promise.still is not None
+        names, rival = (*hypothesis.effects, promise.effect), min(h.fit.chi2 for h in (hypothesis, self.best))
+        return Asked(names, promise.start, hypothesis.fit, rival, promise.still, hypothesis)
+
+    def without(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
+        """The set with one effect less."""
+        asked = self._less(hypothesis, name)
+        return self.fit(asked.effects, asked.start, asked.like)
+
+    def _less(self, hypothesis: Hypothesis, name: str) -> Asked:
+        names = [n for n in hypothesis.effects if n != name]
+        known = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector, strict=True))
+        return Asked(names, torch.stack([known[label] for label in self.build(names).labels()]), hypothesis.fit)
+
+    def joined(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
+        """The set with one effect more, from where that does nothing."""
+        names = (*hypothesis.effects, name)
+        known = self.found.get(frozenset(names))
+        return known or self.fit(names, none_vector(self.build(names), hypothesis.fit), hypothesis.fit)
+
+    def _pair(self, hypothesis: Hypothesis, names: Sequence[str], promised: Mapping[str, Promise]) -> None:
+        """The set with two effects more, from where the first of them alone leads."""
+        self.joined(self.add(hypothesis, promised[names[0]]), names[1])
+
+    def _exchanged(self) -> bool:
+        """Whether what could stand in for an effect of the best set has not been looked at, and has been now."""
+        best = self.best
+        if best.key in self.exchanged:
+            return False
+        self.exchanged.add(best.key)
+        fewer = {name: self._less(best, name) for name in best.effects}
+        self.fits(fewer.values())
+        reduced = {name: self.found[each.key] for name, each in fewer.items()}
+        unknown = [h for h in reduced.values() if h.key not in self.ranked]
+        for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
+            self.ranked[hypothesis.key] = promises
+        asked = []
+        for name, hypothesis in reduced.items():
+            promised = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
+            own = next((p.evidence for p in promised if p.effect == name), 0.0)
+            rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
+            asked += [self._more(hypothesis, promise) for promise in rivals[:CHILDREN]]
+        self.fits(asked)
+        return True
+
+    def _promises(self, hypothesis: Hypothesis) -> list[Promise]:
+        self.rank(hypothesis)
+        return self.ranked[hypothesis.key]
+
+    def _sound(self, names: Sequence[str], still: Tensor, start: Tensor, base: Hypothesis) -> Tensor:
+        """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².
+
+        What a linear effect promises may lie far beyond where it is linear: where no row has an equilibrium, perhaps.
+        """
+        problem = WhiteProblem(self.build(names), self.rows, self.whiten, near=base.fit.near)
+        with torch.no_grad():
+            for halvings in range(HALVINGS):
+                nearer = still + 0.5**halvings * (start - still)
+                if float(problem.residuals(nearer[None]).square().sum()) <= base.fit.chi2 * (1 + 1e-9):
+                    return nearer
+        return still
+
+
+def needed(hypothesis: Hypothesis, name: str) -> bool:
+    """Whether a set without one of its effects is hopelessly less probable, to first order: then it is not fitted.
+
+    The sum of squares is taken for quadratic about the fit, the other parameters giving way to the effect's being none.
+    """
+    fit = hypothesis.fit
+    assert fit.prior is not None
+    labels, declared = fit.model.labels(), fit.model.declared
+    jacobian = fit.jacobian.flatten(0, 1)
+    curvature = jacobian.T @ jacobian + fit.prior.root.T @ fit.prior.root
+    own = [i for i, label in enumerate(labels) if label.startswith(f"{name}.")]
+    others = [i for i in range(len(labels)) if i not in own]
+    # What is undefined without the effect (a time constant) goes with it.
+    gone = {i: p.none for i in own if (p := declared.get(labels[i])) is not None and p.none is not None}
+    none = [declared[labels[i]].to_raw(value) for i, value in gone.items()]
+    step = torch.tensor(none, dtype=torch.float64) - fit.vector[list(gone)]
+    if not gone or not bool(step.isfinite().all()) or not bool(curvature.isfinite().all()):
+        return False
+    cross = curvature[list(gone)][:, others]
+    inverse = torch.linalg.pinv(curvature[others][:, others], hermitian=True)
+    lost = 0.5 * float(step @ (curvature[list(gone)][:, list(gone)] - cross @ inverse @ cross.T) @ step)
+    return lost > NEEDED

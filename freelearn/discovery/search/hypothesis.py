@@ -1,0 +1,97 @@
+"""A set of effects that may be what a model lacks, with its fit, and how probable rows make it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from freelearn.discovery.fits.white_fit import WhiteFit
+from freelearn.physics.chain.priors import RawPrior
+from freelearn.physics.effects.registry import EFFECTS
+
+Effects = frozenset[str]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """effects: those added to the question's own, in the order of the library. fit: at the most probable parameters.
+    evidence: logarithm of its probability, up to a constant that all hypotheses under the same noise share."""
+
+    effects: tuple[str, ...]
+    fit: WhiteFit
+    evidence: float
+
+    @cached_property
+    def key(self) -> Effects:
+        """The effects, whatever their order."""
+        return frozenset(self.effects)
+
+
+# How probable rows make a set of effects: the evidence of its model, by Laplace's approximation.
+
+# How large an effect is, where it is there at all, is known within decades only: so many times its prior's deviation,
+# each as likely as the others.
+SIZES = (1.0, 1 / 3, 1 / 10, 1 / 30)
+# Variance of what nothing is known of.
+VAST = 1e8
+
+
+def log_odds(effects: Sequence[str], others: Mapping[str, float] | None = None) -> float:
+    """Logarithm of the odds, before any row was looked at, that an actuator has these effects.
+
+    others: odds of effects that are in no library."""
+    odds = [(others or {}).get(name) or EFFECTS[name].odds for name in effects]
+    return sum(math.log(p / (1 - p)) for p in odds)
+
+
+def log_evidence(fit: WhiteFit, effects: Sequence[str]) -> float:
+    """Logarithm of the probability of the rows under the fit's model, up to a constant that all models of them share.
+
+    The sum of squares is taken for quadratic about the most probable parameters (Laplace; MacKay 1992). The deviations
+    of each effect's parameters are multiplied by each of SIZES, of which the mean is taken, effect by effect in turn.
+    effects: those whose size is not known; the model may have more.
+    """
+    assert fit.prior is not None
+    view = _Quadratic(fit)
+    chosen: dict[str, float] = {}
+    for name in effects:
+        tried = [(view.evidence(chosen | {name: size}), size) for size in SIZES]
+        chosen[name] = max(tried)[1]
+    best, spread = view.evidence(chosen), 0.0
+    for name in effects:
+        each = np.array([view.evidence(chosen | {name: size}) for size in SIZES]) - best
+        spread += float(np.logaddexp.reduce(each)) - math.log(len(SIZES))
+    return best + spread
+
+
+class _Quadratic:
+    """A fit's sum of squares about its vector: χ² + 2 gᵀs + sᵀHs for a step s."""
+
+    def __init__(self, fit: WhiteFit) -> None:
+        jacobian = fit.jacobian.flatten(0, 1)
+        self.prior, self.labels = fit.prior, fit.model.labels()
+        self.vector = fit.vector.numpy()
+        self.curvature = (jacobian.T @ jacobian).numpy()
+        self.slope = (jacobian.T @ fit.residual.reshape(-1)).numpy()
+        self.chi2 = fit.chi2
+        self.low, self.high = (bound.numpy() for bound in fit.model.raw_bounds())
+        self.sized = {name for name, p in fit.model.declared.items() if p.none is not None}
+
+    def evidence(self, sizes: Mapping[str, float]) -> float:
+        """With the deviations of some effects' parameters multiplied."""
+        prior: RawPrior = self.prior.scaled(self.labels, sizes, self.sized)  # type: ignore[union-attr]
+        covariance = prior.covariance.numpy()
+        covariance = np.where(np.isinf(covariance), VAST, covariance)
+        away = self.vector - prior.middle.numpy()
+        precision = np.linalg.inv(covariance)
+        step = -np.linalg.solve(self.curvature + precision, self.slope + precision @ away)
+        step = np.clip(self.vector + step, self.low, self.high) - self.vector
+        chi2 = self.chi2 + 2 * self.slope @ step + step @ self.curvature @ step
+        known = (away + step) @ precision @ (away + step)
+        root = np.linalg.cholesky(covariance)
+        occam = np.linalg.slogdet(np.eye(len(step)) + root.T @ self.curvature @ root)[1]
+        return float(-0.5 * (chi2 + known + occam))

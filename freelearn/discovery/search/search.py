@@ -1,0 +1,316 @@
+"""Which effects is a model missing? All sets of effects that fit, and what they share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from torch import Tensor
+
+from freelearn.common.progress import begin
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.journal import ahead, kept
+from freelearn.discovery.fits.prepare import Prepared, Question, prepare, without
+from freelearn.discovery.fits.step import Candidate, Step
+from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.proposals.proposal import Proposal
+from freelearn.discovery.referee.case import Case, Check
+from freelearn.discovery.referee.referee import CLAIMS, Referee, refereed
+from freelearn.discovery.residuals.slipped_blocks import Block, blocks
+from freelearn.discovery.residuals.suspects import Suspect, misplaced, suspects
+from freelearn.discovery.search.answer import Answer, Ending, ended, standing
+from freelearn.discovery.search.beyond import beyond
+from freelearn.discovery.search.hypotheses import Hypotheses
+from freelearn.discovery.search.hypothesis import Hypothesis
+from freelearn.discovery.search.measuring_order import DRIFT, confounded, in_order_of
+from freelearn.discovery.search.ranking import Promise
+from freelearn.discovery.search.stability import stability
+from freelearn.discovery.search.stages import explored
+from freelearn.discovery.search.testable import scant
+from freelearn.discovery.thresholds import EVEN, IDLE, LEFT, MANY, MODELS_TOLD, MOST_ALIKE
+
+# Told of each new step and what it is.
+Watch = Callable[[Step, str], None]
+# Candidates whose held-out errors are told.
+SHOWN = 5
+# Sets that the next measurement of an undecided table has to split, and what one without effects is called.
+RIVALS, NO_EFFECT = 3, "no effect"
+# Sets that the referee is asked about beside the one shown, where that does not stand.
+ASKED_AGAIN = 2
+# For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
+EquivalenceClass = dict[str, Step]
+
+
+@dataclass(frozen=True)
+class ToldModel:
+    """A set of effects that fits as well as the best. E_heldout: a fraction; evidence: logarithm of its probability up
+    to a constant; parameters: by label, SI; probability: among all sets that were looked at."""
+
+    effects: list[str]
+    E_heldout: float
+    evidence: float
+    parameters: dict[str, float]
+    probability: float
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a search ends with.
+
+    verdict: adequate, named, class, proposed, unexplained or undecided; claimed: the same before the referee. effects:
+    those that were missing, in the order in which they lower the error most, without those given. classes: for each of
+    them all that the data cannot tell from it, itself first, with its fit. steps: the models on the way, the first with
+    the given effects alone. rows: those with an answer; kept: which of the question's rows these are. noise_floor: the
+    error of a perfect model, a fraction. suspects: readings that slipped, perhaps. sorted_by: inputs of which, for the
+    order of measuring, an unknown function would explain as much as the drift that was found. proposals: effects that
+    the search wrote itself; where it stays unexplained, the best part of an answer, which the last model does not have.
+    answer: all sets that are as good, and the probability of each effect; models: the same with their errors. cosines:
+    how alike the traces of effects are, see Ranking.cosines. referee: the checks of what would be claimed. rivals: of a
+    table that cannot tell, the most probable sets, by their effects: what to measure has to split them."""
+
+    verdict: str
+    effects: list[str]
+    classes: list[EquivalenceClass]
+    steps: list[Step]
+    rows: Rows
+    kept: np.ndarray
+    noise_floor: float
+    suspects: list[Suspect] = field(default_factory=list)
+    sorted_by: list[str] = field(default_factory=list)
+    proposals: list[Proposal] = field(default_factory=list)
+    answer: Answer | None = None
+    cosines: tuple[list[str], np.ndarray] = field(default_factory=lambda: ([], np.zeros((0, 0))))
+    referee: Referee | None = None
+    models: list[ToldModel] = field(default_factory=list)
+    claimed: str = ""
+    rivals: dict[str, Step] = field(default_factory=dict)
+
+    @property
+    def final(self) -> Step:
+        """The last model."""
+        return self.steps[-1]
+
+
+def search(question: Question, watch: Watch | None = None) -> Findings:
+    """Looks at sets of effects, and tells what all of them share that fit.
+
+    Inside a journal (see `kept_in`) it goes on from where an interrupted search of the same question was.
+    """
+    begin("fitting the model as it is, and how its readings scatter")
+    watch = watch or (lambda step, text: None)
+    if (reason := scant(question)) is not None:
+        return _untold(question, reason, watch)
+    with kept(), ExitStack() as stack:
+        prepared, fit, noise = prepare(question)
+        known = explored(prepared, fit, noise, _so_far)
+        ending = ended(prepared, known)
+        # Readings that slipped together are no function of anything.
+        lacking = not ending.complete and not slipped_together(prepared, ending.final)[0]
+        if lacking or len(ending.answer.shown.effects) >= MANY:
+            ending = beyond(prepared, known, ending, stack)
+        return _findings(prepared, ending, watch)
+
+
+def _untold(question: Question, reason: Check, watch: Watch) -> Findings:
+    """Of rows that can tell nothing: the model as it is."""
+    prepared, fit, noise = prepare(question)
+    step = prepared.step(fit, noise.whitener())
+    watch(step, "base model")
+    return Findings(
+        "undecided", [], [], [step], prepared.rows, prepared.kept, step.floor, referee=Referee([reason]),
+        claimed="undecided",
+    )  # fmt: skip
+
+
+def _so_far(best: Hypothesis) -> None:
+    begin(f"best so far: {' + '.join(best.effects) or 'the model alone'}")
+
+
+def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
+    """What the search ended with, readings that slipped, what the referee says of it, and all."""
+    together, without_drift = slipped_together(prepared, ending.final)
+    if without_drift is not ending.final:
+        ending = replace(ending, final=without_drift, classes=[c for c in ending.classes if DRIFT not in c])
+    sorted_by = confounded(prepared, ending.final)
+    begin("asking whether the claim stands")
+    referee = looked_at(prepared, ending)
+    claimed = verdict(ending, sorted_by)
+    if referee.failed and claimed in CLAIMS and ending.final is ending.models.step(ending.answer.shown):
+        other = _next_best(prepared, ending)
+        if other is not None:
+            ending, referee = other
+            sorted_by = confounded(prepared, ending.final)
+            claimed = verdict(ending, sorted_by)
+    claim = decided(claimed, referee, ending.answer)
+    # What blocks of slipped readings explain is settled already.
+    if claim == "unexplained" and not together:
+        ending = standing(ending)
+    hypotheses = ending.known.hypotheses
+    ranking = hypotheses.rank(hypotheses.found[frozenset()])
+    steps = staircase(prepared, ending)
+    final, rows, kept = steps[-1], prepared.rows, prepared.kept
+    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
+    tried = candidates(prepared, hypotheses, ranking.promises(), final.whiten, slipped)
+    steps = [steps[0].tried(tried), *steps[1:]]
+    for number, step in enumerate(steps):
+        added = [e for e in step.effects if not number or e not in steps[number - 1].effects]
+        watch(step, f"added {', '.join(added)}" if number else "base model")
+    ordered = in_order_of(rows.states) if together else []
+    pointed_out = [block.suspect(rows, kept, ordered) for block in together] + suspects(final, rows, kept)
+    # Of a model that lacks something, any state may look misplaced.
+    if not together and final.left.p_value >= LEFT:
+        pointed_out += misplaced(final, rows, kept)
+    effects = prepared.question.added(final.effects)
+    order = list(dict.fromkeys(name for step in steps for name in step.effects if name in effects))
+    # Of what was written only what is in the answer has a file; its other forms are told as its twins.
+    known = [n for c in ending.classes for n in c if n in effects or n not in hypotheses.odds]
+    classes = [{n: step for n, step in c.items() if n in known} for c in ending.classes]
+    classes = sorted(classes, key=lambda c: order.index(next(iter(c))))
+    return Findings(
+        claim, order, classes, steps, rows, kept, final.floor, pointed_out, sorted_by if DRIFT in order else [],
+        ending.proposals, ending.answer, ranking.cosines(), referee, told_models(ending), claimed,
+        rivals(ending) if claim == "undecided" else {},
+    )  # fmt: skip
+
+
+def rivals(ending: Ending) -> dict[str, Step]:
+    """The most probable sets of effects, by name, the one shown first."""
+    shown = ending.answer.shown
+    others = [h for h in ending.known.hypotheses.ordered() if h.key != shown.key and math.isfinite(h.evidence)]
+    found = {}
+    for hypothesis in [shown, *others][:RIVALS]:
+        step = ending.models.step(hypothesis)
+        if step.fit.proper:
+            found[" and ".join(hypothesis.effects) or NO_EFFECT] = step
+    return found
+
+
+def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | None:
+    """The next set that is as good as the one that the referee does not let stand, and what he says of it; None where
+    no such set stands."""
+    refuted = [ending.answer.shown.key]
+    least = min(hypothesis.evidence for hypothesis, _ in ending.answer.close)
+    for _ in range(ASKED_AGAIN):
+        other = ended(prepared, ending.known, [*ending.disagreed, *refuted])
+        shown = other.answer.shown
+        if shown.key in refuted or shown.evidence < least or not shown.effects or ending.proposals:
+            return None
+        referee = looked_at(prepared, other)
+        if not referee.failed and verdict(other) in CLAIMS:
+            return other, referee
+        refuted.append(shown.key)
+    return None
+
+
+def told_models(ending: Ending) -> list[ToldModel]:
+    """The sets that are as good, with their errors."""
+    told = []
+    ahead([partial(ending.models.step, hypothesis) for hypothesis, _ in ending.answer.close[:MODELS_TOLD]])
+    for hypothesis, share in ending.answer.close[:MODELS_TOLD]:
+        step = ending.models.step(hypothesis)
+        told.append(ToldModel(list(hypothesis.effects), step.E_heldout, hypothesis.evidence, step.fit.values(), share))
+    return told
+
+
+def looked_at(prepared: Prepared, ending: Ending) -> Referee:
+    """What the referee says of the last model."""
+    hypotheses, final = ending.known.hypotheses, ending.final
+    added = prepared.question.added(final.effects)
+    plain = hypotheses.found[frozenset()].fit if added else None
+    case = Case(
+        final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
+    )
+    return refereed(case, stability(case, hypotheses, ending.answer))
+
+
+def verdict(ending: Ending, sorted_by: Sequence[str] = ()) -> str:
+    """adequate, named, class, proposed or unexplained: what the last model and its classes amount to.
+
+    sorted_by: inputs of which an unknown function would do as well as a drift. Few rows leave no structure to see in
+    what a failed fit misses; it explains nothing all the same.
+    """
+    if not ending.complete or ending.known.share:
+        return "unexplained"
+    if not ending.classes:
+        return "adequate"
+    if any(p.written.name in ending.final.effects for p in ending.proposals):
+        return "proposed"
+    return "class" if sorted_by or any(len(members) > 1 for members in ending.classes) else "named"
+
+
+def decided(claimed: str, referee: Referee, answer: Answer) -> str:
+    """The claim that stands: undecided where the table cannot tell."""
+    claim = referee.verdict(claimed)
+    nothing = sum(share for hypothesis, share in answer.close if not hypothesis.effects)
+    if claim == "adequate" and nothing < EVEN:
+        return "undecided"
+    if claim == "class" and any(len(members) > MOST_ALIKE for members in answer.classes):
+        return "undecided"
+    return claim
+
+
+def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
+    """The models from the first to the last, each with the effect more that lowers the error most."""
+    hypotheses, final = ending.known.hypotheses, ending.final
+    left = set(prepared.question.added(final.effects))
+    path = [hypotheses.found[frozenset()]]
+    while len(left) > 1:
+        tried = [hypotheses.joined(path[-1], name) for name in sorted(left)]
+        path.append(max(tried, key=lambda h: h.evidence))
+        left -= path[-1].key
+    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
+    ahead([partial(prepared.step, h.fit, final.whiten, slipped) for h in path])
+    steps = [prepared.step(h.fit, final.whiten, slipped) for h in path]
+    steps = [*steps, final] if left else [final]
+    return steps
+
+
+def candidates(
+    prepared: Prepared, hypotheses: Hypotheses, promised: Sequence[Promise], whiten: Whitener, slipped: Tensor | None
+) -> list[Candidate]:
+    """Entries of discovery.json for the effects that were tried on the first model."""
+    entries = []
+    shown = [hypotheses.found.get(frozenset([promise.effect])) for promise in promised[:SHOWN]]
+    ahead([partial(prepared.step, h.fit, whiten, slipped) for h in shown if h and h.fit.proper])
+    for number, promise in enumerate(promised):
+        fitted = hypotheses.found.get(frozenset([promise.effect])) if number < SHOWN else None
+        step = prepared.step(fitted.fit, whiten, slipped) if fitted and fitted.fit.proper else None
+        entries.append(_entry(promise, step))
+    return entries
+
+
+def _entry(promise: Promise, step: Step | None) -> Candidate:
+    return Candidate(
+        step=0,
+        effect=promise.effect,
+        status=promise.status,
+        reason=promise.reason,
+        score=promise.chi2,
+        p_value=promise.p_value,
+        E_heldout=step.E_heldout if step else None,
+        E_new_sample=step.E_new_sample if step else None,
+    )
+
+
+def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step]:
+    """Blocks of readings that explain what is left, or more than a drift does, and the last model: then without the
+    drift, and without other effects that only mended what the blocks explain."""
+    drifts = DRIFT in prepared.question.added(final.effects)
+    if not drifts and final.left.p_value >= LEFT:
+        return [], final
+    step = without(prepared, final, DRIFT) if drifts else final
+    found = blocks(step, prepared.rows) if step else None
+    if step is None or found is None or not found.explain:
+        return [], final
+    if drifts and found.gain <= step.fit.chi2 - final.fit.chi2:
+        return [], final
+    for effect in prepared.question.added(step.effects):
+        fewer = without(prepared, step, effect)
+        again = blocks(fewer, prepared.rows) if fewer else None
+        if fewer and again and again.explain and fewer.fit.chi2 - again.gain < step.fit.chi2 - found.gain + IDLE:
+            step, found = fewer, again
+    return found.found, step

@@ -1,0 +1,178 @@
+"""Which effects can be tested on a model and a table, and tables that can tell nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+
+import numpy as np
+
+from freelearn.data.beds import DEAD_LOAD
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.step import Candidate, not_testable
+from freelearn.discovery.noise.shapes import imposed
+from freelearn.discovery.referee.case import CANNOT, Check
+from freelearn.discovery.residuals.hysteresis import ALONE, FEWEST, comparisons
+from freelearn.discovery.search.measuring_order import DRIFT
+from freelearn.discovery.thresholds import SORTED
+from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.ports import TiltEffect
+from freelearn.physics.effects.geometry.strand_jamming import area_of
+from freelearn.physics.effects.registry import EFFECTS
+
+# Which effects can be tested on a model and a table.
+
+# The column that says when a row was measured.
+TIME = "time_s"
+# A row counts as less severe than an earlier one below this share of the harshest so far.
+MILDER = 0.99
+# Strands lie closer than at rest below this share of the braid's area there.
+CLOSER = 0.98
+
+
+def candidates(
+    model: Model, given: Iterable[str], columns: Iterable[str], rows: Rows
+) -> tuple[list[str], list[Candidate]]:
+    """Names of the effects to test, and an entry of discovery.json for each that cannot be, with the reason.
+
+    An effect cannot be tested where the table lacks a column, where it does not fit the model's family or the bed, or
+    where the rows (those looked at) never saw what it would show in: fitted all the same, it would stand for something
+    else.
+    """
+    present, known = set(columns), set(given)
+    names, out = [], []
+    for name, effect in EFFECTS.items():
+        # Along no log there is no history: nothing is said of it.
+        if name in known or (effect.port == "history" and rows.states.recording is None):
+            continue
+        missing = [c for c in effect.needs if c not in present]
+        if missing:
+            out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
+        elif model.family not in effect.families():
+            out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
+        elif reason := effect.untold(rows.states.bed.name) or unseen(name, present, rows):
+            out.append(not_testable(name, reason))
+        else:
+            names.append(name)
+    return names, out
+
+
+def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
+    """Why these rows cannot show an effect of the history, of the time, of several actuators or of braids; empty where
+    they can, and for all other effects."""
+    if name == DRIFT:
+        return unclocked(columns, rows)
+    if issubclass(EFFECTS[name], TiltEffect) and len(rows.states.members) < 2:
+        return "needs several actuators on one end block"
+    return HISTORY[name](rows) if name in HISTORY else ""
+
+
+def unclocked(columns: Collection[str], rows: Rows) -> str:
+    """Why rows without a time cannot show what the time would do: their order is that of what was imposed, of which
+    anything unknown may be a function."""
+    if TIME in columns:
+        return ""
+    order, within = np.arange(len(rows), dtype=float), rows.states.sample.numpy()
+    inputs = [x.numpy() for x in imposed(rows.states).values()]
+    told, whole = 0.0, 0.0
+    for sample in np.unique(within):
+        own = within == sample
+        columns_of = [np.ones(own.sum())]
+        for x in inputs:
+            size = np.ptp(x[own])
+            if size > 0:
+                columns_of += [(x[own] - x[own].mean()) / size, ((x[own] - x[own].mean()) / size) ** 2]
+        design, target = np.stack(columns_of, axis=1), order[own] - order[own].mean()
+        left = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
+        told, whole = told + float(target @ target - left @ left), whole + float(target @ target)
+    if whole and told <= SORTED * whole:
+        return ""
+    return f"needs the column {TIME}: the order of the rows is that of what was imposed"
+
+
+def assumptions(names: Sequence[str], columns: Iterable[str]) -> list[str]:
+    """What was assumed for want of a column, in words, for the effects tested."""
+    known = set(columns)
+    return [sentence for name in names for sentence in EFFECTS[name].assumptions(known)]
+
+
+def _friction(rows: Rows) -> str:
+    if rows.states.members:
+        return f"cannot be told of several actuators on one end block: {ALONE}"
+    count = len(comparisons(rows.states, rows.state))
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows of falling pressure beside rising ones of the same state: there are {count}"
+
+
+def _braid(rows: Rows) -> str:
+    return "" if rows.states.second_angle is not None else "needs a braid: a second family of fibers, gamma2_deg"
+
+
+def _jam(rows: Rows) -> str:
+    if reason := _braid(rows):
+        return reason
+    states, shown = rows.states, rows.readings.value
+    if states.bed is DEAD_LOAD:
+        states = states.replace(length=states.reference_length + shown[:, 0], twist=shown[:, 1])
+    count = int((area_of(states) < CLOSER).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows in which the braid's strands lie closer than at rest: there are {count}"
+
+
+def _relaxation(rows: Rows) -> str:
+    dwell = rows.states.dwell.numpy()
+    _, member = np.unique(rows.state, return_inverse=True)
+    shortest = np.full(member.max() + 1, np.inf)
+    np.minimum.at(shortest, member, dwell)
+    count = int((dwell > shortest[member]).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows that were read later than others of the same state: there are {count}"
+
+
+def _softening(rows: Rows) -> str:
+    count = int((rows.states.severity < MILDER * rows.states.past_severity).sum())
+    if count >= FEWEST:
+        return ""
+    return f"needs {FEWEST} rows milder than one that the sample went through before: there are {count}"
+
+
+# Effects of the history and of braids, and what says why rows cannot show them.
+HISTORY: dict[str, Callable[[Rows], str]] = {
+    "friction_hysteresis": _friction,
+    "contact_friction": _friction,
+    "relaxation": _relaxation,
+    "stress_softening": _softening,
+    "bladder_slack": _braid,
+    "strand_jamming": _jam,
+}
+
+
+# Readings for each number of the model before anything is added, and one more.
+READINGS_EACH = 2
+# Rows of a single kinematic state that let anything be told from a line.
+ROWS_OF_ONE_STATE = 24
+
+
+def scant(question: Question) -> Check | None:
+    """Why no search can tell anything of the rows, if so: too few readings, one state with few rows, or nothing that
+    varies."""
+    rows = question.rows
+    needed = READINGS_EACH * (len(question.build(list(question.given)).vector()) + 1)
+    if rows.readings.count < needed:
+        many = f"{len(rows)} row{'s' * (len(rows) != 1)} with {rows.readings.count} readings"
+        says = f"{many}: too few to look for a missing effect."
+        return _check(rows.readings.count, needed, says)
+    inputs = [x.numpy() for x in imposed(rows.states).values()]
+    if all(np.ptp(x) <= 1e-9 * max(float(np.abs(x).max()), 1e-300) for x in inputs):
+        return _check(1, 2, "Nothing that the bed imposes varies in these rows: measure at other states and pressures.")
+    if len(np.unique(rows.state)) == 1 and len(rows) < ROWS_OF_ONE_STATE:
+        says = f"{len(rows)} rows of a single kinematic state tell no effect from another: measure at other states."
+        return _check(len(rows), ROWS_OF_ONE_STATE, says)
+    return None
+
+
+def _check(figure: float, threshold: float, says: str) -> Check:
+    return Check("enough rows", CANNOT, figure, threshold, says)

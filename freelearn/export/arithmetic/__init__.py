@@ -1,0 +1,1 @@
+"""A model's one row as a graph of numbers."""

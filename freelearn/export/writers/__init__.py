@@ -1,0 +1,1 @@
+"""That graph as C, ONNX, FMU, MuJoCo, Python and tables."""

@@ -1,0 +1,97 @@
+"""An actuator as a C99 file, and C that is compiled on this machine, to be checked and timed."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from freelearn.common.errors import UserError
+from freelearn.common.files import write_text
+from freelearn.export.actuator import Actuator
+from freelearn.export.arithmetic.function import Function
+from freelearn.export.export_options import Options
+from freelearn.export.round_trip import Written
+from freelearn.export.writers.c_source import c_source
+
+# C that is compiled on this machine, to be checked and timed.
+
+# As strict as a compiler gets; without the contraction of products and sums, so that every machine gives the same.
+FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")
+SECONDS = 600
+
+
+def compiler() -> str | None:
+    """The C compiler of this machine; None where there is none."""
+    return next((found for name in ("gcc", "cc", "clang") if (found := shutil.which(name))), None)
+
+
+def compiled(sources: Sequence[Path], library: Path, *more: str) -> str | None:
+    """Compiles to a shared library. Returns what the compiler complains of, None where it does not."""
+    found = compiler()
+    if found is None:
+        return "no C compiler on this machine"
+    command = [found, *FLAGS, "-shared", "-fPIC", *more, "-o", str(library), *map(str, sources), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+    return None if done.returncode == 0 else done.stderr.strip()[:2000]
+
+
+class Library:
+    """The functions of a compiled actuator."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        self.name, self.loaded = name, ctypes.CDLL(str(path))
+
+    def answers(self, f: Function, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Outputs (n, m) of a function at inputs (n, k), and what it returned, (n,) int."""
+        call = self.loaded[f"{self.name}_{f.name}"]
+        call.argtypes, call.restype = [ctypes.c_void_p, ctypes.c_void_p], ctypes.c_int
+        rows = np.ascontiguousarray(inputs[:, : len(f.inputs)], dtype=np.float64)
+        out = np.zeros((len(rows), len(f.outputs)))
+        flags = np.zeros(len(rows), dtype=np.int64)
+        start, step, end, wide = rows.ctypes.data, rows.strides[0], out.ctypes.data, out.strides[0]
+        for i in range(len(rows)):
+            flags[i] = call(start + i * step, end + i * wide)
+        return out, flags
+
+
+# An actuator as a C99 file.
+
+OUTSIDE = (
+    "Bit 0 of what each function returns, and its output `inside` = 0; the numbers are what the model itself would say "
+    "there. Bit 1: no equilibrium."
+)
+
+
+def write_c(actuator: Actuator, folder: Path, options: Options) -> Written:
+    """NAME.c."""
+    functions = actuator.functions
+    path = folder / f"{options.name}.c"
+    write_text(path, c_source(options.name, title(actuator, options), functions))
+    notes = [f"{f.name}: {f.operations} operations in every call" for f in functions]
+    if compiler() is None:
+        return Written([path], None, OUTSIDE, notes=[*notes, "No C compiler on this machine: the file was not run."])
+    library = run(path, options.name)
+    return Written([path], lambda x: library.answers(functions[0], x)[0], OUTSIDE, notes=notes)
+
+
+def run(path: Path, name: str) -> Library:
+    """The file compiled, with every warning an error. Raises UserError where the compiler refuses."""
+    with tempfile.TemporaryDirectory() as place:
+        library = Path(place) / f"{name}.so"
+        if problem := compiled([path], library):
+            raise UserError(f"The C compiler of this machine refuses {path.name}: {problem}")
+        # Loaded, it stays when its file is gone.
+        return Library(library, name)
+
+
+def title(actuator: Actuator, options: Options) -> str:
+    """The actuator in a line."""
+    states = actuator.states
+    design = "an end block of several actuators" if states.members else f"sample {actuator.sample}"
+    return f"{options.name}: {actuator.fitted.title}, {design}, written by freelearn"

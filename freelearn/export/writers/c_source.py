@@ -1,0 +1,154 @@
+"""An actuator as one file of C99: double precision, no allocations, a fixed number of operations in every call."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+from freelearn.export.arithmetic.function import Function, Port
+from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
+
+# A graph as statements of C99.
+
+WAYS = {
+    "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "{} / {}", "neg": "-{}", "abs": "fabs({})",
+    "sqrt": "sqrt({})", "exp": "exp({})", "expm1": "expm1({})", "log": "log({})", "log1p": "log1p({})",
+    "tanh": "tanh({})", "sin": "sin({})", "cos": "cos({})", "tan": "tan({})", "pow": "pow({}, {})",
+    "hypot": "hypot({}, {})", "min": "smaller({}, {})", "max": "larger({}, {})", "sign": "sign_of({})",
+    "where": "{} ? {} : {}", "lt": "{} < {}", "le": "{} <= {}", "gt": "{} > {}", "ge": "{} >= {}", "eq": "{} == {}",
+    "ne": "{} != {}", "and": "{} & {}", "or": "{} | {}", "not": "!{}", "finite": "isfinite({}) != 0",
+    "isnan": "isnan({}) != 0",
+}  # fmt: skip
+
+# What the statements call. NaN goes on through both, as through all else.
+HELPERS = """\
+static inline double smaller(double a, double b) { return (a != a || a < b) ? a : b; }
+static inline double larger(double a, double b) { return (a != a || a > b) ? a : b; }
+static inline double sign_of(double a) { return (double)((a > 0.0) - (a < 0.0)); }
+"""
+
+
+def statements(graph: Graph, outputs: Sequence[int], inputs: str, results: str) -> list[str]:
+    """Lines that read the array `inputs` and write the nodes of the outputs to the array `results`."""
+    needed = graph.needed(outputs)
+    return [*_Body(graph, needed, inputs).lines(None, 1), *_stores(graph, outputs, results)]
+
+
+def _stores(graph: Graph, outputs: Sequence[int], results: str) -> list[str]:
+    return [f"    {results}[{i}] = {_name(graph, node)};" for i, node in enumerate(outputs)]
+
+
+def _name(graph: Graph, i: int, inputs: str = "in") -> str:
+    node = graph.nodes[i]
+    if node.operation == CONSTANT:
+        return _literal(node.value, node.truth)
+    if node.operation == INPUT:
+        return f"{inputs}[{node.of[0]}]"
+    if node.operation in (CARRIED, ENDED):
+        return f"c{node.of[0]}_{node.of[1]}"
+    return f"v{i}"
+
+
+def _literal(value: float, truth: bool) -> str:
+    if truth:
+        return str(int(value))
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    text = repr(value)
+    return f"({text})" if text.startswith("-") else text
+
+
+class _Body:
+    def __init__(self, graph: Graph, needed: set[int], inputs: str) -> None:
+        self.graph, self.needed, self.inputs = graph, needed, inputs
+        self.by_loop: dict[int | None, list[int]] = {}
+        for i in sorted(needed):
+            self.by_loop.setdefault(graph.innermost(i), []).append(i)
+
+    def lines(self, loop: int | None, depth: int) -> list[str]:
+        """What is computed in one turn of a loop, or outside of all, in an order that serves."""
+        pad, out, opened = "    " * depth, [], set[int]()
+        for i in self.by_loop.get(loop, []):
+            node = self.graph.nodes[i]
+            if node.operation == ENDED and node.of[0] not in opened:
+                opened.add(node.of[0])
+                out += self._loop(node.of[0], depth)
+            elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
+                kind = "const int" if node.truth else "const double"
+                way = WAYS[node.operation].format(*(self._at(j) for j in node.of))
+                out.append(f"{pad}{kind} v{i} = {way};")
+        return out
+
+    def _at(self, i: int) -> str:
+        return _name(self.graph, i, self.inputs)
+
+    def _loop(self, number: int, depth: int) -> list[str]:
+        loop, pad = self.graph.loops[number], "    " * depth
+        places = self.graph.carried(number, self.needed)
+        kind = {i: "int" if self.graph.nodes[loop.starts[i]].truth else "double" for i in places}
+        begun = [f"{pad}{kind[i]} c{number}_{i} = {self._at(loop.starts[i])};" for i in places]
+        inside = pad + "    "
+        # What is carried changes at once, after all of it was computed; what stays needs no copy.
+        moved = [(i, self._at(loop.nexts[i])) for i in places if self._at(loop.nexts[i]) != f"c{number}_{i}"]
+        after = [f"{inside}const {kind[i]} n{number}_{i} = {n};" for i, n in moved]
+        after += [f"{inside}c{number}_{i} = n{number}_{i};" for i, _ in moved]
+        turn = f"{pad}for (int t{number} = 0; t{number} < {loop.times}; t{number}++) {{"
+        return [*begun, turn, *self.lines(number, depth + 1), *after, f"{pad}}}"]
+
+
+WIDTH = 116
+
+
+def c_source(name: str, title: str, functions: Sequence[Function]) -> str:
+    """The text of NAME.c. name: that all its functions begin with. title: what it is, for the head."""
+    head = [
+        title,
+        "Double precision, no allocations, no state: a call takes a fixed number of operations, whatever its inputs.",
+        "Each function returns 0 where its answer stands. Bit 0 (1): beyond the data that the model was fitted on: "
+        "nothing is promised. Bit 1 (2): no equilibrium, the tube balloons. Bit 2 (4): fibers at a singular angle. "
+        "Bit 3 (8): fibers overstretched. Bit 4 (16): no pressure gives that load. Inputs and outputs are SI.",
+        "Compile with: cc -std=c99 -O2 -c; link with -lm.",
+    ]
+    parts = [_comment(head), "#include <math.h>\n", HELPERS]
+    # A compiler that is told of unused functions as errors knows these as used.
+    parts.append(_prototypes(name, functions))
+    parts += [_function(name, f) for f in functions]
+    return "\n".join(parts)
+
+
+def _prototypes(name: str, functions: Sequence[Function]) -> str:
+    return "".join(f"{_signature(name, f)};\n" for f in functions)
+
+
+def _signature(name: str, f: Function) -> str:
+    return f"int {name}_{f.name}(const double in[{len(f.inputs)}], double out[{len(f.outputs)}])"
+
+
+def _function(name: str, f: Function) -> str:
+    about = [f"{f.about[0].upper()}{f.about[1:]}. {f.operations} operations."]
+    about += _ports("in", f.inputs) + _ports("out", f.outputs)
+    unread = [f"    (void)in[{i}];" for i in range(len(f.inputs)) if i not in f.graph.inputs(f.nodes)]
+    lines = [_comment(about), f"{_signature(name, f)} {{", *unread, *statements(f.graph, f.nodes, "in", "out")]
+    return "\n".join([*lines, f"    return {_flags(f)};", "}\n"])
+
+
+def _flags(f: Function) -> str:
+    place = {p.name: i for i, p in enumerate(f.outputs)}
+    bits = [f"(out[{place['inside']}] != 0.0 ? 0 : 1)"]
+    if "status" in place:
+        bits.append(f"(out[{place['status']}] != 0.0 ? 1 << (int)out[{place['status']}] : 0)")
+    if "found" in place:
+        bits.append(f"(out[{place['found']}] != 0.0 ? 0 : 16)")
+    return " | ".join(bits)
+
+
+def _ports(array: str, ports: Sequence[Port]) -> list[str]:
+    return [f"{array}[{i}] {p.name} [{p.unit}]: {p.about}" for i, p in enumerate(ports)]
+
+
+def _comment(lines: Sequence[str]) -> str:
+    wrapped = [part for line in lines for part in textwrap.wrap(line, WIDTH, subsequent_indent="    ")]
+    text = "\n".join(f" * {line}" for line in wrapped).replace("*/", "* /")
+    return f"/*\n{text}\n */"

@@ -1,0 +1,98 @@
+"""An actuator as an FMU (FMI 2.0 co-simulation) with its source inside."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from freelearn.common.errors import UserError
+from freelearn.common.files import write_whole
+from freelearn.common.package import VERSION
+from freelearn.export.actuator import Actuator
+from freelearn.export.export_options import Options, needed
+from freelearn.export.round_trip import Written
+from freelearn.export.writers.c_file import compiled, title
+from freelearn.export.writers.c_source import c_source
+from freelearn.export.writers.fmu_source import description, wrapper
+
+OUTSIDE = (
+    "Output `inside` = 0 beyond the data that the model was fitted on, output `status` says where there is no "
+    "equilibrium; the numbers are what the model itself would say there."
+)
+# The folder and the ending of binaries, by the machine.
+BINARIES = {"linux": ("linux64", ".so"), "darwin": ("darwin64", ".dylib"), "win32": ("win64", ".dll")}
+# A file's bytes shall not hang on the day.
+DAY = (2020, 1, 1, 0, 0, 0)
+
+
+def write_fmu(actuator: Actuator, folder: Path, options: Options) -> Written:
+    """NAME.fmu. Raises UserError where its source cannot be compiled here."""
+    needed("fmu")
+    from fmpy.validation import validate_fmu
+
+    name, forward = options.name, actuator.forward
+    source = c_source(name, title(actuator, options), [forward])
+    guid = "{" + hashlib.sha256(source.encode()).hexdigest()[:32] + "}"
+    source += wrapper(name, guid, forward)
+    where, ending = BINARIES.get(sys.platform, BINARIES["linux"])
+    with tempfile.TemporaryDirectory() as place:
+        written, library = Path(place) / f"{name}_fmu.c", Path(place) / f"{name}{ending}"
+        written.write_text(source, encoding="utf-8")
+        if problem := compiled([written], library, "-fvisibility=default"):
+            raise UserError(f"An FMU needs a C compiler on this machine ({problem}): install gcc, or use to=c.")
+        parts = {
+            "modelDescription.xml": description(name, title(actuator, options), guid, VERSION, forward).encode(),
+            f"sources/{name}_fmu.c": source.encode(),
+            f"binaries/{where}/{library.name}": library.read_bytes(),
+        }
+    path = folder / f"{name}.fmu"
+    write_whole(path, lambda beside: _zipped(beside, parts))
+    if problems := validate_fmu(str(path)):
+        raise UserError(f"FMPy refuses {path.name}: {problems[0]}")
+    loads = actuator.functions[0]
+    names = [p.name for p in loads.outputs]
+    notes = [f"Compiled for {platform.system()} {platform.machine()}; other machines compile sources/{name}_fmu.c."]
+    return Written([path], lambda x: answered(path, x, names), OUTSIDE, notes=notes)
+
+
+def _zipped(path: Path, parts: dict[str, bytes]) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            archive.writestr(zipfile.ZipInfo(name, DAY), content, zipfile.ZIP_DEFLATED)
+
+
+def answered(path: Path, inputs: np.ndarray, names: list[str]) -> np.ndarray:
+    """Outputs of these names (n, m) at inputs (n, k), by FMPy: a step of the co-simulation each."""
+    import fmpy
+    from fmpy.fmi2 import FMU2Slave
+
+    about: Any = fmpy.read_model_description(str(path))
+    reference = {v.name: v.valueReference for v in about.modelVariables}
+    given = [v.valueReference for v in about.modelVariables if v.causality == "input"]
+    with tempfile.TemporaryDirectory() as place:
+        fmpy.extract(str(path), place)
+        fmu = FMU2Slave(
+            guid=about.guid,
+            unzipDirectory=place,
+            modelIdentifier=about.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        fmu.instantiate()
+        fmu.setupExperiment(startTime=0.0)
+        fmu.enterInitializationMode()
+        fmu.exitInitializationMode()
+        out = []
+        for i, row in enumerate(inputs):
+            fmu.setReal(given, row.tolist())
+            fmu.doStep(currentCommunicationPoint=float(i), communicationStepSize=1.0)
+            out.append(fmu.getReal([reference[n] for n in names]))
+        fmu.terminate()
+        fmu.freeInstance()
+    return np.array(out)

@@ -1,0 +1,213 @@
+"""An actuator as ONNX files: float64, any number of rows at once, loops with a fixed number of turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from freelearn.common.files import write_bytes
+from freelearn.export.actuator import Actuator
+from freelearn.export.arithmetic.function import Function
+from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
+from freelearn.export.export_options import Options, needed
+from freelearn.export.round_trip import Written
+from freelearn.export.writers.c_file import title
+
+# An actuator as ONNX models: float64, any number of rows at once, loops with a fixed number of turns.
+
+# Loop and the comparisons of float64 are in all runtimes that have these.
+OPSET, IR = 17, 8
+
+WAYS = {
+    "add": "Add", "sub": "Sub", "mul": "Mul", "div": "Div", "neg": "Neg", "abs": "Abs", "sqrt": "Sqrt", "exp": "Exp",
+    "log": "Log", "tanh": "Tanh", "sin": "Sin", "cos": "Cos", "pow": "Pow", "sign": "Sign", "min": "Min", "max": "Max",
+    "where": "Where", "lt": "Less", "le": "LessOrEqual", "gt": "Greater", "ge": "GreaterOrEqual", "eq": "Equal",
+    "and": "And", "or": "Or", "not": "Not", "isnan": "IsNaN",
+}  # fmt: skip
+LOGICAL = ("and", "or", "not")
+
+
+def onnx_model(name: str, title: str, f: Function) -> Any:
+    """The function as an onnx.ModelProto: an input and an output (rows,) for each of its ports, in SI."""
+    from onnx import TensorProto, checker, helper
+
+    def value(port_name: str) -> Any:
+        return helper.make_tensor_value_info(port_name, TensorProto.DOUBLE, ["rows"])
+
+    writing = _Writing(f.graph, f.graph.needed(f.nodes), [p.name for p in f.inputs])
+    # Constants alone are no rows: each output takes the length of the first input.
+    nodes = writing.lines(None)
+    zero = f"{f.inputs[0].name}_zero"
+    nodes += [helper.make_node("Sub", [f.inputs[0].name] * 2, [zero])]
+    for port, i in zip(f.outputs, f.nodes, strict=True):
+        number, made = writing.number(i)
+        nodes += [*made, helper.make_node("Add", [number, zero], [port.name])]
+    graph = helper.make_graph(
+        nodes,
+        f"{name}_{f.name}",
+        [value(p.name) for p in f.inputs],
+        [value(p.name) for p in f.outputs],
+        [*writing.constants.values()],
+        doc_string=f"{title}: {f.about}",
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
+    model.producer_name = "freelearn"
+    helper.set_model_props(model, {p.name: f"[{p.unit}] {p.about}" for p in (*f.inputs, *f.outputs)})
+    checker.check_model(model)
+    return model
+
+
+class _Writing:
+    """A graph on its way into nodes of ONNX."""
+
+    def __init__(self, graph: Graph, needed: set[int], inputs: Sequence[str]) -> None:
+        self.graph, self.needed, self.inputs = graph, needed, inputs
+        self.constants: dict[str, Any] = {}
+        self.casts = 0
+        self.by_loop: dict[int | None, list[int]] = {}
+        for i in sorted(needed):
+            self.by_loop.setdefault(graph.innermost(i), []).append(i)
+
+    def lines(self, loop: int | None) -> list[Any]:
+        """Nodes of one turn of a loop, or of what is outside of all."""
+        out: list[Any] = []
+        opened = set[int]()
+        for i in self.by_loop.get(loop, []):
+            node = self.graph.nodes[i]
+            if node.operation == ENDED and node.of[0] not in opened:
+                opened.add(node.of[0])
+                out += self._loop(node.of[0])
+            elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
+                out += self._node(i)
+        return out
+
+    def number(self, i: int) -> tuple[str, list[Any]]:
+        """The name of a node's number, and what makes one of a truth."""
+        from onnx import TensorProto, helper
+
+        if not self.graph.nodes[i].truth:
+            return self.at(i), []
+        self.casts += 1
+        name = f"n{self.casts}"
+        return name, [helper.make_node("Cast", [self.at(i)], [name], to=TensorProto.DOUBLE)]
+
+    def at(self, i: int) -> str:
+        """The name of a node."""
+        node = self.graph.nodes[i]
+        if node.operation == CONSTANT:
+            return self._constant(node.value, node.truth)
+        if node.operation == INPUT:
+            return self.inputs[node.of[0]]
+        if node.operation == CARRIED:
+            return f"c{node.of[0]}_{node.of[1]}"
+        return f"e{node.of[0]}_{node.of[1]}" if node.operation == ENDED else f"v{i}"
+
+    def _constant(self, value: float, truth: bool = False) -> str:
+        from onnx import TensorProto, helper
+
+        name = f"{'truth' if truth else 'number'}_{value!r}"
+        kind = TensorProto.BOOL if truth else TensorProto.DOUBLE
+        self.constants[name] = helper.make_tensor(name, kind, [], [bool(value) if truth else value])
+        return name
+
+    def _node(self, i: int) -> list[Any]:
+        from onnx import helper
+
+        node, made, names = self.graph.nodes[i], [], []
+        for place, j in enumerate(node.of):
+            truth = node.operation in LOGICAL or (node.operation == "where" and (place == 0 or node.truth))
+            name, more = (self.at(j), []) if truth else self.number(j)
+            names.append(name)
+            made += more
+        result = f"v{i}"
+        between = [f"v{i}_{k}" for k in "abc"]
+
+        def op(kind: str, taken: Sequence[str], given: str) -> Any:
+            return helper.make_node(kind, list(taken), [given])
+
+        match node.operation:
+            case "ne":
+                return [*made, op("Equal", names, between[0]), op("Not", between[:1], result)]
+            case "finite":
+                either = [op("IsNaN", names, between[0]), op("IsInf", names, between[1])]
+                return [*made, *either, op("Or", between[:2], between[2]), op("Not", between[2:], result)]
+            case "hypot":
+                squares = [op("Mul", [n, n], b) for n, b in zip(names, between[:2], strict=True)]
+                return [*made, *squares, op("Add", between[:2], between[2]), op("Sqrt", between[2:], result)]
+            case "expm1":
+                return [*made, op("Exp", names, between[0]), op("Sub", [between[0], self._constant(1.0)], result)]
+            case "log1p":
+                return [*made, op("Add", [names[0], self._constant(1.0)], between[0]), op("Log", between[:1], result)]
+            case "tan":
+                parts = [op("Sin", names, between[0]), op("Cos", names, between[1])]
+                return [*made, *parts, op("Div", between[:2], result)]
+        return [*made, op(WAYS[node.operation], names, result)]
+
+    def _loop(self, number: int) -> list[Any]:
+        from onnx import TensorProto, helper
+
+        loop = self.graph.loops[number]
+        places = self.graph.carried(number, self.needed)
+        kinds = [TensorProto.BOOL if self.graph.nodes[loop.starts[i]].truth else TensorProto.DOUBLE for i in places]
+        body, outs, go_on = self.lines(number), [], f"go_{number}"
+        for i in places:
+            outs.append(f"o{number}_{i}")
+            body.append(helper.make_node("Identity", [self.at(loop.nexts[i])], [outs[-1]]))
+        body.append(helper.make_node("Identity", [go_on], [f"{go_on}_on"]))
+        inside = helper.make_graph(
+            body,
+            f"turn_{number}",
+            [
+                helper.make_tensor_value_info(f"turn_{number}", TensorProto.INT64, []),
+                helper.make_tensor_value_info(go_on, TensorProto.BOOL, []),
+                *(helper.make_tensor_value_info(f"c{number}_{i}", k, None) for i, k in zip(places, kinds, strict=True)),
+            ],
+            [
+                helper.make_tensor_value_info(f"{go_on}_on", TensorProto.BOOL, []),
+                *(helper.make_tensor_value_info(o, k, None) for o, k in zip(outs, kinds, strict=True)),
+            ],
+        )
+        times = f"times_{loop.times}"
+        self.constants[times] = helper.make_tensor(times, TensorProto.INT64, [], [loop.times])
+        starts = [self.at(loop.starts[i]) for i in places]
+        ends = [f"e{number}_{i}" for i in places]
+        return [helper.make_node("Loop", [times, self._constant(1.0, True), *starts], ends, body=inside)]
+
+
+# An actuator as ONNX files.
+
+OUTSIDE = (
+    "Output `inside` = 0 beyond the data that the model was fitted on, output `status` says where there is no "
+    "equilibrium; the numbers are what the model itself would say there."
+)
+
+
+def write_onnx(actuator: Actuator, folder: Path, options: Options) -> Written:
+    """NAME.onnx with loads, derivatives, bands and flags, and NAME_pressure_for_….onnx."""
+    needed("onnx")
+    about, paths = title(actuator, options), []
+    for f in (actuator.forward, *actuator.inverses):
+        paths.append(folder / f"{options.name}{'' if f.name == 'forward' else '_' + f.name}.onnx")
+        write_bytes(paths[-1], onnx_model(options.name, about, f).SerializeToString())
+    session = opened(paths[0])
+    return Written(paths, lambda x: answered(session, actuator.functions[0], x), OUTSIDE)
+
+
+def opened(path: Path) -> Any:
+    """The file in onnxruntime, on one core."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(path.read_bytes(), options, providers=["CPUExecutionProvider"])
+
+
+def answered(session: Any, f: Function, inputs: np.ndarray) -> np.ndarray:
+    """Outputs (n, m) of a function, by its ports' names, at inputs (n, k)."""
+    given = {p.name: np.ascontiguousarray(inputs[:, i]) for i, p in enumerate(f.inputs)}
+    found = session.run([p.name for p in f.outputs], given)
+    return np.stack(found, axis=1)

@@ -1,0 +1,1 @@
+"""From a state to loads: mechanics, the chain, effects and models."""

@@ -1,0 +1,60 @@
+"""What effects of the history share: a first-order lag and elements that stick and slip, along recordings."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+from freelearn.data.recordings import Recording, recurred, stopped
+from freelearn.data.states import States
+
+# No lag is shorter [s]; below it nothing is left of one.
+SHORTEST = 1e-9
+# No delay is longer [s].
+LONGEST = 30.0
+# Elements that stick, and the thresholds of each over their mean: the middles of equal shares of an exponential
+# distribution, of which one number says all.
+ELEMENTS = 5
+_MIDDLES = [-math.log(1 - (i + 0.5) / ELEMENTS) for i in range(ELEMENTS)]
+THRESHOLDS = tuple(middle * ELEMENTS / sum(_MIDDLES) for middle in _MIDDLES)
+
+
+def lag(signal: Tensor, recording: Recording[States], time: Tensor) -> Tensor:
+    """By how much x is ahead of y with τ y' = x − y, (M, c): exact where x is a straight line from sample to sample.
+
+    signal: x (M, c); time: τ [s], () or (c,). At a recording's first sample y = x: it had stood still.
+    """
+    first, step = recording.first[:, None], recording.step[:, None]
+    step = torch.where(first, 1.0, step)
+    left = torch.where(first, 0.0, torch.exp(-step / time.clamp_min(SHORTEST)))
+    return recurred(left, (1 - left) * (time / step) * recording.change(signal))
+
+
+def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor) -> Tensor:
+    """What of a signal's changes elements that stick hold back, in the mean, (M, c): Σ stopᵢ(x)/n.
+
+    signal: x (M, c). low ≤ 0 ≤ high, (M, c) or (c,): mean thresholds of the elements, beyond which they slip. At a
+    recording's first sample they hold nothing.
+    """
+    ratio = torch.tensor(THRESHOLDS, dtype=signal.dtype, device=signal.device)
+    free = ~recording.first[:, None, None]
+    floor, roof = (torch.where(free, bound[..., None] * ratio, 0.0) for bound in (low, high))
+    return stopped(signal[..., None], floor, roof).mean(-1)
+
+
+def delayed(signal: Tensor, recording: Recording[States], delay: Tensor) -> Tensor:
+    """x(t − T), (M, c): a straight line between samples, and beyond a recording's ends what it has there.
+
+    signal: x (M, c); delay: T [s], (), of either sign.
+    """
+    whole = recording.strung(2 * LONGEST)
+    asked = whole - delay
+    begun, ended = recording.ends
+    after = torch.searchsorted(whole, asked.detach().contiguous())
+    after = torch.minimum(torch.maximum(after, begun + 1), torch.maximum(ended, begun + 1)).clamp_max(len(whole) - 1)
+    start, end = whole[after - 1], whole[after]
+    left = ((end - asked) / torch.where(end > start, end - start, 1.0)).clamp(0.0, 1.0)[:, None]
+    line = signal[after] - left * (signal[after] - signal[after - 1])
+    return torch.where(left >= 1, signal[after - 1], line)

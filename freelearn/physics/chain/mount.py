@@ -1,0 +1,188 @@
+"""Where a mount that gives way and the actuator agree: effects whose imposed state depends on the loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from freelearn.common.vmapped import everyone, marked
+from freelearn.data.states import States
+from freelearn.physics.chain.prediction import Prediction, Status
+from freelearn.physics.chain.row_derivatives import determinant, divide, mended, recorded_with_rate, rows_jacobian
+
+MAX_ITERATIONS = 15
+# Iterations after which only the rows that have not settled go on.
+EARLY = 5
+# Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
+# differentiable step takes away besides.
+TOLERANCE = 1e-11
+# Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
+LARGEST = (0.05, 0.3)
+# Steps with the stiffness of a place nearby, before derivatives are taken, which cost three times as much a step.
+CHORDS = 10
+# By these names States.near keeps q and A.
+PLACE, STIFFNESS = "mount", "mount stiffness"
+
+Values = dict[str, Tensor]
+# The state imposed by a mount that carries these loads, and the loads of an actuator at a state.
+Impose = Callable[[States, Tensor, Values], States]
+Loads = Callable[[States, Values], Prediction]
+# The values of some rows (RawVector.rows_of).
+RowsOf = Callable[[Values, Tensor], Values]
+
+
+class Settled(NamedTuple):
+    """The state (l, φ) at which mount and actuator agree, and the loads there, both differentiable."""
+
+    states: States
+    prediction: Prediction
+
+
+def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> Settled:
+    """Solves q = impose(τ(q)) for q = (l, φ), row by row, with exact first derivatives of any kind.
+
+    With the mismatch g(q) = q − impose(τ(q)), A = ∂τ/∂q and J = ∂g/∂q (2 × 2 a row), Newton's method finds q without
+    recording derivatives. One more step, q − J⁻¹ g with q and J cut from the derivative, has the derivative of the
+    implicit function theorem, and τ + A (q_new − q) that of the loads (see equilibrium). A row that does not
+    settle, or only where the mount has snapped through (det J ≤ 0), counts as one without equilibrium.
+    """
+    exact = torch.is_grad_enabled()
+    with torch.no_grad():
+        fixed = {name: value.detach() for name, value in values.items()}
+        at = _solve(states.detach() if exact else states, fixed, impose, loads, rows_of)
+
+    def carried(q: Tensor) -> Prediction:
+        return loads(states.replace(length=q[:, 0], twist=q[:, 1]), values)
+
+    if exact and at.rough:
+        prediction, stiffness = recorded_with_rate(carried, at.q)
+        at = _sharpened(at, states, prediction.loads, stiffness, fixed, impose)
+    else:
+        prediction = carried(at.q)
+    if states.near:
+        states.near.keep(PLACE, at.q, at.settled)
+        states.near.keep(STIFFNESS, at.stiffness, at.settled)
+    imposed = _place(impose(states, prediction.loads, values))
+    step = torch.where(at.settled[:, None], -divide(at.q - imposed, at.jacobian), 0.0)
+    moved = (at.stiffness * step[:, None, :]).sum(-1)
+    status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
+    agreed = states.replace(length=at.q[:, 0] + step[:, 0], twist=at.q[:, 1] + step[:, 1])
+    return Settled(agreed, Prediction(prediction.loads + moved, status))
+
+
+class _Solution(NamedTuple):
+    """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative.
+
+    rough: whether J and A are those of the way there."""
+
+    q: Tensor
+    jacobian: Tensor
+    stiffness: Tensor
+    settled: Tensor
+    rough: bool = False
+
+
+def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
+    """From where the last search ended, if there was one."""
+    q, near = _place(states), states.near
+    if near is not None:
+        q = near.start(PLACE, q)
+        known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
+        if known is not None:
+            at = _chords(states, q, known, values, impose, loads)
+            left = marked(~at.settled)
+            if left is not None:
+                if len(left):
+                    rest = _newton(states[left], q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS)
+                    at = _joined(at, rest, left)
+                return at._replace(settled=at.settled & (determinant(at.jacobian) > 0), rough=True)
+            q = torch.where(at.settled[:, None], at.q, q)
+    at = _newton(states, q, values, impose, loads, EARLY)
+    left = marked(~at.settled)
+    if left is None:  # inside vmap
+        at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
+    elif len(left):
+        # Most rows settle in a few steps; only the others go on.
+        rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
+        at = _joined(at, rest, left)
+    settled = at.settled & (determinant(at.jacobian) > 0)
+    return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
+
+
+def _sharpened(
+    at: _Solution, states: States, carried: Tensor, stiffness: Tensor, values: Values, impose: Impose
+) -> _Solution:
+    """With A and J at q itself, where the actuator carries the loads (N, 2)."""
+    _, yielding = rows_jacobian(lambda given: _place(impose(states.detach(), given, values)), carried.detach())
+    jacobian = torch.eye(2, dtype=at.q.dtype, device=at.q.device) - yielding @ stiffness
+    return at._replace(jacobian=jacobian, stiffness=stiffness, settled=at.settled & (determinant(jacobian) > 0))
+
+
+def _joined(at: _Solution, rest: _Solution, left: Tensor) -> _Solution:
+    """The one, with the other's rows in the places that are left."""
+    return _Solution(
+        at.q.index_copy(0, left, rest.q),
+        at.jacobian.index_copy(0, left, rest.jacobian),
+        at.stiffness.index_copy(0, left, rest.stiffness),
+        at.settled.index_copy(0, left, rest.settled),
+    )
+
+
+def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose: Impose, loads: Loads) -> _Solution:
+    """A few of Newton's steps from q (N, 2) with the stiffness A (N, 2, 2) of a place nearby: no derivatives taken.
+
+    Each pair of loads on the way mends A along the step that led there (Broyden 1965). Rows whose A is not known, or
+    that do not settle, are left to Newton's method.
+    """
+    size = _size(states)
+    carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
+    imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
+    for _ in range(CHORDS):
+        jacobian = _identity(size) - yielding @ stiffness
+        step = -divide(q - imposed, jacobian)
+        settled = (step.abs() <= TOLERANCE * size).all(-1)
+        if everyone(settled):
+            break
+        q, before = q + step, carried
+        carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
+        stiffness = mended(stiffness, carried - before, step, size)
+        imposed = _place(impose(states, carried, values))
+    return _Solution(q, jacobian, stiffness, settled)
+
+
+def _size(states: States) -> Tensor:
+    """What counts as one of (l, φ): the reference length and 1 rad, (N, 2)."""
+    return torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+
+
+def _identity(size: Tensor) -> Tensor:
+    return torch.eye(2, dtype=size.dtype, device=size.device)
+
+
+def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Loads, iterations: int) -> _Solution:
+    """At most so many iterations of Newton's method from q (N, 2)."""
+    size = _size(states)
+    largest = size * torch.tensor(LARGEST, dtype=size.dtype, device=size.device)
+    identity = _identity(size)
+    for _ in range(iterations):
+        carried, stiffness = rows_jacobian(
+            lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1]), values).loads, q
+        )
+        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
+        jacobian = identity - yielding @ stiffness
+        step = -divide(q - imposed, jacobian)
+        settled = (step.abs() <= TOLERANCE * size).all(-1)
+        if everyone(settled):
+            break
+        # A row that has settled stays, so that J remains the one at its state.
+        step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
+        q = q + step
+    return _Solution(q, jacobian, stiffness, settled)
+
+
+def _place(states: States) -> Tensor:
+    """(l, φ) as (N, 2)."""
+    return torch.stack([states.length, states.twist], dim=-1)

@@ -1,0 +1,141 @@
+"""How an end block tilts under the unequal pushes of the actuators that it holds: each moves by more than the block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from freelearn.common.vmapped import everyone
+from freelearn.data.states import States
+from freelearn.physics.chain.prediction import Prediction, Status
+from freelearn.physics.chain.row_derivatives import recorded_with_rate, rows_jacobian
+
+MAX_ITERATIONS = 20
+# Steps this small, in reference lengths, leave an error of about their square, which the last step takes away.
+TOLERANCE = 1e-11
+# Largest change in one iteration, in reference lengths.
+LARGEST = 0.05
+# Steps from which a slope is taken, in reference lengths: of shorter ones rounding would be a part.
+TOLD = 1e-7
+# By these names States.near keeps the members' travel and their stiffness.
+TRAVEL, STIFFNESS = "tilt", "tilt stiffness"
+
+Values = dict[str, Tensor]
+# The loads that the members hand on at a state.
+Carried = Callable[[States, Values], Prediction]
+
+
+def tilt(states: States, count: int, compliance: Tensor, values: Values, carried: Carried) -> Prediction:
+    """Loads (k N, 2) of k members on a block that tilts, all rows of the first member, then of the next.
+
+    states, values: of the members at the block's own length, (k N,). compliance: c ≥ 0 of the block, () or (N,) m/N.
+
+    The members stand at one distance R from the axis, at equal angles β in their order. Their pushes f turn the block
+    about the two axes across by C_θ R Σ f (cos β, sin β), and so lift member i by e_i = c Σ_j cos(β_i − β_j) f_j(e_j)
+    with c = C_θ R². Newton's method finds e; one more step, with the slopes cut from the derivative, has the derivative
+    of the implicit function theorem (see mount). A tilt does work on nothing but the members and the spring that
+    resists it, so that ∂F/∂φ = ∂M/∂l is kept. A row that does not settle, or only where the block has snapped over,
+    counts as one without equilibrium. c = 0 changes nothing to the last bit.
+    """
+    exact = torch.is_grad_enabled()
+    with torch.no_grad():
+        fixed = {name: value.detach() for name, value in values.items()}
+        still = states.detach() if exact else states
+        soft = compliance.detach().expand(len(states) // count)
+        at = _solve(still, count, soft, fixed, carried)
+
+    def lifted(travel: Tensor) -> Prediction:
+        return carried(states.replace(length=states.length + travel[:, 0]), values)
+
+    if exact and states.near is not None:
+        prediction, rate = recorded_with_rate(lifted, _flat(at.travel))
+        at = _Lifted(at.travel, rate[..., 0], at.settled)
+    else:
+        prediction = lifted(_flat(at.travel))
+    matrix = _matrix(_each(at.slope[:, 0], count), soft)
+    settled = at.settled & (torch.linalg.det(matrix) > 0)
+    if states.near:
+        states.near.keep(TRAVEL, at.travel, settled)
+        states.near.keep(STIFFNESS, _each(at.slope[:, 0], count), settled)
+    push = _each(prediction.loads[:, 0], count)
+    missed = compliance.expand(len(settled))[:, None] * (push @ _shared(push)) - at.travel
+    step = torch.where(settled[:, None], _solved(matrix, missed), 0.0)
+    status = torch.where(settled.repeat(count), prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
+    return Prediction(prediction.loads + at.slope * _flat(step), status)
+
+
+class _Lifted(NamedTuple):
+    """travel e (N, k) m; slope ∂(f, m)/∂l of each member there, (k N, 2); settled (N,) bool. Cut from every
+    derivative."""
+
+    travel: Tensor
+    slope: Tensor
+    settled: Tensor
+
+
+def _solve(states: States, count: int, compliance: Tensor, values: Values, carried: Carried) -> _Lifted:
+    """From where the last search ended, if there was one: then with slopes seen on the way, and else with their own."""
+    near, size = states.near, _each(states.reference_length, count)
+    shared = _shared(size)
+    travel, before = torch.zeros_like(size), None
+    slope = torch.zeros_like(states.length)[:, None].expand(-1, 2)
+    if near is not None:
+        travel, known = near.start(TRAVEL, travel), near.start(STIFFNESS, travel * 0.0)
+        slope = torch.stack([known.T.reshape(-1), torch.zeros_like(states.length)], dim=-1)
+
+    def lifted(at: Tensor) -> Tensor:
+        return carried(states.replace(length=states.length + at[:, 0]), values).loads
+
+    for _ in range(MAX_ITERATIONS):
+        if near is None:
+            loads, rate = rows_jacobian(lifted, _flat(travel))
+            slope, push = rate[..., 0], _each(loads[:, 0], count)
+        else:
+            push = _each(lifted(_flat(travel))[:, 0], count)
+            if before is not None:
+                step, known = travel - before[0], _each(slope[:, 0], count)
+                told = step.abs() > TOLD * size
+                seen = torch.where(told, (push - before[1]) / torch.where(told, step, 1.0), known)
+                slope = torch.stack([seen.T.reshape(-1), slope[:, 1]], dim=-1)
+            before = travel, push
+        step = _solved(_matrix(_each(slope[:, 0], count), compliance), compliance[:, None] * (push @ shared) - travel)
+        settled = (step.abs() <= TOLERANCE * size).all(-1)
+        if everyone(settled):
+            break
+        step = torch.minimum(torch.maximum(step, -LARGEST * size), LARGEST * size)
+        # A row that has settled stays, so that its slopes remain those at its state.
+        travel = torch.where(settled[:, None], travel, travel + step)
+    return _Lifted(travel, slope, settled)
+
+
+def _shared(each: Tensor) -> Tensor:
+    """cos(β_i − β_j), (k, k), for what is (N, k): how far i is lifted as j is."""
+    count = each.shape[-1]
+    angle = 2 * math.pi / count * torch.arange(count, dtype=each.dtype, device=each.device)
+    return (angle[:, None] - angle).cos()
+
+
+def _matrix(slope: Tensor, compliance: Tensor) -> Tensor:
+    """∂(e − c Σ cos(β_i − β_j) f_j)/∂e, (N, k, k), from the members' slopes (N, k)."""
+    identity = torch.eye(slope.shape[-1], dtype=slope.dtype, device=slope.device)
+    return identity - compliance[:, None, None] * _shared(slope) * slope[:, None, :]
+
+
+def _solved(matrix: Tensor, right: Tensor) -> Tensor:
+    """matrix⁻¹ right of every row: (N, k, k), (N, k) → (N, k); not finite where there is none."""
+    solution: Tensor = torch.linalg.solve_ex(matrix, right[..., None]).result
+    return solution[..., 0]
+
+
+def _each(flat: Tensor, count: int) -> Tensor:
+    """(k N,) → (N, k)."""
+    return flat.reshape(count, -1).T
+
+
+def _flat(each: Tensor) -> Tensor:
+    """(N, k) → (k N, 1)."""
+    return each.T.reshape(-1, 1)

@@ -1,0 +1,1 @@
+"""The library's effects, in folders by the port that they plug into."""

@@ -1,0 +1,1 @@
+"""Effects of which loads depend on what went before."""

@@ -1,0 +1,1 @@
+"""Effects on the energy of wall and fiber."""

@@ -1,0 +1,1 @@
+"""Effects on the tube's geometry and ends."""

@@ -1,0 +1,1 @@
+"""Effects that remember, along the recordings of a log."""

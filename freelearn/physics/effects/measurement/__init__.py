@@ -1,0 +1,1 @@
+"""Effects on what the sensors show."""

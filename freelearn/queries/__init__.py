@@ -1,0 +1,1 @@
+"""What a fitted model answers: loads, places, pressures, curves, maps, and what to measure next."""

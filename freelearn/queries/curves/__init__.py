@@ -1,0 +1,1 @@
+"""A model along the pressures of a state, beside what was measured there."""

@@ -1,0 +1,1 @@
+"""Blanks filled in by a fitted model, every solution with its band."""

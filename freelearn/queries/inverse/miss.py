@@ -1,0 +1,217 @@
+"""How far a new measurement may lie from what a fitted model says, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from freelearn.data.accuracy import Accuracy
+from freelearn.physics.chain.model import Model
+from freelearn.queries.inverse.held_out import HeldOutRows
+from freelearn.queries.inverse.system import System
+
+# What the uncertainty of a model's parameters makes of its outputs.
+
+
+class Spread(NamedTuple):
+    """covariance (N, 2, 2) of two outputs' misses; lost (N, 2) bool: outputs that hang on a parameter which nobody
+    knows."""
+
+    covariance: Tensor
+    lost: Tensor
+
+
+@dataclass(frozen=True)
+class RawCovariance:
+    """matrix (p, p): covariance of a model's raw vector, zero where it is not known; undetermined (p,) bool: which of
+    its numbers are not. Of a model of which nothing is known neither says anything, nor of a network's weights."""
+
+    matrix: Tensor
+    undetermined: Tensor
+
+    @classmethod
+    def of(cls, model: Model, covariance: np.ndarray) -> RawCovariance:
+        """From that of the declared parameters, SI (k, k), NaN where one is not known."""
+        vector = model.vector().detach()
+        total = torch.zeros(len(vector), len(vector), dtype=torch.float64)
+        undetermined = torch.zeros(len(vector), dtype=torch.bool)
+        count = len(model.declared)
+        if not count or not np.isfinite(covariance).any():
+            return cls(total, undetermined)
+        known = np.isfinite(np.diagonal(covariance))
+        # d value / d raw: the value itself where its logarithm was fitted.
+        values = model.scalars()
+        rate = torch.tensor([values[n] if p.log else 1.0 for n, p in model.declared.items()], dtype=torch.float64)
+        inside = torch.as_tensor(np.where(known[:, None] & known, covariance, 0.0))
+        total[-count:, -count:] = inside / rate.clamp_min(1e-300)[:, None] / rate.clamp_min(1e-300)
+        undetermined[-count:] = torch.as_tensor(~known)
+        return cls(total, undetermined)
+
+    @property
+    def silent(self) -> bool:
+        """Whether it says nothing, so that no derivative is needed."""
+        return not bool((self.matrix != 0).any() | self.undetermined.any())
+
+    def spread(self, rate: Tensor) -> Spread:
+        """Of outputs with these derivatives by the raw vector, (N, 2, p)."""
+        lost = (rate[:, :, self.undetermined].abs() > 0).any(-1)
+        return Spread(rate @ self.matrix @ rate.transpose(1, 2), lost)
+
+
+COVERAGE = 0.95
+# Residuals beyond so many times the middling one say nothing of how the others scatter.
+FAR = 4.0
+# Below so many held-out rows their largest miss decides, and at least the normal distribution's quantile.
+FEW, NORMAL = 40, 1.96
+# A share of what a quantity's channel contributes below which it does not depend on it.
+NO_SHARE = 1e-6
+
+
+@dataclass(frozen=True)
+class Miss:
+    """What separates a measurement from y = f(x): parameters, measuring, and what the model does not know.
+
+    held: rows that the fit did not see, or as if. parameters: how well these are known. accuracy: of the measuring,
+    None where nobody knows it. beyond: (2, 2) covariance of what is missed besides, equal everywhere.
+    """
+
+    held: HeldOutRows
+    parameters: RawCovariance
+    accuracy: Accuracy | None
+    beyond: Tensor
+
+    @classmethod
+    def of(cls, held: HeldOutRows, covariance: np.ndarray, accuracy: Accuracy | None) -> Miss:
+        """As the held-out rows, at least one, tell it.
+
+        covariance: of the model's declared parameters, SI (k, k), NaN where one is not known."""
+        parameters = RawCovariance.of(held.system.model, covariance)
+        known = cls(held, parameters, accuracy, torch.zeros(2, 2, dtype=torch.float64))
+        return replace(known, beyond=_beyond(held, known.own_spread.covariance))
+
+    def spread(self, system: System, x: Tensor, slopes: Tensor) -> Spread:
+        """Of f(x) − y where all of x and y was measured. slopes: (N, 2, m) at x."""
+        total = self.beyond.expand(len(x), 2, 2).clone()
+        if self.accuracy is not None:
+            own = [getattr(self.accuracy, q.error) for q in system.bed.readings]
+            total = total + torch.diag(torch.tensor(own, dtype=torch.float64) ** 2)
+            errors = torch.tensor([getattr(self.accuracy, q.error) for q in system.inputs], dtype=torch.float64)
+            spread = slopes * errors
+            total = total + spread @ spread.transpose(1, 2)
+        if self.parameters.silent:
+            return Spread(total, torch.zeros(len(x), 2, dtype=torch.bool))
+        known = self.parameters.spread(system.by_parameters(x))
+        return Spread(total + known.covariance, known.lost)
+
+    @cached_property
+    def own_spread(self) -> Spread:
+        """Of the held-out rows."""
+        return self.spread(self.held.system, self.held.system.x, self.held.slopes)
+
+    def half_width(
+        self, system: System, x: Tensor, slopes: Tensor, asked: Sequence[int], given: Sequence[int], scale: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Half of the 95 % band of each input asked for (N, a), and of each output (N, 2), for a new measurement.
+
+        The other outputs `given` were held while the inputs were found; scale (2,): what misses of outputs count in,
+        where more outputs are given than inputs asked."""
+        maps = answer_maps(slopes, asked, given, scale)
+        deviation = _deviations(maps, self.spread(system, x, slopes))
+        factor = self.factors(asked, given, scale)
+        half = deviation * factor
+        return half[:, : len(asked)], half[:, len(asked) :]
+
+    def factors(self, asked: Sequence[int], given: Sequence[int], scale: Tensor) -> Tensor:
+        """How many of its standard deviations hold 95 % of what was held out, of each input asked for and of each
+        output: (a + 2,), NaN where nothing was measured that would tell.
+
+        The quantile of split conformal prediction (Vovk et al. 2005; Lei et al. 2018): whatever the distribution, a new
+        row drawn as these were lies within with 95 % probability."""
+        held = self.held
+        maps = answer_maps(held.slopes, asked, given, scale)
+        missed = (maps @ held.residual[..., None])[..., 0].abs()
+        deviation = _deviations(maps, self.own_spread)
+        # What was measured has to be all that an answer's miss is made of.
+        lacking = ~held.known
+        shares = (maps @ held.slopes[:, :, :2]).abs() if held.under_load else maps.abs() * _sizes(held, scale)
+        touched = (shares * lacking[:, None, :]).sum(-1) > NO_SHARE * shares.sum(-1)
+        return torch.stack([
+            _conformal((missed[:, i] / deviation[:, i])[~touched[:, i]]) for i in range(maps.shape[1])
+        ])  # fmt: skip
+
+
+def answer_maps(slopes: Tensor, asked: Sequence[int], given: Sequence[int], scale: Tensor) -> Tensor:
+    """What a miss of f(x) − y (2,) does to each input asked for, and to each output: (N, a + 2, 2)."""
+    asked, given = list(asked), list(given)
+    count = len(slopes)
+    picked = torch.eye(2, dtype=slopes.dtype)[given]
+    by_output = torch.eye(2, dtype=slopes.dtype).expand(count, 2, 2)
+    if not asked:
+        return by_output.clone()
+    rate = slopes[:, given][:, :, asked] / scale[given][:, None]
+    # Columns of like size, so that no unit decides what counts as nothing; but pressures among themselves as they are,
+    # for the least of them are taken.
+    size = rate.square().sum(1).sqrt()
+    pressures = [k for k, i in enumerate(asked) if i >= 2]
+    if pressures:
+        size[:, pressures] = size[:, pressures].amax(1, keepdim=True)
+    # Where a model has no derivative an answer has no band.
+    told = rate.isfinite().flatten(1).all(-1)
+    size = torch.where(told[:, None], size, 1.0).clamp_min(1e-300)
+    rate = torch.where(told[:, None, None], rate / size[:, None, :], torch.nan)
+    inverse = torch.full_like(rate.transpose(1, 2), torch.nan)
+    inverse[told] = torch.linalg.pinv(rate[told], rtol=1e-10) / size[told][:, :, None]
+    moved = -inverse @ (picked / scale[given][:, None])
+    outputs = by_output + slopes[:, :, asked] @ moved
+    return torch.cat([moved, outputs], dim=1)
+
+
+def _sizes(held: HeldOutRows, scale: Tensor) -> Tensor:
+    """What each output is missed by, (2,): of one that was never measured its scale, for nobody knows."""
+    missed = torch.where(held.known, held.residual, 0.0).square().sum(0) / held.known.sum(0).clamp_min(1)
+    return torch.where(held.known.any(0), missed.sqrt(), scale).clamp_min(1e-300)
+
+
+def _deviations(maps: Tensor, spread: Spread) -> Tensor:
+    """Standard deviations of what misses make of answers, maps (N, k, 2): (N, k); NaN where nobody knows."""
+    variance = ((maps @ spread.covariance) * maps).sum(-1)
+    lost = ((maps != 0) & spread.lost[:, None, :]).any(-1)
+    return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt())
+
+
+def _conformal(scores: Tensor) -> Tensor:
+    """The quantile of scores (n,) that a next one stays below with 95 % probability."""
+    scores = scores[scores.isfinite()].sort().values
+    n = len(scores)
+    if not n:
+        return torch.tensor(torch.nan, dtype=torch.float64)
+    rank = math.ceil((n + 1) * COVERAGE)
+    if n < FEW or rank > n:
+        return scores[-1].clamp_min(NORMAL)
+    return scores[rank - 1]
+
+
+def _beyond(held: HeldOutRows, known: Tensor) -> Tensor:
+    """Covariance of the held-out residuals beyond what is known of them (n, 2, 2): (2, 2), never below zero.
+
+    Residuals far from the others are drawn in."""
+    residual = torch.where(held.known, held.residual, torch.nan) if not held.under_load else held.residual
+    middling = residual.abs().nanmedian(0).values.nan_to_num(0.0) / 0.6745
+    drawn = residual.clamp(-FAR * middling, FAR * middling).nan_to_num(0.0)
+    pairs = drawn[:, :, None] * drawn[:, None, :]
+    there = residual.isfinite()
+    both = there[:, :, None] & there[:, None, :]
+    count = both.sum(0).clamp_min(1)
+    excess = torch.where(both, pairs - known, 0.0).sum(0) / count
+    # In units of the middling residual, so that newtons and newton meters count alike.
+    unit = torch.where(middling > 0, middling, 1.0)
+    size, axes = torch.linalg.eigh(excess / unit[:, None] / unit)
+    positive: Tensor = axes @ torch.diag(size.clamp_min(0)) @ axes.T
+    return positive * unit[:, None] * unit

@@ -1,0 +1,1 @@
+"""What an actuator reaches, and how stiff it is there."""

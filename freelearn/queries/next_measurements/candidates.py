@@ -1,0 +1,150 @@
+"""The rows that a plan may choose from, and in which order its visits are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from freelearn.data.beds import bed_of
+from freelearn.data.columns import Columns
+from freelearn.data.states import States
+from freelearn.discovery.search.next_states import PRESSURES, reach
+from freelearn.queries.next_measurements.goals import Goal, Telling
+from freelearn.queries.next_measurements.known_rows import Known, standing
+from freelearn.queries.next_measurements.paths import Path
+from freelearn.queries.next_measurements.views import Objective, View, Visits
+
+# The rows that a plan may choose from: places and pressures within the bed's reach.
+
+# Significant digits of a place, as a share of what the bed spans.
+DIGITS = 2
+# A lowest pressure within this share of the highest is zero as the gauge read it.
+GAUGE = 0.02
+# How the pressure got there counts where rows differ by more than this share; some places are looked at for that.
+SAME, LOOKED_AT = 1e-9, 8
+
+Limits = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """table: the rows, in the measurement table's columns, L of every place one after the other, as its Path has them.
+    objective: of all visits to those places."""
+
+    table: pd.DataFrame
+    objective: Objective
+
+    def rows_of(self, visit: int) -> pd.DataFrame:
+        """What a visit reads, its steps counted."""
+        place, rows = self.objective.visits.rows_of(visit)
+        part = self.table.iloc[place * self.objective.visits.shared.shape[1] + rows]
+        return part.assign(step=np.arange(len(part)))
+
+
+def candidates(
+    known: Known, goal: Goal, limits: Limits | None = None, per_state: int | None = None, levels: int = PRESSURES
+) -> Candidates:
+    """Everything that the bed can reach. per_state: most rows of a visit. levels: pressures of each place at least."""
+    levels = max(PRESSURES, levels)
+    rising = _rounded(reach(known.table, levels, limits), limits)
+    some = np.unique(np.linspace(0, len(rising) // levels - 1, LOOKED_AT).astype(np.int64))
+    few = rising.iloc[(some[:, None] * levels + np.arange(levels)).reshape(-1)]
+    both, path = Path.both(levels), Path.rising(levels)
+    if not _same(_looked(known, goal, few, levels, both), both):
+        # Going up and down again a place is read twice at nearly every level.
+        levels = max(PRESSURES, levels // 2 + 1)
+        path, rising = Path.both(levels), _rounded(reach(known.table, levels, limits), limits)
+    looked = _looked(known, goal, rising, levels, path)
+    visits = Visits(looked.shared, looked.usable, path.subsets(per_state))
+    views = [View.scaled(t.name, c, t.known, t.interest) for t, c in zip(looked.tellings, looked.columns, strict=True)]
+    return Candidates(looked.table, Objective(visits, views))
+
+
+@dataclass(frozen=True)
+class _Looked:
+    """Rows of whole paths: what they tell, and how noisily, by place and row of the path."""
+
+    table: pd.DataFrame
+    tellings: list[Telling]
+    columns: list[np.ndarray]
+    shared: np.ndarray
+    usable: np.ndarray
+
+
+def _looked(known: Known, goal: Goal, rising: pd.DataFrame, levels: int, path: Path) -> _Looked:
+    starts = np.arange(0, len(rising), levels)
+    table = rising.iloc[(starts[:, None] + path.level).reshape(-1)].reset_index(drop=True)
+    states = standing(path.told(States.from_table(table)), known.rows.states)
+    tellings, answered = goal.tellings(known, states)
+    whiten = known.noise(states, torch.arange(len(states)))
+    shape = (len(starts), len(path.level))
+    columns = [whiten.apart(t.columns).numpy().reshape(*shape, 2, t.columns.shape[-1]) for t in tellings]
+    return _Looked(
+        table, tellings, columns, whiten.shared.numpy().reshape(*shape, 2, 2), answered.numpy().reshape(shape)
+    )
+
+
+def _same(looked: _Looked, path: Path) -> bool:
+    """Whether rows of a level say the same however the pressure got there."""
+    for columns in looked.columns:
+        size = np.abs(columns).max(initial=0.0, axis=(0, 1, 2))
+        for level in np.unique(path.level):
+            own = columns[:, path.level == level]
+            if (np.abs(own - own[:, :1]).max(initial=0.0, axis=(0, 1, 2)) > SAME * size).any():
+                return False
+    return True
+
+
+def digits(low: float, high: float) -> int:
+    """Digits behind the point that tell places apart between two ends.
+
+    >>> digits(-5.0, 5.0), digits(0.0, 72.5)
+    (1, 1)
+    """
+    return DIGITS - int(np.floor(np.log10(high - low)))
+
+
+def _rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
+    """Numbers that a person can set, still within reach."""
+    table = table.copy()
+    columns = Columns.of(table)
+    for name in columns.imposed:
+        low, high = float(table[name].min()), float(table[name].max())
+        if name in columns.pressures and name not in (limits or {}) and abs(low) < GAUGE * high:
+            table[name] = table[name].clip(lower=0.0)
+        if high > low:
+            table[name] = table[name].round(digits(low, high)).clip(low, high)
+    if len(columns.pressures) > 1:
+        table["pressure_kpa"] = table[list(columns.pressures)].mean(axis=1)
+    return table
+
+
+# A place that is visited once more lies beside itself by this share of what tells places apart: far less than the bed
+# errs, but a table then has no two equal lines.
+BESIDE = 0.1
+
+
+def ordered(there: Candidates, visits: np.ndarray, measured: pd.DataFrame, seed: int) -> pd.DataFrame:
+    """The rows of some visits, sample by sample, mountings of each at random: sorted ones would look like a drift.
+
+    measured: rows that there are already."""
+    drawn = np.random.default_rng([seed, 307]).permutation(visits)
+    parts = sorted((there.rows_of(visit) for visit in drawn), key=lambda part: int(part["sample"].iloc[0]))
+    imposed = [quantity.column for quantity in bed_of(there.table).state]
+    name = imposed[0]
+    low, high = float(there.table[name].min()), float(there.table[name].max())
+    step = BESIDE * 10.0 ** -digits(low, high) if high > low else 0.0
+    been = set(measured[["sample", *imposed]].itertuples(index=False, name=None))
+    out = []
+    for part in parts:
+        sample, first, second = part[["sample", *imposed]].iloc[0]
+        inward = -1.0 if first > (low + high) / 2 else 1.0
+        while step and (sample, first, second) in been:
+            first = round(first + inward * step, 12)
+        been.add((sample, first, second))
+        out.append(part.assign(**{name: first}))
+    return pd.concat(out, ignore_index=True)

@@ -1,0 +1,1 @@
+"""Pages, and the charts by Bokeh in them."""

@@ -1,0 +1,64 @@
+"""Nominal stress against stretch: measured, and what two rubbers fitted alike say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from freelearn.common.display import COLORS
+from freelearn.common.formats import percent
+from freelearn.fitting.rubber_fit import RubberFit
+from freelearn.report.plots.canvas import finish, new_figure
+
+# Marks belong to what was measured, dashes to what was held out: the later of two fits is the thinner line.
+WIDTHS = (3.0, 1.5, 1.0, 0.7)
+PANEL = 4.3  # inches
+STRESSES = {"stress_mpa": "nominal stress P [MPa]", "stress_2_mpa": "nominal stress across, P₂ [MPa]"}
+
+
+def specimen_curves(curves: pd.DataFrame, fits: Mapping[str, RubberFit]) -> Figure:
+    """One panel for each mode and direction: measured stresses as black squares, fits as lines, dashed if held out.
+
+    curves: of specimen_tables.curve_table, of the same fits."""
+    modes = next(iter(fits.values())).modes
+    by_mode = {mode: curves[curves["mode"] == mode] for mode in modes}
+    panels = [(mode, column) for mode, own in by_mode.items() for column in STRESSES if own[column].notna().any()]
+    width = PANEL * len(panels)
+    figure = new_figure(width, 4.4)
+    figure.subplots_adjust(left=0.8 / width, right=1 - 0.15 / width, bottom=0.22, top=0.9, wspace=0.25)
+    for number, (mode, column) in enumerate(panels, 1):
+        axes = figure.add_subplot(1, len(panels), number)
+        _draw(axes, by_mode[mode], column, fits, mode)
+        errors = " → ".join(percent(fit.modes[mode].error, 1) for fit in fits.values())
+        fitted = "fitted" if modes[mode].fitted else "held out"
+        axes.set_title(f"{mode.replace('_', ' ')}, {fitted}: E = {errors} %", size=10)
+        finish(axes, "stretch λ [–]", STRESSES[column])
+    # In the order of the legend of the first panel; the dashes are explained only where there are some.
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    if not all(about.fitted for about in modes.values()):
+        handles += figure.axes[0].plot([], [], "--", color="gray", lw=1.4)
+        labels.append("mode held out of the fit")
+    columns = 2 if len(panels) == 1 else 4
+    figure.legend(handles, labels, loc="lower center", ncols=columns, frameon=False, fontsize=9)
+    return figure
+
+
+def _draw(axes: Axes, curves: pd.DataFrame, column: str, fits: Mapping[str, RubberFit], mode: str) -> None:
+    """One mode's stresses in one direction; where fits follow several specimens, each has its line and its name."""
+    measured = curves[curves["source"] == "measured"]
+    axes.plot(measured["stretch"], measured[column], "s", color="black", ms=4.5, label="measured", zorder=1)
+    for (name, fit), color, width in zip(fits.items(), COLORS, WIDTHS, strict=False):
+        style = "-" if fit.modes[mode].fitted else "--"
+        lines = [line for _, line in curves[curves["source"] == name].groupby("specimen", sort=False)]
+        for number, line in enumerate(lines):
+            # Matplotlib leaves labels that begin with _ out of the legend.
+            label = f"_{name}" if number else name
+            axes.plot(line["stretch"], line[column], style, color=color, lw=width, label=label)
+    if len(lines) > 1:
+        axes.margins(x=0.15)
+        for line in lines:
+            end = line.iloc[-1]
+            axes.annotate(end["specimen"], (end["stretch"], end[column]), (5, -2), textcoords="offset points", size=7)

@@ -1,0 +1,1 @@
+"""What is shown of results, as tables, sentences and numbers."""

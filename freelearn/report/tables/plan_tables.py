@@ -1,0 +1,94 @@
+"""What terminal and picture show of a plan."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from freelearn.common.display import DisplayTable
+from freelearn.common.formats import fixed, number, percent, sentence, signed
+from freelearn.data.beds import BED
+from freelearn.data.states import kinematic_state
+from freelearn.queries.curves.curve_rows import digits, pressures
+from freelearn.queries.curves.shown_states import places
+from freelearn.records.plan_record import EXPECTED, Plan
+
+# Mountings within this share of what the bed spans are one mark.
+NEAR = 0.02
+
+
+def mounting_table(plan: Plan, most: int | None = None) -> DisplayTable:
+    """A line for each mounting: where, at which pressures, and the σ it is expected to add. most: lines shown."""
+    table = plan.table
+    state = kinematic_state(table.assign(**{BED: plan.bed.name}))
+    rows = []
+    for visit in dict.fromkeys(state.tolist()):
+        part = table[state == visit]
+        at = [signed(float(part[q.column].iloc[0]), digits(q)) for q in plan.bed.state]
+        each = [", ".join(number(float(p), 3) for p in part[q.column]) for q in pressures(table)]
+        added = math.sqrt(float((part[EXPECTED] ** 2).sum()))
+        rows.append([str(int(part["sample"].iloc[0])), *at, fixed(added, 1), *each])
+    names = [f"{q.symbol} kPa" for q in pressures(table)]
+    left = len(rows) - (most or len(rows))
+    caption = f"and {left} more, in plan.csv" if left > 0 else ""
+    imposed = [f"{q.name} {q.unit}" for q in plan.bed.state]
+    headings = [*imposed, "expected σ"]
+    return DisplayTable.of(["sample"], headings, rows[:most], "What to measure next", caption, last=names)
+
+
+def expected_table(plan: Plan) -> DisplayTable:
+    """What is told of each thing, before and after."""
+    pairs = len(plan.expected[0].name) == 2
+    words = ["if this is there", "it is told from"] if pairs else ["of"]
+    rows = [[*e.name, fixed(e.before, 1), fixed(e.after, 1)] for e in plan.expected]
+    return DisplayTable.of(words, ["σ now", "σ then"], rows, "What is expected of it")
+
+
+def parameter_rows(plan: Plan) -> DisplayTable:
+    """The parameters that are narrowed."""
+    rows = [
+        [p.name, number(p.value), number(p.before, 3), number(p.after, 3), fixed(p.factor, 2), p.unit]
+        for p in plan.parameters
+    ]
+    headings = ["value", "± now", "± then", "factor"]
+    return DisplayTable.of(["parameter"], headings, rows, "How it narrows", last=["unit"])
+
+
+def plan_lines(plan: Plan) -> list[str]:
+    """The rest in sentences."""
+    lines = [plan.says(), plan.certificate.sentence(), needed_line(plan)]
+    return [*lines, *(sentence(note) for note in plan.notes)]
+
+
+def needed_line(plan: Plan) -> str:
+    """How many rows reach the goal."""
+    what = {"split": "To split the class", "settle": "To settle it", "halve": "To halve the interval"}[plan.goal]
+    if not math.isfinite(plan.rows_needed):
+        return f"{what}, no number of rows within the bed's reach will do."
+    if plan.rows_needed <= 0:
+        return f"{what}, no further row is needed."
+    return f"{what}, about {math.ceil(plan.rows_needed)} such rows are needed."
+
+
+def efficiency_text(plan: Plan) -> str:
+    """The share of the best that is possible, as a number."""
+    return f"≥ {percent(plan.certificate.efficiency, 0)} %"
+
+
+def place_table(plan: Plan) -> pd.DataFrame:
+    """A row for each place: sample, what the bed imposes there, rows of the plan (0 where it was measured before), and
+    the σ expected of them. Mountings that lie beside each other are one place."""
+    imposed = [q.column for q in plan.bed.state]
+    old = places(plan.measured).assign(rows=0, expected_z=0.0)
+    table = plan.table.assign(rows=1, square=plan.table[EXPECTED] ** 2)
+    near = {name: (table[name] / (NEAR * (_span(plan, name) or 1.0))).round() for name in imposed}
+    taken = {**dict.fromkeys(imposed, "first"), "rows": "sum", "square": "sum"}
+    new = table.groupby([table["sample"], *near.values()]).agg({"sample": "first", **taken}).reset_index(drop=True)
+    new = new.assign(expected_z=new["square"] ** 0.5)
+    return pd.concat([frame[["sample", *imposed, "rows", EXPECTED]] for frame in (old, new)], ignore_index=True)
+
+
+def _span(plan: Plan, name: str) -> float:
+    return float(np.ptp(np.concatenate([plan.measured[name], plan.table[name]])))

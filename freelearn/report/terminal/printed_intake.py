@@ -1,0 +1,115 @@
+"""What intake shows in the terminal: its guess at a file, or what became of it."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from freelearn.common.display import Column, DisplayTable
+from freelearn.data.intake.assemble import Intake
+from freelearn.data.intake.guesses.guessed import Guess
+from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.rubber.rubber_convert import RubberIntake
+from freelearn.data.intake.rubber.rubber_guess import RubberGuess
+from freelearn.report.terminal.printed_tables import rich_table
+
+TESTS = ("test", "loading", "rows", "stretch from", "stress from")
+HEADINGS = ("column", "what it is", "unit", "how sure", "from … to", "first")
+
+
+def show_columns(console: Console, found: Guess) -> None:
+    """The columns, numbered, with what they seem to be, and what looks wrong."""
+    rows = [
+        (
+            f"{number} {c.name}",
+            MEANINGS[c.quantity].words if c.chosen and c.quantity else "–",
+            c.unit,
+            c.confidence if c.chosen else "",
+            _range(c.low, c.high),
+            c.example,
+        )
+        for number, c in enumerate(found.columns, start=1)
+    ]
+    columns = tuple(Column(heading, words=True) for heading in HEADINGS)
+    console.print(rich_table(DisplayTable(columns, tuple(rows), f"{found.name}: {found.rows} rows")))
+    _say(console, found.notes)
+
+
+def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> None:
+    """The columns with what they seem to be, what looks wrong, and how to go on. command: the next one."""
+    show_columns(console, found)
+    show_draft(console, recipe, command)
+
+
+def show_draft(console: Console, recipe: Path, command: str) -> None:
+    """Where the draft is, and how to go on."""
+    console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
+    console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
+    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def show_intake(
+    console: Console, intake: Intake, files: Sequence[Path], commands: Sequence[str], going_on: bool = False
+) -> None:
+    """How many rows came of each file, what looks wrong, and where the table is. commands: that use it. going_on: with
+    the first of them at once."""
+    for file in intake.files:
+        left = [f"{file['dropped']} dropped"] if file["dropped"] else []
+        left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
+        rest = f" ({', '.join(left)})" if left else ""
+        text = f"{file['file']}: {file['rows']} rows{rest} → {file['table_rows']} of the table"
+        console.print(text, markup=False, highlight=False)
+    _say(console, intake.warnings)
+    for path in files:
+        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
+    console.print("now:" if going_on else "next:", markup=False, highlight=False)
+    for command in commands:
+        console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def show_tests(console: Console, tests: Sequence[RubberGuess]) -> None:
+    """Tests of rubber, numbered, with what their columns seem to be, and what looks wrong."""
+    rows = [
+        (
+            f"{number} {test.label}",
+            test.mode.replace("_", " ") or "–",
+            str(test.rows),
+            test.along or "–",
+            test.stress or "–",
+        )
+        for number, test in enumerate(tests, start=1)
+    ]
+    columns = tuple(Column(heading, words=True) for heading in TESTS)
+    console.print(rich_table(DisplayTable(columns, tuple(rows), "Tests of rubber")))
+    _say(console, list(dict.fromkeys(note for test in tests for note in test.notes)))
+
+
+def show_rubber(
+    console: Console, intake: RubberIntake, files: Sequence[Path], command: str, going_on: bool = False
+) -> None:
+    """How many rows came of each test, what looks wrong, and where the table is. command: the one that goes on."""
+    for test in intake.records:
+        console.print(f"{test['file']}: {test['rows']} rows, {test['mode']}", markup=False, highlight=False)
+    _say(console, intake.warnings)
+    for path in files:
+        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
+    console.print("now:" if going_on else "next:", markup=False, highlight=False)
+    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def quoted(words: Sequence[str]) -> str:
+    """A shell command that can be copied."""
+    return " ".join(map(shlex.quote, words))
+
+
+def _say(console: Console, notes: Sequence[str]) -> None:
+    for note in notes:
+        console.print(f"! {note}", markup=False, highlight=False)
+
+
+def _range(low: float, high: float) -> str:
+    return "text" if math.isnan(low) else f"{low:.4g} … {high:.4g}"

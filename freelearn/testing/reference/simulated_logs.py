@@ -1,0 +1,227 @@
+"""Logs of a bed apart from the package: effects of the history by small steps of explicit integration, NumPy only.
+
+The loads of every instant are those of `numpy_peer.continuum`; what has a memory goes on by STEPS small steps between
+two rows of the log, element by element. Nothing of freelearn's scans or closed forms is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freelearn.testing.reference.numpy_peer import continuum
+from freelearn.testing.reference.total_energy import SAMPLES
+
+Array = np.ndarray[Any, Any]
+Effects = Mapping[str, Mapping[str, float]]
+
+DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
+# Small steps from one row of the log to the next; elements of a distribution of friction.
+STEPS, ELEMENTS = 40, 60
+# What fits the paper's samples [Pa].
+C1, C2 = 1e6, 4e7
+# One standard deviation of the paper's bed: once for each recording [mm, °], and in each row [kPa, N, N·mm].
+POSITION, SENSORS = (0.073, 0.175), (0.15, 0.03, 0.6)
+# Noticeable effects, SI.
+UNIT: dict[str, dict[str, float]] = {
+    "maxwell_slip": {"share": 0.5, "force": 2.0, "moment": 0.01, "asymmetry": 0.0},
+    "contact_slip": {"share": 0.5, "force": 0.01, "moment": 0.01},
+    "creep": {"share": 0.2, "time": 3.0},
+    "supply_lag": {"time": 0.15},
+    "dead_time": {"delay": 0.15},
+    "sensor_lag": {"force": 0.15, "moment": 0.15},
+}
+# Noticeable effects without a memory, and what is in no library: a gauge that rings, as so large a share of the force.
+STATIC: dict[str, dict[str, float]] = {
+    "pressure_gain": {"gain": 0.02},
+    "length_offset": {"length": 2e-4},
+    "force_offset": {"force": 0.1},
+    "force_gain": {"gain": 0.02},
+    "moment_gain": {"gain": 0.02},
+}
+UNKNOWN: dict[str, dict[str, float]] = {"ringing": {"share": 0.5}}
+# Its period [s], and its damping in units of the critical one.
+PERIOD, DAMPING = 1.5, 0.1
+
+
+def log(
+    effects: Effects,
+    seed: int,
+    samples: tuple[int, ...] = (4,),
+    recordings: int = 10,
+    rate: float = 5.0,
+    seconds: float = 20.0,
+    noise: float = 1.0,
+    memory: float = 0.0,
+) -> pd.DataFrame:
+    """A measurement table of recordings in which the pressure ramps, holds and turns, at a held length and twist or,
+    in every other one, while these move too.
+
+    effects: hidden ones by name with their parameters, SI. rate: rows a second. noise: times the paper's. memory:
+    correlation of the noise of two rows that follow each other.
+    """
+    generator = np.random.default_rng(seed)
+    parts = []
+    for sample in samples:
+        gamma, length, inner, outer = SAMPLES[sample]
+        for run in range(1, recordings + 1):
+            count = int(rate * seconds)
+            time = np.arange(count) / rate
+            fine = np.arange((count - 1) * STEPS + 1) / (rate * STEPS)
+            shown = pressures(fine, seconds, generator)
+            place = (
+                bent(fine, seconds, 4.0, run % 2 == 0, generator),
+                bent(fine, seconds, 90.0, run % 2 == 0, generator),
+            )
+            loads = carried(sample, place, fine, shown * KPA, effects)[::STEPS]
+            errors = [_noise(count, memory, generator) * noise * size for size in SENSORS]
+            off = [noise * size * generator.normal() for size in POSITION]
+            parts.append(
+                pd.DataFrame(
+                    {
+                        "sample": sample, "gamma_deg": gamma, "length_mm": length, "inner_radius_mm": inner,
+                        "outer_radius_mm": outer, "step": np.arange(count), "elongation_mm": place[0][::STEPS] + off[0],
+                        "twist_deg": place[1][::STEPS] + off[1], "pressure_kpa": shown[::STEPS] + errors[0],
+                        "force_n": loads[:, 0] + errors[1], "moment_nmm": 1e3 * loads[:, 1] + errors[2],
+                        "buckled": 0, "time_s": time, "run": run,
+                    }
+                )
+            )  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
+
+
+def pressures(time: Array, seconds: float, generator: np.random.Generator) -> Array:
+    """Ramps of several rates with holds between them, from rest: (n,) kPa."""
+    corners, values, now = [0.0, 0.5], [0.0, 0.0], 0.5
+    while now < seconds:
+        ramp = float(generator.choice([0.4, 1.0, 2.5]))
+        hold = float(generator.choice([0.0, 0.5, 2.0]))
+        level = float(generator.uniform(0.0, 70.0))
+        corners += [now + ramp, now + ramp + hold + 1e-6]
+        values += [level, level]
+        now += ramp + hold + 1e-6
+    found: Array = np.interp(time, corners, values)
+    return found
+
+
+def bent(time: Array, seconds: float, most: float, moves: bool, generator: np.random.Generator) -> Array:
+    """A length or twist (n,), held or going to another one and back on slow ramps, within ± most."""
+    one, other = generator.uniform(-most, most, 2)
+    corners = np.sort(generator.uniform(0.1, 0.9, 4)) * seconds
+    found: Array = np.interp(time, corners, [one, other, other, one] if moves else [one] * 4)
+    return found
+
+
+def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Array, effects: Effects) -> Array:
+    """Force and moment, (n, 2) N, N·m, that the sensors show at fine instants, from the pressure shown (n,) Pa."""
+    gamma, length, inner, outer = SAMPLES[sample]
+    dt = float(time[1] - time[0])
+
+    def known(effect: str, p: str) -> float:
+        return effects.get(effect, {}).get(p, 0.0)
+
+    pressure = pressure * (1 + known("pressure_gain", "gain"))
+    place = place[0] + known("length_offset", "length") / MM, place[1]
+    if "supply_lag" in effects:
+        pressure = _late(pressure, effects["supply_lag"]["time"], dt)
+    if "dead_time" in effects:
+        pressure = np.interp(time - effects["dead_time"]["delay"], time, pressure)
+    balanced = pressure
+    if "creep" in effects:
+        balanced = _crept(pressure, effects["creep"]["share"], effects["creep"]["time"], dt)
+    same = np.ones_like(pressure)
+    force, moment = continuum(
+        gamma * DEG * same, length * MM * same, inner * MM * same, outer * MM * same,
+        (length + place[0]) * MM, place[1] * DEG, balanced, C1, C2,
+    )  # fmt: skip
+    loads = np.stack([force, moment], axis=1)
+    if "creep" in effects:
+        share, tau = effects["creep"]["share"], effects["creep"]["time"]
+        loads = loads + share * _overstress(loads, tau, dt)
+    if "maxwell_slip" in effects:
+        p = effects["maxwell_slip"]
+        mean = np.array([p["force"], p["moment"]])
+        up, down = mean * (1 - p["asymmetry"]), mean * (1 + p["asymmetry"])
+        loads = loads - p["share"] * _sticking(loads, np.tile(-down, (len(time), 1)), np.tile(up, (len(time), 1)))
+    if "contact_slip" in effects:
+        p = effects["contact_slip"]
+        turn = place[1] * DEG + length / outer * np.tan(gamma * DEG)
+        fiber = length / np.cos(gamma * DEG)
+        radius = np.sqrt(fiber**2 - (length + place[0]) ** 2) / turn * MM
+        pressed = pressure * 2 * np.pi * radius * (length + place[0]) * MM
+        bound = np.stack([p["force"] * pressed, p["moment"] * pressed * radius], axis=1)
+        loads = loads - p["share"] * _sticking(loads, -bound, bound)
+    gain = np.array([known("force_gain", "gain"), known("moment_gain", "gain")])
+    loads = loads * (1 + gain) + np.array([known("force_offset", "force"), 0.0])
+    if "ringing" in effects:
+        share = effects["ringing"]["share"]
+        loads = np.stack([loads[:, 0] + share * (_ringing(loads[:, 0], dt) - loads[:, 0]), loads[:, 1]], axis=1)
+    if "sensor_lag" in effects:
+        each = effects["sensor_lag"]["force"], effects["sensor_lag"]["moment"]
+        loads = np.stack([_late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
+    return loads
+
+
+def _late(signal: Array, tau: float, dt: float) -> Array:
+    """τ y' = x − y by Heun's method."""
+    y, found = float(signal[0]), np.empty_like(signal)
+    found[0] = y
+    for n in range(1, len(signal)):
+        slope = (signal[n - 1] - y) / tau
+        there = (signal[n] - (y + dt * slope)) / tau
+        y += dt * (slope + there) / 2
+        found[n] = y
+    return found
+
+
+def _ringing(signal: Array, dt: float) -> Array:
+    """y with y'' + 2 ζ ω y' + ω² y = ω² x, by the semi-implicit Euler rule."""
+    omega = 2 * np.pi / PERIOD
+    y, speed, found = float(signal[0]), 0.0, np.empty_like(signal)
+    for n, x in enumerate(signal):
+        speed += dt * (omega**2 * (x - y) - 2 * DAMPING * omega * speed)
+        y += dt * speed
+        found[n] = y
+    return found
+
+
+def _overstress(signal: Array, tau: float, dt: float) -> Array:
+    """h' = x' − h/τ by the trapezoidal rule."""
+    h, found = np.zeros_like(signal[0]), np.zeros_like(signal)
+    for n in range(1, len(signal)):
+        h = (h * (1 - dt / (2 * tau)) + signal[n] - signal[n - 1]) / (1 + dt / (2 * tau))
+        found[n] = h
+    return found
+
+
+def _crept(pressure: Array, share: float, tau: float, dt: float) -> Array:
+    """The pressure x that an elastic wall balances: P = x + g h[x], solved step by step."""
+    x, h, found = float(pressure[0]), 0.0, np.empty_like(pressure)
+    found[0] = x
+    below, above = 1 - dt / (2 * tau), 1 + dt / (2 * tau)
+    for n in range(1, len(pressure)):
+        before, x = x, (above * pressure[n] - share * (h * below - x)) / (above + share)
+        h = (h * below + x - before) / above
+        found[n] = x
+    return found
+
+
+def _sticking(loads: Array, low: Array, high: Array) -> Array:
+    """Mean of ELEMENTS sliders on springs whose thresholds are exponentially distributed about these means."""
+    ratio = -np.log(1 - (np.arange(ELEMENTS) + 0.5) / ELEMENTS)[:, None]
+    z, found = np.zeros((ELEMENTS, 2)), np.zeros_like(loads)
+    for n in range(1, len(loads)):
+        z = np.clip(z + loads[n] - loads[n - 1], ratio * low[n], ratio * high[n])
+        found[n] = z.mean(0)
+    return found
+
+
+def _noise(count: int, memory: float, generator: np.random.Generator) -> Array:
+    """Normal noise of unit size (n,), of which two neighbors have this correlation."""
+    white = generator.normal(size=count)
+    for n in range(1, count):
+        white[n] = memory * white[n - 1] + np.sqrt(1 - memory**2) * white[n]
+    return white

@@ -1,0 +1,137 @@
+"""Tabs that ask something of the latest fit, and the one that asks which rows to measure next."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import panel as pn
+
+from freelearn.workbench.panels.widgets import Part, download, heading, say, table, words
+from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.session import Session
+
+# A tab that asks something of the latest fit, and shows the answer with the command and the Python that give it.
+
+# Rows of a long answer that are shown; all of them are in the file.
+MOST_ROWS = 60
+FIRST = "Fit a model first: it is the latest fit that answers."
+# Of every row alike, or for the program alone: in the file.
+UNTOLD = ("gamma_deg", "gamma2_deg", "length_mm", "inner_radius_mm", "outer_radius_mm", "buckled", "step")
+OLD = "This answer is of an earlier fit: ask again."
+
+
+class Aside(Part):
+    """kind: of the job; file: of its folder, the answer as a table. Those that derive from it put what is asked into
+    `asking`."""
+
+    kind: str
+    file: str
+    title: str
+    # What is said while there is nothing to ask.
+    first = FIRST
+
+    def __init__(self, session: Session, label: str) -> None:
+        super().__init__(session)
+        self.asking = pn.Column()
+        self.go = pn.widgets.Button(name=label, button_type="primary", width=220)
+        self.go.on_click(lambda _: self.asked())
+        self.wrong, self.said, self.answer, self.lines = words(), words(), words(), words()
+        self.save = download(f"Save {self.file}", 220, self.file)
+        self.view = pn.Column(
+            heading(self.title), self.asking, self.go, self.wrong, self.said, self.answer, self.save, self.lines,
+            sizing_mode="stretch_width",
+        )  # fmt: skip
+
+    def asked(self) -> None:
+        """Begins the job."""
+        raise NotImplementedError
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is something to ask."""
+        return bool(self.session.comparable())
+
+    def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
+        """Sentences above the answer."""
+        return []
+
+    def refresh(self) -> None:
+        """Shows the session as it is."""
+        latest = self.session.asides.get(self.kind)
+        self.go.disabled = self.session.busy or not self.possible
+        job = self.session.job
+        failed = job is not None and job.kind == self.kind and job.status == "failed"
+        say(self.wrong, [job.text] if job is not None and failed else [], "bad")
+        if latest is None:
+            say(self.said, [] if self.possible else [self.first], "quiet")
+            return
+        self._show(latest["question"].run, self.session.folder / latest["folder"])
+        question = latest["question"]
+        say(self.lines, self.lines_of(question), code=True)
+
+    def lines_of(self, question: Question) -> list[str]:
+        """The command, and the lines of Python, with the same answer."""
+        return [question.command(self.kind), question.python(self.kind)]
+
+    def _show(self, run: str, folder: Path) -> None:
+        # Pandas' table and torch come with it: not before there is an answer.
+        from freelearn.common.display import DisplayTable
+
+        path = folder / self.file
+        if not path.exists():
+            say(self.said, [f"{path} is gone: ask again."], "bad")
+            return
+        answer = pd.read_csv(path)
+        runs = self.session.comparable()
+        old = not runs or run != str((self.session.folder / runs[-1]["folder"]).resolve())
+        more = [f"First {MOST_ROWS} of {len(answer)} rows."] if len(answer) > MOST_ROWS else []
+        say(self.said, [*([OLD] if old else []), *self.told(folder, answer), *more], "quiet")
+        table(self.answer, DisplayTable.from_frame(_shown(answer.head(MOST_ROWS))))
+        self.save.param.update(file=str(path), visible=True)
+
+
+def _shown(answer: pd.DataFrame) -> pd.DataFrame:
+    """The columns that a reader looks at, under names with their units."""
+    # torch is imported with it: not before there is an answer.
+    from freelearn.data.beds import BEDS
+    from freelearn.queries.curves.curve_rows import pressures
+
+    known = [q for bed in BEDS.values() for q in (*bed.imposed, *bed.measured)]
+    names = {q.column: f"{q.name} {q.unit}" for q in (*known, *pressures(answer))}
+    names |= {f"{column}_{end}": f"{name} {end}" for column, name in names.items() for end in ("low", "high")}
+    shown = answer.drop(columns=[*UNTOLD], errors="ignore").dropna(axis="columns", how="all")
+    numbers = dict.fromkeys(shown.select_dtypes("number"), float)
+    return shown.astype(numbers).rename(columns=names)
+
+
+# The rows that are worth measuring next.
+
+ABOUT_PLAN = (
+    "The rows that would tell most of what the latest fit left open: those that split effects which look alike, or "
+    "else those that halve the widest interval. A fit that a search made tells most."
+)
+MOST_PLANNED = 500
+
+
+class Planning(Aside):
+    """How many rows there is time for."""
+
+    kind, file, title = "plan", "plan.csv", "What to measure next"
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session, "Choose the rows")
+        about = words()
+        self.rows = pn.widgets.IntInput(name="rows to measure", value=12, start=1, end=MOST_PLANNED, width=140)
+        say(about, [ABOUT_PLAN], "quiet")
+        self.asking.objects = [about, self.rows]
+
+    def asked(self) -> None:
+        """Plans so many rows."""
+        self.session.ask(self.kind, rows=int(self.rows.value or 1))
+
+    def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
+        """What is expected of the rows, and how good the choice is."""
+        plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+        return [str(plan[name]) for name in ("says", "certificate_says") if plan.get(name)]

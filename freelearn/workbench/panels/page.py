@@ -1,0 +1,104 @@
+"""One page: steps on the left, the comparison with the measurements beside them."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import panel as pn
+
+from freelearn.common.errors import UserError
+from freelearn.workbench.panels.asides import Planning
+from freelearn.workbench.panels.mapping import Made, Mapping
+from freelearn.workbench.panels.predicting import Predicting
+from freelearn.workbench.panels.rubber_panel import Rubber
+from freelearn.workbench.panels.steps import Steps
+from freelearn.workbench.panels.sweeps import Sweeps
+from freelearn.workbench.panels.widgets import heading, say, words
+from freelearn.workbench.state.session import Session
+
+if TYPE_CHECKING:
+    from freelearn.workbench.panels.results import Results
+
+log = logging.getLogger(__name__)
+
+EVERY = 250  # ms between looks at what runs
+
+WELCOME = (
+    "Choose data and a model on the left, then press “Fit”: the page shows the model against the measurements at every "
+    "kinematic state, and where it is wrong. “Find what is missing” ranks the physical effects that would explain it.",
+)
+
+
+class Page:
+    """What one browser tab shows of a session. Draws anew when the session's version changes, never waits."""
+
+    def __init__(self, session: Session, sweeps: Path) -> None:
+        self.session, self.shown = session, -1
+        self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
+        self.results: Results | None = None
+        self.mapping, self.made = Mapping(session), Made(session)
+        self.welcome, self.problem = words(), words()
+        say(self.welcome, WELCOME, "quiet")
+        wide = {"sizing_mode": "stretch_width"}
+        self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
+        self.predicting, self.planning, self.rubber = Predicting(session), Planning(session), Rubber(session)
+        self.tabs = pn.Tabs(
+            ("Model and measurement", self.main),
+            ("Predict and command", self.predicting.view),
+            ("Plan", self.planning.view),
+            ("Rubber", self.rubber.view),
+            ("Study", self.sweeps.view),
+            **wide,
+        )
+        self.tabs.param.watch(self._turned, "active")
+        self.view = pn.Column(
+            heading("freelearn workbench", 1),
+            pn.Row(self.steps.view, self.tabs, **wide),
+            **wide,
+        )
+        self.look()
+        pn.state.add_periodic_callback(self.look, period=EVERY)
+
+    def look(self) -> None:
+        """Draws what has changed."""
+        self.session.poll()
+        if self.shown == self.session.version:
+            return
+        self.shown = self.session.version
+        self.steps.refresh()
+        self.mapping.refresh()
+        self.made.refresh()
+        say(self.problem, [])
+        try:
+            self._show()
+            self.predicting.refresh()
+            self.planning.refresh()
+            self.rubber.refresh()
+        except Exception as problem:
+            # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
+            log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))
+            say(self.problem, [f"This cannot be shown: {type(problem).__name__}: {problem}"], "bad")
+
+    def _show(self) -> None:
+        fitted = bool(self.session.comparable())
+        self.welcome.visible = not (fitted or self.session.mapping)
+        if self.results is not None:
+            # Of other data than those that are chosen now.
+            self.results.view.visible = fitted
+        if not fitted:
+            return
+        if self.results is None:
+            # torch and matplotlib take seconds to import: not before there is something to show.
+            from freelearn.workbench.panels.results import Results
+
+            self.results = Results(self.session)
+            self.results.refresh()
+            self.main.append(self.results.view)
+        else:
+            self.results.refresh()
+
+    def _turned(self, event: Any) -> None:
+        if event.new == len(self.tabs) - 1:
+            self.sweeps.look()

@@ -1,0 +1,79 @@
+"""Heat maps of finished sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import panel as pn
+
+from freelearn.common.errors import UserError
+from freelearn.records.provenance import read_document
+from freelearn.workbench.panels.widgets import heading, say, table, words
+
+MOST_MAPS = 6
+
+
+class Sweeps:
+    """The second tab. Looks for sweeps under a folder when asked, because new ones end at any time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
+        self.again = pn.widgets.Button(name="Look again", width=120, align="end")
+        self.note = words()
+        self.maps = pn.FlexBox(sizing_mode="stretch_width")
+        self.paper, self.differ = words(), words()
+        self.published = pn.Column(heading("Beside the paper's maps"), self.differ, self.paper, visible=False)
+        self.again.on_click(lambda _: self.look())
+        self.choice.param.watch(lambda _: self._draw(), "value")
+        self.view = pn.Column(
+            pn.Row(self.choice, self.again), self.note, self.maps, self.published, sizing_mode="stretch_width"
+        )
+
+    def look(self) -> None:
+        """Looks for finished sweeps anew."""
+        sweeps = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
+        options = {str(path.parent.relative_to(self.folder)): path for path in sweeps}
+        if not options:
+            say(
+                self.note,
+                [f"No sweep under {self.folder} yet: python train.py -m experiment=study makes one."],
+                "quiet",
+            )
+        self.choice.options = options
+
+    def _draw(self) -> None:
+        # Bokeh's plotting takes a second to import: not before the page is there.
+        from freelearn.records.sweep_records import read_gathered
+        from freelearn.report.html.heatmap_chart import heatmap_chart
+        from freelearn.report.tables.sweep_tables import PUBLISHED, beside_the_paper, cells, summary, where_they_differ
+
+        self.maps.clear()
+        self.published.visible = False
+        if self.choice.value is None:
+            return
+        try:
+            gathered = read_gathered(self.choice.value)
+            shown, numbers = cells(gathered), summary(gathered)
+        except UserError as problem:
+            say(self.note, [str(problem)], "bad")
+            return
+        # As in the paper: its models first.
+        order = list(PUBLISHED)
+        labels = sorted(dict.fromkeys(shown["label"]), key=lambda n: order.index(n) if n in order else len(order))
+        more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
+        say(self.note, [f"Error E of every training set on every test set; one color scale.{more}"], "quiet")
+        self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label)) for label in labels[:MOST_MAPS]]
+        paper = beside_the_paper(numbers)
+        self.published.visible = paper is not None
+        table(self.paper, paper)
+        simulated = _simulated(self.choice.value.parent, str(gathered["run"].iloc[0]))
+        say(self.differ, where_they_differ(shown, numbers, simulated))
+
+
+def _simulated(sweep: Path, run: str) -> bool:
+    """Whether the sweep's data were simulated, as one of its runs says; no where that is gone."""
+    try:
+        return bool(read_document(sweep / run / "results.json")["data"]["simulated"])
+    except (UserError, KeyError, TypeError):
+        return False

@@ -1,0 +1,203 @@
+"""What is chosen on the page, the shell command that amounts to it, and what sentences of commands call an option."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from freelearn.cli.command_line import OWN_CODE, command_line
+
+EFFECTS_VARIABLE = OWN_CODE[0]
+
+
+@contextmanager
+def named(files: Sequence[str]) -> Iterator[None]:
+    """Meanwhile the environment names these files, after those that it names already."""
+    before = os.environ.get(EFFECTS_VARIABLE)
+    if files:
+        known = [path for path in (before or "").split(os.pathsep) if path]
+        os.environ[EFFECTS_VARIABLE] = os.pathsep.join(dict.fromkeys([*known, *files]))
+    try:
+        yield
+    finally:
+        if before is not None:
+            os.environ[EFFECTS_VARIABLE] = before
+        elif files:
+            del os.environ[EFFECTS_VARIABLE]
+
+
+PHRASES = {
+    "add data.bed=": "choose the bed ",
+    "correct data.accuracy, or use data.accuracy=estimate": "state it in step 1, or let it be estimated from the data",
+    "data.accuracy": "the accuracy of the measuring",
+}
+
+
+def as_on_the_page(text: str) -> str:
+    """The sentence for a reader who has no command line before them.
+
+    >>> as_on_the_page("repeats scatter 2 times as much as data.accuracy says")
+    'repeats scatter 2 times as much as the accuracy of the measuring says'
+    """
+    for said, meant in PHRASES.items():
+        text = text.replace(said, meant)
+    return text
+
+
+# What is chosen on the page, and the shell command that amounts to it.
+
+OWN, MUSCLE = "csv", "dmsp20"
+DATA = {
+    "virtual": "simulated bed",
+    "hidden": "simulated, an effect hidden",
+    MUSCLE: "measured muscle (Festo)",
+    OWN: "my own file",
+}
+MODELS = (
+    "continuum", "linear", "mlp", "hybrid",
+    "continuum_inextensible", "continuum_linear_material", "continuum_thin_wall",
+)  # fmt: skip
+# Of the simulated bed with a hidden effect: one whose effects show.
+SEED = 7
+VIRTUAL_SETS = [f"sample{n}" for n in range(1, 9)] + ["even", "all"]
+KINEMATIC = "kinematic"
+LM = "levenberg_marquardt"
+FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
+# Kinds of jobs that ask something of a finished run, or of rubber alone.
+ASIDES = ("asks", "predict", "plan", "tests", "rubber")
+SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
+
+# Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
+Stated = tuple[tuple[str, float], ...] | None
+
+
+@dataclass(frozen=True)
+class Question:
+    """data: a key of DATA; seed: of the simulated bed with a hidden effect; path, name: of the table as stored here,
+    and as the user calls it; bed: what was imposed and measured; members: the file of an end block's actuators, "" for
+    one alone; accuracy: see Stated; ruled_out: effects that a search does not try; per_sample: see api.settings;
+    recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
+    or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
+    effects that a search of the session wrote, as far as these are in the model; run, asks, rows: of what is asked of a
+    finished run: its folder, the file of a table with blanks, and how many rows to plan; sheets: of tests of rubber
+    alone, each file by the name that the user gives it, and as stored."""
+
+    data: str = "virtual"
+    seed: int = SEED
+    path: str = ""
+    name: str = ""
+    model: str = "continuum"
+    train: str = "sample3"
+    effects: tuple[str, ...] = field(default_factory=tuple)
+    bed: str = KINEMATIC
+    members: str = ""
+    accuracy: Stated = ()
+    ruled_out: tuple[str, ...] = ()
+    per_sample: bool = True
+    recipe: str = ""
+    split: str = "states"
+    own: tuple[str, ...] = ()
+    fit: str = LM
+    fit_seed: int = 0
+    run: str = ""
+    asks: str = ""
+    rows: int = 0
+    sheets: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether the data were measured, not simulated."""
+        return self.data in (OWN, MUSCLE)
+
+    def overrides(self, kind: str) -> list[str]:
+        """The overrides of `train` or `discover` that amount to the question, for the reader to type."""
+        chosen = [f"model={self.model}", f"train={self.train}"]
+        if self.data == MUSCLE:
+            chosen.append("data=dmsp20")
+        elif self.data == OWN:
+            chosen += ["data=csv", f"data.path={_quoted(self.path)}", *self._of_the_bed()]
+        elif self.data == "hidden":
+            chosen += ["data.hidden=random", f"data.seed={self.seed}"]
+        if kind == "train":
+            chosen.append(f"split={self.split}")
+            chosen += [f"fit={self.fit}"] if self.fit != LM else []
+        if self.effects:
+            chosen.append(f"effects=[{','.join(self.effects)}]")
+        if self.ruled_out and kind == "discover":
+            chosen.append(f"ruled_out=[{','.join(self.ruled_out)}]")
+        chosen += [f"seed={self.fit_seed}"] if self.fit_seed else []
+        return chosen if self.per_sample else [*chosen, "per_sample=false"]
+
+    def _of_the_bed(self) -> list[str]:
+        chosen = [f"data.bed={self.bed}"] if self.bed != KINEMATIC else []
+        chosen += [f"data.members={_quoted(self.members)}"] if self.members else []
+        if self.accuracy is None:
+            return [*chosen, "data.accuracy=estimate"]
+        return [*chosen, *(f"data.accuracy.{name}={value!r}" for name, value in self.accuracy)]
+
+    def command(self, kind: str) -> str:
+        """The shell command with the same result."""
+        if kind == "intake":
+            options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
+            return command_line(["python", "intake.py"], options)
+        if kind == "rubber":
+            # In the user's own names: the recipe is there to download.
+            names = [name for name, _ in self.sheets]
+            options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
+            return command_line(["python", "-m", "freelearn", "start"], options)
+        if kind == "predict" and self.recipe:
+            # As above, for a file that asks something of a run.
+            options = [self.name, "--recipe", f"{Path(self.name).stem}_recipe.yaml", "--run", self.run]
+            with named(self.own):
+                return command_line(["python", "-m", "freelearn", "start"], options)
+        if kind in ASIDES:
+            options = [f"run={_quoted(self.run)}"]
+            options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
+            with named(self.own):
+                return command_line(["python", f"{kind}.py"], options)
+        with named(self.own):
+            return command_line(["python", f"{kind}.py"], self.overrides(kind))
+
+    def python(self, kind: str) -> str:
+        """The lines of Python with the same result, for a question to a finished run."""
+        if kind == "predict":
+            lines = ["import freelearn as fl, pandas as pd", f"blanks = pd.read_csv({self.asks!r})"]
+            return "\n".join([*lines, f"fl.load({self.run!r}).invert(blanks).frame()"])
+        return f"import freelearn as fl\nfl.plan({self.run!r}, rows={self.rows}).frame()"
+
+    def about(self, kind: str) -> Question:
+        """The part of the question that a job of this kind depends on; a `check` reads the data only."""
+        if kind in ("check", "convert"):
+            return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
+        if kind in ASIDES:
+            energies = self.effects if kind == "rubber" else ()
+            asked = Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
+            return replace(asked, effects=energies, sheets=self.sheets, recipe=self.recipe, name=self.name)
+        return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
+
+    def same_data(self, other: Question) -> bool:
+        """Whether both ask about the same table."""
+        return self.about("check") == other.about("check")
+
+    def same_but_effects(self, other: Question) -> bool:
+        """Whether both ask about the same model on the same rows, so that their errors can be compared."""
+        return replace(self, effects=(), ruled_out=(), own=()) == replace(other, effects=(), ruled_out=(), own=())
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return asdict(self)
+
+
+def _quoted(path: str) -> str:
+    """As Hydra's grammar wants a value with blanks or signs in it."""
+    plain = all(c.isalnum() or c in "/._-" for c in path)
+    return path if plain else "'" + path.replace("'", "\\'") + "'"
+
+
+def stored_csv(folder: Path, digest: str, kind: str = "measurements", ending: str = ".csv") -> Path:
+    """Where an uploaded file is kept: under a name that the upload has no say in."""
+    return folder / f"{kind}_{digest[:16]}{ending}"

@@ -1,0 +1,37 @@
+"""`compare`: each run's error on the rows that both have is its own error on these rows."""
+
+import pytest
+from fitted_folders import continuum, folder_of, grid, shown
+
+import freelearn
+from freelearn.cli.comparing import compare
+from freelearn.common.errors import UserError
+
+
+def test_two_runs_on_the_rows_that_both_have(tmp_path, capsys):
+    truth = continuum()
+    table = shown(truth, grid())
+    table = table[table["force_n"].notna()].reset_index(drop=True)
+    folder_of(tmp_path / "a", truth, table)
+    folder_of(tmp_path / "b", continuum(c1=9e5), table.iloc[:-20].reset_index(drop=True))
+    compare(tmp_path / "a", tmp_path / "b", tmp_path / "page.html")
+    told = capsys.readouterr().out
+    (line,) = [line for line in told.splitlines() if "all rows of both" in line]
+    *_, number, a, b = line.split()
+    assert int(number) == len(table) - 20
+    # The first is the truth; the second errs as it does by itself.
+    assert float(a) == pytest.approx(0, abs=1e-6)
+    expected = 100 * freelearn.load(tmp_path / "b").error(table.iloc[:-20].reset_index(drop=True))
+    assert float(b) == pytest.approx(expected, rel=5e-3)
+    assert expected > 0.1
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Errors on the same rows" in page
+    assert "http://" not in page.split("<script>")[0]
+
+
+def test_runs_without_a_common_row_are_refused(tmp_path):
+    for name, sample in (("a", 3), ("b", 1)):
+        table = shown(continuum(), grid(sample))
+        folder_of(tmp_path / name, continuum(), table[table["force_n"].notna()].reset_index(drop=True))
+    with pytest.raises(UserError, match="no row in common"):
+        compare(tmp_path / "a", tmp_path / "b", tmp_path / "page.html")

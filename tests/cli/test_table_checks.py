@@ -1,0 +1,46 @@
+"""What `python discover.py` says and claims of a table whose load cell was not tared."""
+
+import json
+
+import numpy as np
+import pytest
+from hidden_tables import table
+from rich.console import Console
+
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings
+from freelearn.api.tasks.discover_task import discover
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    rows = table({}, samples=(3,))
+    state = (rows[["elongation_mm", "twist_deg"]].diff().abs().sum(axis=1) > 0).cumsum()
+    few = rows[np.isin(state, np.unique(state)[::16])]
+    return few.assign(force_n=few["force_n"] + 15.0)
+
+
+def run(rows, folder, *overrides):
+    folder.mkdir(exist_ok=True)
+    rows.to_csv(folder / "table.csv", index=False)
+    data = ["data=csv", f"data.path={folder / 'table.csv'}", "figures=false", *overrides]
+    with open(folder / "terminal.txt", "w") as file:
+        discover(settings(DiscoverSettings, data), folder, Console(file=file, width=100))
+    return json.loads((folder / "discovery.json").read_text())
+
+
+def test_a_failed_check_leaves_nothing_claimed_and_comes_first(heavy, tmp_path):
+    found = run(heavy, tmp_path)
+    assert found["verdict"] == "undecided"
+    assert "load cell was not tared" in found["says"].split(". ")[0]
+    assert [c["name"] for c in found["checks"] if c["status"] == "fail"]
+    terminal = (tmp_path / "terminal.txt").read_text()
+    assert terminal.index("load cell was not tared") < terminal.index("Undecided")
+    assert "A look at the table, before any search" in (tmp_path / "report.html").read_text()
+
+
+def test_checks_that_are_overruled_stop_nothing_and_are_noted(heavy, tmp_path):
+    found = run(heavy, tmp_path, "checks=off")
+    assert "load cell was not tared" not in found["says"]
+    assert any(note.startswith("checks=off overrules") for note in found["notes"])
+    assert [c for c in found["checks"] if c["status"] == "fail"]

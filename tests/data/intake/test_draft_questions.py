@@ -1,0 +1,297 @@
+"""What start and the page ask: all that a file leaves open and nothing else, each answer a line of the recipe."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+from scipy.io import savemat
+from test_messy import RIGHT, write
+
+from freelearn.common.errors import UserError
+from freelearn.data.intake.convert import convert
+from freelearn.data.intake.guesses.draft import draft
+from freelearn.data.intake.guesses.draft_questions import Question, answer, questions, said
+from freelearn.data.intake.guesses.guess import guess, guess_table
+from freelearn.data.intake.guesses.guessed import NO, YES
+from freelearn.data.intake.guesses.joined import Guessed, guess_and_table, guess_file
+from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.readers.raw_files import raw_table
+from freelearn.data.intake.recipes.recipe_file import recipe_of
+
+USUAL = {
+    "design.gamma_deg": "25", "braid": "y", "design.length_mm": "150", "design.inner_radius_mm": "d 10",
+    "design.outer_radius_mm": "+1", "held.twist_deg": "0", "sign": "n", "zero": "n", "slack": "n", "levels": "n",
+}  # fmt: skip
+UNITS = {"length": "mm", "angle": "deg", "pressure": "kPa", "force": "N", "moment": "N·m", "time": "s"}
+PLACES = [(x, p) for x in (0, -5, -10) for p in (0, 50, 100)]
+
+
+def interview(found, answers, joined=None, raw=None):
+    """All answers: those given by the keys of questions or their beginnings, else what is proposed; the questions; and
+    the recipe."""
+    made, asked, first = {}, [], found
+    for _ in range(60):
+        now = guess_table(raw, said(first, made)) if raw is not None and said(first, made) else found
+        question = next((q for q in questions(now, joined, made) if q.key not in made), None)
+        if question is None:
+            return made, asked, draft(now, (), joined, made)
+        typed = answers.get(question.key, answers.get(question.key.split(".")[0], ""))
+        asked.append(question.key)
+        made[question.key] = answer(question, typed, made)
+    raise AssertionError(asked)
+
+
+def table_of(content, name, answers=()):
+    content = content if isinstance(content, bytes) else content.encode()
+    raw = raw_table(content, name)
+    _, asked, text = interview(guess_table(raw), USUAL | dict(answers), raw=raw)
+    assert "TODO" not in text
+    return convert(recipe_of(text, "recipe"), {name: content}).table, asked
+
+
+def text(rows, header="dl [mm],P [kPa],F [N]"):
+    return "\n".join([header, *(",".join(map(str, row)) for row in rows), ""])
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_of_a_file_that_says_its_units_only_the_actuator_is_asked_for(name, tmp_path):
+    found, joined, raw = guess_and_table(write(tmp_path / name, RIGHT[name]()))
+    _, asked, recipe = interview(found, USUAL, joined, raw)
+    assert set(asked) <= {
+        "bed", "design.gamma_deg", "braid", "design.length_mm", "design.inner_radius_mm", "design.outer_radius_mm",
+        "held.twist_deg", "sample", *(f"{what}.{c.name}" for what in ("sign", "zero") for c in found.columns),
+    }  # fmt: skip
+    assert "TODO" not in recipe
+    recipe_of(recipe, name)
+    # And a page can keep the guess.
+    again = Guessed.from_plain(Guessed(found, joined).plain())
+    assert repr(again) == repr(Guessed(found, joined))
+
+
+def test_what_the_file_says_of_the_actuator_is_proposed():
+    rows = text([(x, p, -p) for x, p in PLACES])
+    content = f"# Länge unbelastet: 152 mm\n# ID = 0.5 in\n# Wandstärke [mm]: 1.5\n# Faserwinkel [°] = 23,5\n{rows}"
+    table, asked = table_of(content, "rig.csv", dict.fromkeys([k for k in USUAL if k.startswith("design")], ""))
+    assert table.loc[0, ["length_mm", "inner_radius_mm", "outer_radius_mm"]].tolist() == [152, 6.35, 7.85]
+    # A comma in a file with decimal points is no number.
+    assert "design.gamma_deg" in asked
+    assert guess(content.encode(), "rig.csv").about[0].words == "rig.csv, line 1: Länge unbelastet 152 mm"
+
+
+def test_lists_above_the_header_are_no_rows():
+    content = "Länge;150;mm\nInnen;10;mm\nVersuch 12\nWeg [mm];Druck [bar];Kraft [N]\n0;0,5;1\n-1;2,5;3\n"
+    found = guess(content.encode(), "liste.csv")
+    assert (found.rows, [c.name for c in found.columns]) == (2, ["Weg [mm]", "Druck [bar]", "Kraft [N]"])
+    assert [told.name for told in found.about] == ["length_mm"]
+
+
+def book(fill):
+    made = openpyxl.Workbook()
+    fill(made)
+    out = io.BytesIO()
+    made.save(out)
+    return out.getvalue()
+
+
+def festo(made):
+    """As a laboratory hands it on: a title sheet, groups over the headings, a mean below, rows sorted by pressure."""
+    cover, sheet = made.active, made.create_sheet("Messwerte")
+    cover.title = "Deckblatt"
+    for row in (["Prüfling", "DMSP-20"], ["Länge unbelastet [mm]", 300], ["Innendurchmesser [mm]", 20]):
+        cover.append(row)
+    cover.append(["Wandstärke [mm]", 1.5])
+    for row in (["Statische Kennlinien"], [], ["Geometrie", None, "Messgrößen"]):
+        sheet.append(row)
+    sheet.append(["Länge [mm]", "Verkürzung [%]", "Überdruck [bar]", "Zugkraft [N]"])
+    for area in ("A1:D1", "A3:B3", "C3:D3"):
+        sheet.merge_cells(area)
+    for p in (0.5, 1, 2, 3):
+        for length in (300, 280, 260):
+            sheet.append([length, (300 - length) / 3, p, max(0, 200 * p - 10 * (300 - length))])
+    sheet.append([None, None, "Mittelwert", 123])
+
+
+def test_a_workbook_with_a_title_sheet_groups_and_a_mean(tmp_path):
+    path = tmp_path / "Muskel.xlsx"
+    path.write_bytes(book(festo))
+    found, joined, raw = guess_and_table(path)
+    answers = {"design.gamma_deg": "27", "braid": "ja", "held.twist_deg": "0", "sign": "j", "slack": "y"}
+    made, asked, recipe = interview(found, answers, joined, raw)
+    assert made["design.outer_radius_mm"] == 11.5
+    table = convert(recipe_of(recipe, "r"), {path.name: path.read_bytes()}).table
+    assert len(table) == 12
+    assert table["elongation_mm"].tolist() == [-40] * 4 + [-20] * 4 + [0] * 4
+    assert table["step"].tolist() == [0, 1, 2, 3] * 3
+    assert table["force_n"].max() == 0
+    assert table["slack"].tolist() == (table["force_n"] == 0).astype(int).tolist()
+    assert {"sums.Überdruck [bar]", "order", "slack"} <= set(asked)
+
+
+def test_sheets_that_hold_no_readings_do_not_take_the_place_of_one_that_cannot_be_read(tmp_path):
+    def fill(made):
+        made.active.append(["Name", "Wert"])
+        made.active.append(["Raum", 12])
+        sheet = made.create_sheet("Messung")
+        for row in (["dl [mm]", "P [kPa]", "F [N]"], [0, 0, 0], [0, 50, 3], [1, 50, 3]):
+            sheet.append(row)
+        sheet.merge_cells("B3:C3")
+
+    path = tmp_path / "a.xlsx"
+    path.write_bytes(book(fill))
+    with pytest.raises(UserError, match="'Messung': cells B3:C3 are merged"):
+        guess_file(path)
+
+
+def test_a_value_over_several_rows_is_that_of_each(tmp_path):
+    def fill(made):
+        made.active.append(["dl [mm]", "P [kPa]", "F [N]"])
+        for x, p in PLACES:
+            made.active.append([x if p == 0 else None, p, -p])
+        made.active.merge_cells("A2:A4")
+
+    table, asked = table_of(book(fill), "a.xlsx", {"gaps": "2"})
+    assert table["elongation_mm"].tolist() == [x for x, _ in PLACES]
+    # Cells that are blank below it are asked about.
+    assert "gaps.dl [mm]" in asked
+
+
+def matlab(**variables):
+    out = io.BytesIO()
+    savemat(out, variables)
+    return out.getvalue()
+
+
+def test_matrices_and_single_numbers_of_a_matlab_file():
+    s, p = (np.array(values, dtype=float) for values in zip(*PLACES, strict=True))
+    loads = np.column_stack([3 - p / 10, p / 1000])
+    content = matlab(s_mm=s, w_deg=0 * s, P=np.column_stack([p, p[::-1]]), FT=loads, fs=100.0, L0_mm=95.0, note="a")
+    columns = {"what.FT 1": "force", "what.FT 2": "moment", "parallel": "1", "member.1": "40", "member.2": "-40"}
+    units = {"unit.P 1": "kPa", "unit.P 2": "", "unit.FT 1": "N", "unit.FT 2": "N·m"}
+    table, _ = table_of(content, "run.mat", {**columns, **units, "design.length_mm": "", "braid": "n"})
+    assert table[["pressure_1_kpa", "pressure_2_kpa"]].to_numpy().tolist() == np.column_stack([p, p[::-1]]).tolist()
+    assert table["moment_nmm"].tolist() == pytest.approx(p.tolist())
+    assert guess(content, "run.mat").about[0].value == 95
+    only = {**columns, **units, "parallel": "3", "unit.P 2": "kPa", "design.length_mm": "95"}
+    table, _ = table_of(content, "run.mat", only)
+    assert table["pressure_kpa"].tolist() == p[::-1].tolist()
+
+
+@pytest.mark.parametrize(
+    ("cell", "reply", "force"),
+    [("kaputt", "1", None), ("kaputt", "2", np.nan), ('"1,234.5"', "1", 1234.5), ("OL", "2", np.nan)],
+)
+def test_cells_that_are_no_numbers_are_asked_about(cell, reply, force):
+    rows = [(x, p, cell if (x, p) == (-5, 50) else -p) for x, p in PLACES]
+    table, asked = table_of(text(rows), "a.csv", {"words": reply, "read": reply})
+    assert {"words.F [N]", "read"} & set(asked)
+    there = table[(table["elongation_mm"] == -5) & (table["pressure_kpa"] == 50)]["force_n"].tolist()
+    assert there == ([] if force is None else pytest.approx([force], nan_ok=True))
+
+
+def test_a_mark_before_three_digits_is_asked_about():
+    rows = [(x, f"{p / 1000:.3f}" if p >= 1000 else p, -p) for x in (0, -5) for p in (0, 850, 1050, 1200)]
+    for reply, most in (("1", 1200), ("2", 850)):
+        table, asked = table_of(text(rows), "a.csv", {"read": reply})
+        assert "read" in asked
+        assert table["pressure_kpa"].max() == most
+    # Readings with three decimals throughout are none of those.
+    rows = [(x, f"{p:.3f}", f"{-p:.3f}") for x, p in PLACES]
+    assert "read" not in table_of(text(rows), "a.csv")[1]
+
+
+def test_readings_that_scatter_about_levels_are_of_one_place():
+    jitter = np.random.default_rng(0).normal(0, 0.02, 24)
+    rows = [(f"{x + e:.4f}", p, 3 - p) for (x, p), e in zip([*PLACES, *PLACES[:6]], jitter, strict=False)]
+    table, asked = table_of(text(rows), "a.csv", {"levels": "y"})
+    assert "levels.dl [mm]" in asked
+    assert table["elongation_mm"].nunique() == 3
+    exact = text([(x, p, 3 - p) for x, p in PLACES])
+    assert "levels.dl [mm]" not in table_of(exact, "a.csv")[1]
+
+
+def test_what_a_sensor_reads_at_rest_and_an_absolute_pressure_are_asked_about():
+    rows = [(x, 101.3 + p, 9 - p) for x, p in PLACES]
+    table, asked = table_of(text(rows), "a.csv", {"zero": "y", "absolute": "y"})
+    assert {"zero.F [N]", "absolute"} <= set(asked)
+    assert table["pressure_kpa"].tolist() == pytest.approx([p - 0.025 for _, p in PLACES])
+    assert table["force_n"].tolist() == [-p for _, p in PLACES]
+    asked = table_of(text([(x, p, 0.5 - p) for x, p in PLACES]), "a.csv")[1]
+    assert not {"zero.F [N]", "absolute"} & set(asked)
+
+
+def test_a_log_is_averaged_where_it_stood_still():
+    rows, time = [], 0.0
+    for x in (0, -5):
+        for p in (0, 50, 100):
+            for _ in range(60):
+                rows.append((round(time, 2), x, p, -p))
+                time += 0.1
+    table, asked = table_of(text(rows, "t [s],dl [mm],P [kPa],F [N]"), "log.csv")
+    assert "plateaus" in asked
+    assert table[["elongation_mm", "pressure_kpa"]].to_numpy().tolist() == [
+        [x, p] for x in (0, -5) for p in (0, 50, 100)
+    ]
+
+
+def test_six_muscles_are_asked_for_one_by_one():
+    rows = [(name, x, p, -p) for name in ("rot", "blau") for x, p in PLACES]
+    lengths = {"design.length_mm.1": "150", "design.length_mm.2": "16 cm"}
+    table, asked = table_of(text(rows, "Muskel,dl [mm],P [kPa],F [N]"), "a.csv", {**lengths, "alike": "y"})
+    assert table.groupby("sample")["length_mm"].first().tolist() == [150, 160]
+    angles = {f"design.{n}.{i}": v for n, v in (("gamma_deg", "20"), ("inner_radius_mm", "5")) for i in (1, 2)}
+    angles |= {"design.outer_radius_mm.1": "6", "design.outer_radius_mm.2": "7"}
+    rows = text(rows, "Reihe,dl [mm],P [kPa],F [N]")
+    table, asked = table_of(rows, "a.csv", {**lengths, **angles, "sample": "2", "alike": "n"})
+    assert table.groupby("sample")["outer_radius_mm"].first().tolist() == [6, 7]
+    assert "braid" not in asked
+
+
+NUMBER = Question("design.inner_radius_mm", "?", "number", "inner_radius_mm")
+
+
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [("5", 5), ("5,5", 5.5), ("0.25 in", 6.35), ("d 10", 5), ("Ø 1 cm", 5), ("d=10", 5), ("−1", None), ("", None)],
+)
+def test_numbers_as_people_type_them(typed, value):
+    if value is None:
+        with pytest.raises(UserError):
+            answer(NUMBER, typed, {})
+    else:
+        assert answer(NUMBER, typed, {}) == pytest.approx(value)
+
+
+def test_an_outer_radius_may_be_said_by_the_wall():
+    outer = Question("design.outer_radius_mm", "?", "number", "outer_radius_mm")
+    assert answer(outer, "+1.5 mm", {"design.inner_radius_mm": 10.0}) == 11.5
+    with pytest.raises(UserError, match="inner radius is not known"):
+        answer(outer, "+1", {})
+
+
+def test_only_what_is_asked_is_an_answer():
+    yes = Question("braid", "?", "choice", options=((YES, "yes"), (NO, "no")))
+    assert [answer(yes, typed, {}) for typed in ("y", "Ja", "N", "non")] == [YES, YES, NO, NO]
+    for typed in ("", "1", "perhaps"):
+        with pytest.raises(UserError):
+            answer(yes, typed, {})
+
+
+def test_a_drafts_open_decisions_stand_in_it_as_remarks():
+    rows = text([(x, p, max(0, p - 60)) for x, p in PLACES])
+    drafted = draft(guess(rows.encode(), "a.csv"))
+    assert "# To be decided: In 6 rows the force is exactly 0." in drafted
+    assert "slack:" not in drafted
+
+
+def test_recipes_of_any_file_of_the_collection_can_be_answered(shared_data: Path):
+    for path in sorted(shared_data.glob("*/*.csv")):
+        if path.parent.name in ("rubber", "elastomers", "nist_strd"):
+            continue
+        found, joined, raw = guess_and_table(path)
+        answers = {"what": "not used", "unit": "mm", "gaps": "1", "words": "1", "sample": "1", "parallel": "1"}
+        numbers = dict.fromkeys(("design", "held", "member"), "5")
+        units = {f"unit.{c.name}": UNITS.get(MEANINGS[c.quantity].kind, "") for c in found.columns if c.chosen}
+        drafted = interview(found, USUAL | numbers | answers | units | {"alike": "y", "absolute": "n"}, joined, raw)[2]
+        assert "TODO" not in drafted, path

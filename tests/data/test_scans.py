@@ -1,0 +1,50 @@
+"""Scans against loops over the samples."""
+
+import numpy as np
+import pytest
+import torch
+
+from freelearn.data.recordings import recurred, stopped
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13, 1000])
+def test_a_recurrence_is_the_loops(count):
+    generator = np.random.default_rng(count)
+    factor, added = generator.uniform(0, 1, count), generator.normal(size=count)
+    value, expected = 0.0, []
+    for a, b in zip(factor, added, strict=True):
+        value = a * value + b
+        expected.append(value)
+    np.testing.assert_allclose(recurred(torch.tensor(factor), torch.tensor(added)), expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13, 1000])
+def test_a_stop_is_the_loops(count):
+    """With bounds that move, and that close now and then, where it begins anew."""
+    generator = np.random.default_rng(count)
+    x, width = generator.normal(size=count).cumsum(), generator.uniform(0, 2, count)
+    low, high = -width * (generator.uniform(size=count) > 0.1), 0.7 * width
+    low[0] = high[0] = 0.0
+    value, expected = 0.0, [0.0]
+    for n in range(1, count):
+        value = min(max(value + x[n] - x[n - 1], low[n]), high[n])
+        expected.append(value)
+    np.testing.assert_allclose(stopped(*map(torch.tensor, (x, low, high))), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_the_derivative_of_a_stop_is_that_of_differences():
+    """By the signal and by both bounds, forward and backward; nothing is clamped just there."""
+    generator = np.random.default_rng(1)
+    x, low = torch.tensor(generator.normal(size=30).cumsum()), -torch.tensor(generator.uniform(0.2, 1, 30))
+    low[0] = 0.0
+
+    def of(scale):
+        return stopped(scale[0] * x, scale[1] * low, -scale[2] * low)
+
+    at = torch.tensor([1.1, 0.9, 0.7], dtype=torch.float64)
+    forward, backward = torch.func.jacfwd(of)(at), torch.func.jacrev(of)(at)
+    torch.testing.assert_close(forward, backward)
+    for k in range(3):
+        step = torch.zeros(3, dtype=torch.float64)
+        step[k] = 1e-6
+        torch.testing.assert_close(forward[:, k], (of(at + step) - of(at - step)) / 2e-6, rtol=1e-6, atol=1e-8)

@@ -1,0 +1,118 @@
+"""The look at a table before a search: each check on a table that it has to stop, and on those that it must not."""
+
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+from hidden_tables import NOISE, table
+
+from freelearn.data.accuracy import Accuracy
+from freelearn.discovery.checks.look import failed, looked_over
+from freelearn.discovery.checks.rows_order import order
+from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, actuator
+from freelearn.physics.models.build import build_model
+
+ACCURACY = Accuracy.engineering(**NOISE)
+
+
+def build(names):
+    return build_model("continuum", {}, list(names))
+
+
+def looked(rows, given=(), accuracy=ACCURACY):
+    return looked_over(rows, build, list(given), accuracy)
+
+
+def said(rows, **how):
+    return " ".join(f"{check.name}: {check.sentence}" for check in failed(looked(rows, **how)))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    rows = table({}, samples=(3,))
+    return rows[rows["buckled"] == 0].reset_index(drop=True)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {},
+        {"friction_hysteresis": {"force": 0.6, "moment": 0.02}},
+        {"force_offset": {"force": 1.5}},
+        {"length_offset": {"length": 1e-3}},
+    ],
+)
+def test_a_table_that_was_mapped_rightly_passes_whatever_hides_in_it(effects):
+    rows = table(effects)
+    assert failed(looked(rows[rows["buckled"] == 0].reset_index(drop=True))) == []
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (["force_n"], "force_n has its sign turned"),
+        (["moment_nmm"], "moment_nmm"),
+        (["elongation_mm"], "elongation_mm has its sign turned"),
+        (["gamma_deg"], "gamma_deg has its sign turned"),
+    ],
+)
+def test_a_turned_sign_is_said(plain, columns, words):
+    assert words in said(plain.assign(**{name: -plain[name] for name in columns}))
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "words"),
+    [
+        ("pressure_kpa", 1 / 6.894757, "psi"),
+        ("force_n", 1 / 9.80665, "kgf"),
+        ("moment_nmm", 1e-3, "N·m"),
+        ("twist_deg", np.pi / 180, "rad"),
+    ],
+)
+def test_another_unit_is_said(plain, name, factor, words):
+    assert words in said(plain.assign(**{name: factor * plain[name]}))
+
+
+def test_exchanged_columns_are_said(plain):
+    swapped = plain.assign(force_n=plain["moment_nmm"], moment_nmm=plain["force_n"])
+    assert "force_n and moment_nmm are exchanged" in said(swapped)
+
+
+def test_a_load_cell_that_was_not_tared_is_said_and_fitted_offsets_answer_it(plain):
+    heavy = plain.assign(force_n=plain["force_n"] + 15.0)
+    words = said(heavy)
+    assert "not tared" in words
+    assert "effects=[force_offset,moment_offset]" in words
+    assert "not tared" not in said(heavy, given=["force_offset", "moment_offset"])
+
+
+def test_a_sorted_table_is_said(plain):
+    ordered = plain.drop(columns="time_s", errors="ignore").sort_values("pressure_kpa", kind="stable")
+    assert order(ordered.reset_index(drop=True)).status == FAIL
+    assert order(plain).status == PASS
+    assert order(plain.iloc[:5]).status == CANNOT
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("length_mm", 0.09), ("gamma_deg", 0.5), ("inner_radius_mm", 6.73), ("elongation_mm", 400.0)],
+)
+def test_a_size_that_no_actuator_has_is_said(plain, column, value):
+    check = actuator(plain.assign(**{column: value}))
+    assert check.status == FAIL
+    assert "no actuator is like that" in check.says
+
+
+def test_an_accuracy_that_repeats_refute_is_said(plain):
+    generator = np.random.default_rng(0)
+    again = plain.assign(force_n=plain["force_n"] + generator.normal(0, 4.0, len(plain)))
+    twice = pd.concat([plain.assign(elongation_mm=plain["elongation_mm"] + 1e-3), again], ignore_index=True)
+    assert "data.accuracy" in said(twice)
+
+
+def test_a_look_takes_two_seconds_at_most_also_at_a_wrong_table(plain):
+    many = pd.concat([plain] * (1 + 2000 // len(plain)), ignore_index=True).iloc[:2000]
+    began = time.process_time()
+    looked(many.assign(force_n=-many["force_n"]))
+    assert time.process_time() - began < 4

@@ -1,0 +1,186 @@
+"""Sets of effects: two that hide one another are found together; what stays unexplained ends with few."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from linear_bed import NOISE, TRUE, bench, jacobian
+from nightly import chosen
+from scipy.stats import multivariate_normal
+from torch import Tensor
+
+from freelearn.discovery.fits.prepare import prepare
+from freelearn.discovery.fits.white_fit import white_fit
+from freelearn.discovery.search.hypotheses import Hypotheses
+from freelearn.discovery.search.hypothesis import log_evidence
+from freelearn.discovery.search.search import search
+from freelearn.discovery.thresholds import MOST_KEPT
+from freelearn.physics.chain.parameters import Parameters, Prior, parameter
+from freelearn.physics.chain.ports import MeasurementEffect
+from freelearn.physics.effects.registry import EFFECTS
+
+# How far the two signatures are from opposite.
+TILT = 0.05
+NAMES = ["stiffness", "torsion", "area", "turn"]
+HOW = {"states": 30, "pressures": 4, "falling": 1}
+
+
+class Size(Parameters):
+    size: Tensor = parameter("s", "N", start=0.0, lower=-1e3, upper=1e3, none=0.0, scale=1.0)
+
+
+def ripples(states):
+    x = 6 * (states.length - states.reference_length) / 5e-3
+    return torch.sin(x), torch.cos(x)
+
+
+class Lift(MeasurementEffect[Size]):
+    name = "lift"
+    parameter_class = Size
+
+    def sense(self, loads: Tensor, states, p: Size) -> Tensor:
+        one, other = ripples(states)
+        return loads + torch.stack([p.size * (one + TILT * other), 0 * one], dim=-1)
+
+
+class Drop(MeasurementEffect[Size]):
+    name = "drop"
+    parameter_class = Size
+
+    def sense(self, loads: Tensor, states, p: Size) -> Tensor:
+        one, other = ripples(states)
+        return loads + torch.stack([p.size * (TILT * other - one), 0 * one], dim=-1)
+
+
+@pytest.fixture(autouse=True)
+def known(monkeypatch):
+    for effect in (Lift, Drop):
+        monkeypatch.setitem(EFFECTS, effect.name, effect)
+
+
+def hidden(size):
+    """Both effects with the same size [N]: what shows is a twentieth of each, twice."""
+
+    def extra(s, loads):
+        return loads + np.stack([2 * size * TILT * ripples(s)[1].numpy(), np.zeros(len(loads))], axis=1)
+
+    return extra
+
+
+LIBRARY = ["lift", "drop", "force_offset", "friction_hysteresis"]
+
+
+def looked_at(question) -> Hypotheses:
+    """The model as it is, as the one set that was looked at."""
+    prepared, fit, noise = prepare(question)
+    found = Hypotheses(question, prepared.rows, noise.whitener(), prepared.spans)
+    found.fit((), fit.vector, fit)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_effects_that_cancel_are_found_together(seed):
+    """3 N each, which leave 0.3 N; alone either takes a four-hundredth of what both take of χ²: 0.0025 × 300 / 2."""
+    made = bench(seed, **HOW, extra=hidden(3.0))
+    sets = looked_at(made.question(LIBRARY))
+    nothing = sets.found[frozenset()]
+    ranking = sets.rank(nothing)
+    assert all(p.evidence < 0 for p in ranking.promises())
+    (first, gain), *_ = ranking.pairs(3)
+    assert set(first) == {"lift", "drop"}
+    # More than it takes for the two to be fitted.
+    assert gain > 1.0
+    sets.explore()
+    assert sets.best.key == {"lift", "drop"}
+    findings = search(made.question(LIBRARY))
+    assert (findings.claimed, set(findings.effects)) == ("named", {"lift", "drop"})
+    values = findings.final.fit.values()
+    # Each is known as badly as the twentieth by which they differ lets it be.
+    assert values["lift.size"] == pytest.approx(3.0, abs=0.5)
+    assert values["lift.size"] - values["drop.size"] == pytest.approx(0, abs=4 * NOISE[0])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_where_nothing_is_missing_nothing_is_more_probable(seed):
+    sets = looked_at(bench(seed, **HOW).question(LIBRARY))
+    assert sets.explore().effects == ()
+
+
+def test_an_effect_too_many_is_taken_out_or_stays_behind():
+    """Begun with a wrong effect beside, the search comes to the same two."""
+    made = bench(1, **HOW, extra=hidden(3.0))
+    sets = looked_at(made.question([*LIBRARY, "moment_offset"]))
+    wrong = sets.joined(sets.found[frozenset()], "moment_offset")
+    sets.expand(wrong)
+    sets.explore()
+    assert sets.best.key == {"lift", "drop"}
+    assert sets.joined(sets.best, "moment_offset").evidence < sets.best.evidence
+
+
+def test_a_set_is_fitted_once_whatever_the_way_to_it():
+    sets = looked_at(bench(1, **HOW, extra=hidden(3.0)).question(LIBRARY))
+    nothing = sets.found[frozenset()]
+    one = sets.joined(sets.joined(nothing, "lift"), "drop")
+    assert sets.joined(sets.joined(nothing, "drop"), "lift") is one
+    assert sets.without(sets.joined(one, "force_offset"), "force_offset") is one
+
+
+def test_the_evidence_of_numbers_that_a_model_is_linear_in_is_the_textbooks():
+    """ln p(y) of a Gaussian linear model with a Gaussian prior, as a multivariate normal distribution of the rows."""
+    made = bench(2, **HOW)
+    question = replace(made.question(), priors={n: Prior(v, 0.3 * v) for n, v in zip(NAMES, TRUE, strict=True)})
+    prepared, fit, noise = prepare(question)
+    model = question.build([])
+    middle = question.prior(model, prepared.spans)
+    whiten = noise.whitener()
+    slopes = whiten(jacobian(prepared.rows.states)).flatten(0, 1).numpy()
+    readings = whiten(prepared.rows.loads).reshape(-1).numpy()
+    # What is told is the same up to a constant, so two priors are compared.
+    told, expected = [], []
+    for factor in (1.0, 0.1):
+        prior = replace(middle, covariance=middle.covariance * factor**2)
+        end = white_fit(model, prepared.rows, whiten, fit.vector, prior)
+        told.append(log_evidence(end, []))
+        spread = slopes @ prior.covariance.numpy() @ slopes.T + np.eye(len(slopes))
+        expected.append(multivariate_normal.logpdf(readings, slopes @ prior.middle.numpy(), spread))
+    assert told[1] - told[0] == pytest.approx(expected[1] - expected[0], abs=0.02)
+
+
+def outside(size):
+    """What no effect of the library does: a force and a moment that wave with length and with twist."""
+
+    def extra(s, loads):
+        x, y, p = (s.length - s.reference_length) / 5e-3, s.twist, s.pressure / 7e4
+        waves = torch.stack([torch.sin(3 * x), torch.sin(3 * y) * p], dim=-1).numpy()
+        return loads + size * NOISE * waves
+
+    return extra
+
+
+OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families() and effect.port != "history"]
+
+
+@pytest.mark.parametrize("size", [3, 10, 30])
+def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
+    for seed in chosen(range(2), 1):
+        findings = search(bench(seed, extra=outside(size)).question(OWN))
+        # Two waves, each a product or less: the search may write both. Nothing of the library is one of them.
+        assert findings.verdict in ("unexplained", "proposed")
+        written = {proposal.written.name for proposal in findings.proposals}
+        assert len(set(findings.effects) - written) <= 1
+
+
+def test_an_unexplained_model_keeps_what_explains_much_and_nothing_else():
+    """Friction beside two waves that nothing of the library makes: it stands on its own, the others do not."""
+
+    def extra(s, loads):
+        return outside(10)(s, loads - s.direction.numpy()[:, None] * 30 * NOISE)
+
+    names = ["friction_hysteresis", "moment_offset", "force_gain", "sensor_drift"]
+    findings = search(bench(2, extra=extra).question(names))
+    written = {proposal.written.name for proposal in findings.proposals}
+    assert "friction_hysteresis" in findings.effects
+    assert set(findings.effects) - written == {"friction_hysteresis"}
+    assert len(findings.effects) <= max(MOST_KEPT, 1 + len(written))
+    assert findings.final.E_heldout < 0.5 * findings.steps[0].E_heldout

@@ -1,0 +1,54 @@
+"""What a search says about the noise: nothing where it is as stated, else what is wrong, and by how much."""
+
+import numpy as np
+import pytest
+from first_step import first_step
+from linear_bed import bench, student
+
+from freelearn.data.accuracy import Accuracy
+from freelearn.records.verdict_words import noise_notes
+
+
+def said(made, **more):
+    return noise_notes(first_step(made.question())[1], **more)
+
+
+def test_noise_as_stated_is_not_worth_a_word():
+    assert said(bench(1)) == []
+
+
+def test_what_is_misstated_is_told_with_its_factor():
+    """A force's 0.09 N for 0.03 N, each with the pressure's 0.015 N; a moment's 0.2 N·mm for 0.6, each with 0.15."""
+    factors = np.hypot(0.09, 0.015) / np.hypot(0.03, 0.015), np.hypot(0.6, 0.15) / np.hypot(0.2, 0.15)
+    note = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)))[0]
+    force, moment = note.split(" than data.accuracy says")[0].split(", ")
+    for part, name, factor, way in ((force, "force", factors[0], "larger"), (moment, "moment", factors[1], "smaller")):
+        assert part.startswith(f"the {name}'s scatter is ")
+        assert part.endswith(f"times {way}")
+        # 420 readings: 4 standard errors of a scale, of which shapes take a third, and two digits.
+        assert float(part.split(" is ")[1].split()[0]) == pytest.approx(factor, rel=0.17 + 0.02)
+    assert "data.accuracy=estimate" in note
+
+
+def test_position_errors_are_told_apart():
+    note = said(bench(3, states=60, true=Accuracy(1.5e-4, 2.5e-2, 150.0, 0.03, 6e-4)))[0]
+    assert note.startswith("the positions' scatter is")
+    assert "force's" not in note
+    assert "moment's" not in note
+
+
+def test_heavy_tails_and_growing_noise_are_told():
+    (note,) = said(bench(2, states=60, noise=student(4)))
+    assert "heavier tails" in note
+
+    made = bench(2, states=60)
+    share = made.rows.states.pressure.numpy()[:, None] / float(made.rows.states.pressure.max())
+    grown = made.loads + 3 * share * made.error
+    notes = said(made.showing({place: grown[place] for place in np.ndindex(grown.shape)}))
+    assert any("grows with the pressure" in note for note in notes)
+
+
+def test_who_had_the_accuracy_estimated_is_not_told_to_estimate_it():
+    note = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)), stated=False)[0]
+    assert "than was estimated from the data" in note
+    assert "data.accuracy=estimate" not in note

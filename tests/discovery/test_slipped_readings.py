@@ -1,0 +1,155 @@
+"""How a reading probably slipped: said of each kind, of no good reading, and with no other answer for it."""
+
+import numpy as np
+import pytest
+import torch
+from first_step import first_step
+from linear_bed import NOISE, SHORT, bench, student
+
+from freelearn.data.accuracy import PAPER
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.residuals.suspects import UNITS, suspects
+from freelearn.physics.models.build import build_model
+from freelearn.testing.reference import laboratory
+from freelearn.testing.reference.laboratory import Laboratory
+
+MADE = bench(2, **SHORT)
+# Large loads of either sample, and rows of other states of the same samples with loads that are quite different.
+ROWS = {1: 87, 2: 147}
+OTHER = {87: 4, 147: 184}
+LOADS = ("force", "moment")
+
+
+def suspected(made):
+    prepared, step = first_step(made.question())
+    return suspects(step, prepared.rows, prepared.kept)
+
+
+def one_that_shows(row, load, reading):
+    (found,) = suspected(MADE.showing({(row, load): reading}))
+    right = MADE.loads[row, load]
+    assert (found.row, found.load, found.rows) == (row, LOADS[load], (row,))
+    assert found.shown == reading
+    # What is expected is what its neighbors and the model say, its own error and theirs apart.
+    assert abs(found.expected - right) < 6 * NOISE[load]
+    assert found.sigmas == pytest.approx((reading - found.expected) / NOISE[load], rel=0.3)
+    return found
+
+
+@pytest.mark.parametrize("load", [0, 1], ids=LOADS)
+@pytest.mark.parametrize("row", ROWS.values())
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (-1.0, "sign turned"),
+        (10.0, "10 times too large"),
+        (0.1, "10 times too small"),
+        (100.0, "100 times too large"),
+        (1e-3, "1000 times too small"),
+    ],
+)
+def test_wrong_signs_and_decimals_are_named(row, load, factor, said):
+    found = one_that_shows(row, load, factor * MADE.loads[row, load])
+    assert found.slip.endswith(said)
+    assert found.source is None
+
+
+@pytest.mark.parametrize(
+    ("load", "unit", "times"),
+    [
+        # N in a pound-force, a kilogram-force and an ounce-force; N·mm in an inch-pound.
+        (0, "pounds-force", 4.4482216),
+        (0, "kilograms-force", 9.80665),
+        (0, "ounces-force", 0.2780139),
+        (1, "inch-pounds", 112.98483),
+    ],
+)
+def test_wrong_units_are_named(load, unit, times):
+    """Where no power of ten does as well within the noise."""
+    row = int(np.abs(MADE.loads[:, load]).argmax())
+    found = one_that_shows(row, load, MADE.loads[row, load] / times)
+    assert found.slip == f"unit factor: in {unit}"
+    assert UNITS[LOADS[load]][unit] == pytest.approx(times, rel=1e-6)
+
+
+@pytest.mark.parametrize("load", [0, 1], ids=LOADS)
+@pytest.mark.parametrize("row", ROWS.values())
+def test_readings_of_other_rows_are_traced(row, load):
+    found = one_that_shows(row, load, MADE.loads[OTHER[row], load])
+    assert (found.slip, found.source) == ("another row's reading", OTHER[row])
+    # The row before is of the same state; its pressure makes it differ by dozens of standard deviations.
+    assert abs(MADE.loads[row, load] - MADE.loads[row - 1, load]) > 20 * NOISE[load]
+    found = one_that_shows(row, load, MADE.loads[row - 1, load])
+    assert found.slip.startswith("stuck")
+    assert found.source == row - 1
+
+
+def test_two_readings_that_changed_places_are_told_so():
+    one, other = ROWS[1], OTHER[ROWS[1]]
+    both = suspected(MADE.showing({(one, 0): MADE.loads[other, 0], (other, 0): MADE.loads[one, 0]}))
+    assert {s.row for s in both} == {one, other}
+    assert {s.slip for s in both} == {"swapped with another row's reading"}
+
+
+def test_a_slip_that_is_like_nothing_gets_no_story():
+    row = ROWS[1]
+    found = one_that_shows(row, 0, MADE.loads[row, 0] + 60 * NOISE[0])
+    assert (found.slip, found.source) == ("", None)
+
+
+def test_a_table_that_is_rounded_coarsely_repeats_itself_by_chance():
+    """To a quarter of a newton: that some other row shows the same says nothing, where in a fine table it says all."""
+    step = 0.25
+    coarse = MADE.showing({(i, 0): float(np.round(MADE.loads[i, 0] / step) * step) for i in range(len(MADE.loads))})
+    # Two rows of one sample of which one shows what the other would with its sign turned.
+    first = coarse.loads[:120, 0]
+    row, other = next((i, j) for i in range(120) for j in range(120) if first[i] > 6 and first[j] == -first[i])
+    shown = coarse.loads[other, 0]
+    assert len(np.unique(coarse.loads[:, 0])) < 0.5 * len(coarse.loads)
+    (found,) = suspected(coarse.showing({(row, 0): shown}))
+    assert (found.row, found.slip) == (row, "sign turned")
+    fine = one_that_shows(row, 0, MADE.loads[other, 0])
+    assert (fine.slip, fine.source) == ("another row's reading", other)
+
+
+@pytest.mark.parametrize("noise", [{}, {"noise": student(4)}], ids=["normal", "heavy"])
+def test_good_readings_are_seldom_suspected(noise):
+    """At most one in 2,500 by design: of 10 × 480, more than 8 with a chance below one in a thousand."""
+    assert sum(len(suspected(bench(seed, **SHORT, **noise))) for seed in range(10)) <= 8
+
+
+def test_places_are_those_of_the_rows_that_were_asked_about():
+    """A model without an answer in the first state's rows: its suspects are still counted from the table's first."""
+    row = ROWS[1]
+    made = MADE.showing({(row, 0): -MADE.loads[row, 0]})
+    prepared, step = first_step(made.question())
+    kept = np.r_[np.zeros(10, dtype=bool), prepared.kept]
+    (found,) = suspects(step, prepared.rows, kept)
+    assert (found.row, found.rows) == (row + 10, (row + 10,))
+
+
+NOISY = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
+
+
+def test_of_real_mechanics_too_the_slips_are_found_and_traced():
+    """The paper's actuators at 240 rows, of the continuum model: what was done to twelve readings is known."""
+    actuators = {3: (36.0, 98.42, 4.77, 6.74), 6: (62.0, 99.0, 4.77, 6.36)}
+    how = Laboratory(**SHORT, slipped=0.05, kinds=("sign", "decimal", "stuck", "other_row"), forms="package")
+    measured = laboratory.measure(how, actuators, 8e5, 2e7, {}, NOISY, 4)
+    table = measured.table
+    rows = Rows.from_table(table)
+    place = np.flatnonzero(table["buckled"] == 0)
+    asked = Question(
+        lambda names: build_model("continuum", {}, names, [3, 6]), [], rows[torch.as_tensor(place)], PAPER, 0
+    )
+    prepared, step = first_step(asked)
+    found = {(int(place[s.row]), s.load): s for s in suspects(step, prepared.rows, prepared.kept)}
+    columns = {"force_n": "force", "moment_nmm": "moment"}
+    large = measured.slips[measured.slips["all_sigmas"] > 8]
+    assert len(large) >= 6
+    names = {"sign": "sign turned", "decimal": "decimal shift", "stuck": "the row before", "other_row": "row"}
+    for slip in large.to_dict("records"):
+        assert names[slip["kind"]] in found[slip["row"], columns[slip["load"]]].slip
+    slipped = {(row, columns[load]) for row, load in zip(measured.slips["row"], measured.slips["load"], strict=True)}
+    assert len(set(found) - slipped) <= 1

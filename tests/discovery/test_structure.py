@@ -1,0 +1,152 @@
+"""Is anything systematic left? Asked of noise with heavy tails, with slips, and of one odd state."""
+
+import numpy as np
+import pytest
+import torch
+from first_step import first_step
+from linear_bed import ACCURACY, NOISE, SHORT, bench, sensitivity, student
+from scipy import stats
+
+from freelearn.discovery.noise.noise import Whitener, whitened_basis
+from freelearn.discovery.noise.shapes import bases, dense
+from freelearn.discovery.noise.structure import LOOKED_AT, f_test, structure
+from freelearn.discovery.thresholds import LEFT
+
+
+def left(made):
+    """What is left of a bed's first fit."""
+    return first_step(made.question())[1].left
+
+
+def most(chance, of):
+    """The number that more of so many cases have with a chance below one in ten thousand."""
+    return int(stats.binom.isf(1e-4, of, chance))
+
+
+@pytest.mark.parametrize(
+    ("noise", "slips"),
+    [({}, 0.0), ({"noise": student(4)}, 0.0), ({"noise": student(4)}, 0.03)],
+    ids=["normal", "heavy", "slips"],
+)
+def test_levels_hold_under_heavy_tails_and_slips(noise, slips):
+    p_values = []
+    for seed in range(20):
+        made = bench(seed, **SHORT, **noise)
+        if slips:
+            made, _ = made.slipped(slips, ("sign", "other_row", "decimal"), seed)
+        p_values.append(left(made).p_value)
+    p_values = np.array(p_values)
+    for level in (0.05, LEFT):
+        assert (p_values < level).sum() <= most(level, len(p_values))
+
+
+def bend(size):
+    """A moment that bends with twist and pressure, of so many standard deviations of a reading."""
+
+    def extra(s, loads):
+        shape = (s.twist / 2) ** 2 * s.pressure / 7e4
+        return loads + size * NOISE * np.stack([0 * shape, shape], axis=1)
+
+    return extra
+
+
+@pytest.mark.parametrize("noise", [{}, {"noise": student(4)}], ids=["normal", "heavy"])
+def test_a_smooth_effect_is_seen_through_heavy_tails_and_slips(noise):
+    """6 σ times a shape of a mean square of 0.03, once the model's own slope is taken off: of 240 moments 240 in χ²,
+    on some 60 degrees of freedom of the finest shapes."""
+    for seed in range(5):
+        made, _ = bench(seed, **SHORT, **noise, extra=bend(6)).slipped(0.02, ("sign", "other_row"), seed)
+        assert left(made).p_value < LEFT
+
+
+def test_one_odd_state_is_no_structure():
+    """All rows of one state off by 20 standard deviations of a reading, a bent hose, say; of three states, it is."""
+    made = bench(5, **SHORT)
+
+    def off(states):
+        rows = np.flatnonzero(np.isin(made.state, states))
+        shape = np.linspace(0.5, 1.5, len(rows))
+        return made.showing({(r, 1): made.loads[r, 1] + 20 * NOISE[1] * s for r, s in zip(rows, shape, strict=True)})
+
+    assert left(off([7])).p_value > LEFT
+
+
+@pytest.fixture
+def plain():
+    """A prepared question whose residuals are about to be replaced by what a test makes up."""
+    return first_step(bench(1, **SHORT).question())
+
+
+def believed(step):
+    """Its whitener, as if there were nothing of which the scatter is known."""
+    return Whitener(0 * sensitivity(len(step.states)), step.whiten.state, ACCURACY)
+
+
+def by_projections(residual, jacobian, states, whiten):
+    """The same test by singular value decompositions, SciPy's F, and Bonferroni's factor: p-values with all residuals
+    and with those of each state explaining nothing in turn, (1 + states,), and the noise's standard deviation."""
+    flat, slopes = residual.reshape(-1).numpy(), jacobian.flatten(0, 1).numpy()
+    absorbed = np.linalg.svd(slopes, full_matrices=False)[0]
+    of_state = whiten.state.repeat_interleave(2).numpy()
+    cases = np.stack([flat, *(np.where(of_state == n, 0.0, flat) for n in range(whiten.states))])
+    found = []
+    for basis in bases(states):
+        columns = whitened_basis(dense(basis, len(states)), whiten).numpy()
+        length = np.linalg.norm(columns, axis=0)
+        columns = columns[:, length > 0] / length[length > 0]
+        left, size, _ = np.linalg.svd(columns - absorbed @ (absorbed.T @ columns), full_matrices=False)
+        explained = ((cases @ left[:, size > 1e-5]) ** 2).sum(1)
+        found.append((int((size > 1e-5).sum()), explained))
+    rank, explained = max(found, key=lambda f: f[0])
+    freedom = len(flat) - slopes.shape[1] - rank
+    variance = ((flat**2).sum() - explained[0]) / freedom
+    chances = [stats.f.sf(part / rank / variance, rank, freedom) for rank, part in found]
+    return np.minimum(1.0, len(chances) * np.min(chances, axis=0)), variance**0.5
+
+
+@pytest.mark.parametrize("size", [0.0, 0.35, 0.7])
+def test_it_is_what_projections_give(plain, size):
+    _, step = plain
+    whiten = believed(step)
+    slopes = torch.stack([step.states.twist, step.states.pressure / 7e4], 1)[..., None]
+    shape = torch.cos(2 * step.states.twist) * step.states.pressure / 7e4
+    residual = torch.as_tensor(np.random.default_rng(2).normal(size=(240, 2))) + size * shape[:, None]
+    # No reading is so far off as to be drawn in.
+    residual = residual.clamp(-3, 3)
+    absorbed = slopes.flatten() / slopes.flatten().norm()
+    residual = residual - (absorbed * (absorbed @ residual.flatten())).reshape(240, 2)
+    found = structure(residual, slopes, step.states, whiten)
+    p_values, scale = by_projections(residual, slopes, step.states, whiten)
+    assert found.scale == pytest.approx(scale, rel=1e-6)
+    assert (size > 0.5) == (p_values[0] < LOOKED_AT)
+    expected = p_values[1:].max() if p_values[0] < LOOKED_AT else p_values[0]
+    assert found.p_value == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_no_p_value_depends_on_the_unit_of_the_noise(plain, size):
+    _, step = plain
+    whiten = believed(step)
+    residual = torch.as_tensor(np.random.default_rng(3).normal(size=(240, 2)))
+    nothing = torch.zeros(240, 2, 1, dtype=torch.float64)
+    one, other = (structure(factor * residual, nothing, step.states, whiten) for factor in (1.0, size))
+    assert other.p_value == pytest.approx(one.p_value, rel=1e-6)
+    assert other.scale == pytest.approx(size * one.scale, rel=1e-9)
+
+
+def test_the_least_p_value_without_any_state_is_what_counts(plain):
+    """Bend one state's residuals until the shapes see it: without that state they see nothing."""
+    _, step = plain
+    whiten = believed(step)
+    residual = torch.as_tensor(np.random.default_rng(4).normal(size=(240, 2)))
+    nothing = torch.zeros(240, 2, 1, dtype=torch.float64)
+    own = whiten.state == int(whiten.state[step.states.length.argmax()])
+    odd = residual + 3.9 * own[:, None]
+    assert structure(odd, nothing, step.states, whiten).p_value > LEFT
+    three = torch.isin(whiten.state, whiten.state[step.states.length.argsort()[-15:]])
+    assert structure(residual + 3.9 * three[:, None], nothing, step.states, whiten).p_value < LEFT
+
+
+def test_fishers_f_against_scipy():
+    for ratio, of, over in ((1.0, 3, 200), (4.0, 12, 60), (30.0, 20, 400), (80.0, 2, 900)):
+        assert f_test(ratio, of, over) == pytest.approx(stats.f.sf(ratio, of, over), rel=1e-9)

@@ -1,0 +1,126 @@
+"""Effects of the history against fine-step integration by SciPy, and rows against their recordings."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.integrate import solve_ivp
+
+from freelearn.data.rows import Rows
+from freelearn.data.states import States
+from freelearn.fitting.problem import Problem
+from freelearn.physics.chain.lags import THRESHOLDS, delayed, lag
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import build_model
+from freelearn.testing.effects import TRUTH, labels_of
+from freelearn.testing.small_tables import recordings, visits
+
+HISTORY = [name for name, effect in EFFECTS.items() if effect.port == "history"]
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return States.from_table(recordings()).recording
+
+
+def integrated(time, signal, tau):
+    """y of τ y' = x − y by an adaptive solver, x a straight line between samples."""
+    found = solve_ivp(
+        lambda t, y: (np.interp(t, time, signal) - y) / tau,
+        (time[0], time[-1]), [signal[0]], t_eval=time, rtol=1e-10, atol=1e-9, max_step=0.02,
+    )  # fmt: skip
+    return found.y[0]
+
+
+@pytest.mark.parametrize("tau", [0.05, 0.7, 20.0])
+def test_a_lag_is_exact_between_samples(recording, tau):
+    x = recording.states.pressure
+    y = x - lag(x[:, None], recording, torch.tensor(tau, dtype=torch.float64))[:, 0]
+    for run in (0, 3):
+        own = recording.run == run
+        expected = integrated(recording.time[own].numpy(), x[own].numpy(), tau)
+        np.testing.assert_allclose(y[own], expected, rtol=1e-6)
+
+
+def test_a_delay_is_an_interpolation_of_each_recording(recording):
+    x = recording.states.pressure
+    for delay in (0.0, 0.13, 1.0, 50.0, -0.2):
+        y = delayed(x[:, None], recording, torch.tensor(delay, dtype=torch.float64))[:, 0]
+        for run in range(4):
+            own = recording.run == run
+            time = recording.time[own].numpy()
+            np.testing.assert_allclose(y[own], np.interp(time - delay, time, x[own].numpy()), rtol=1e-12)
+
+
+def test_creep_is_undone_to_the_error_of_straight_lines():
+    """Undone and carried again, on a fine log: each takes its own signal for a straight line between samples."""
+    table = recordings((3,))[:14]
+    fine = table.loc[table.index.repeat(200)].reset_index(drop=True)
+    fine["time_s"] = np.linspace(0, 3, len(fine))
+    states = States.from_table(fine)
+    p = EFFECTS["creep"]().own(
+        {k: torch.tensor(v, dtype=torch.float64) for k, v in labels_of("creep", "scale").items()}
+    )
+    signal = torch.sin(3 * states.recording.time)[:, None]
+    effect = EFFECTS["creep"]()
+    back = effect.carry(effect.undo(signal, states.recording, p), states.recording, p)
+    torch.testing.assert_close(back, signal, rtol=0, atol=1e-6)
+
+
+def test_maxwell_slip_is_its_elements_one_by_one():
+    states = States.from_table(recordings())
+    values = labels_of("maxwell_slip", "scale")
+    bare = build_model("linear", TRUTH["linear"])(states).loads
+    with torch.no_grad():
+        shown = build_model("linear", TRUTH["linear"] | values, ["maxwell_slip"])(states).loads
+    force, share, skew = bare[:, 0].tolist(), values["maxwell_slip.share"], values["maxwell_slip.asymmetry"]
+    expected, z = [], [0.0] * len(THRESHOLDS)
+    for n, f in enumerate(force):
+        for i, ratio in enumerate(THRESHOLDS):
+            r = values["maxwell_slip.force"] * ratio
+            begins = bool(states.recording.first[n])
+            z[i] = 0.0 if begins else min(max(z[i] + f - force[n - 1], -r * (1 + skew)), r * (1 - skew))
+        expected.append(f - share * sum(z) / len(z))
+    np.testing.assert_allclose(shown[:, 0], expected, rtol=1e-10, atol=1e-10)
+    assert np.mean(THRESHOLDS) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", HISTORY)
+def test_without_a_recording_nothing_is_carried(name):
+    states = States.from_table(visits())
+    with torch.no_grad():
+        shown = build_model("linear", TRUTH["linear"] | labels_of(name, "scale"), [name])(states).loads
+        bare = build_model("linear", TRUTH["linear"])(states).loads
+    assert torch.equal(shown, bare)
+
+
+def test_a_fit_of_some_rows_has_all_that_was_before_them_behind_it():
+    """Residuals and derivatives of every third row are those of the whole log."""
+    states = States.from_table(recordings())
+    model = build_model("continuum", TRUTH["continuum"] | labels_of("creep", "scale"), ["creep", "maxwell_slip"])
+    rows = Rows.whole(states, torch.zeros(len(states), 2, dtype=torch.float64))
+    some = torch.arange(2, len(states), 3)
+    one = torch.ones(2, dtype=torch.float64)
+    vector = model.vector().detach()[None]
+    whole, part = Problem(model, rows, one), Problem(model, rows[some], one)
+    torch.testing.assert_close(
+        part.residuals(vector)[0].reshape(-1, 2), whole.residuals(vector)[0].reshape(-1, 2)[some]
+    )
+    size = vector.shape[1]
+    torch.testing.assert_close(
+        part.jacobians(vector)[0].reshape(-1, 2, size), whole.jacobians(vector)[0].reshape(-1, 2, size)[some]
+    )
+
+
+def test_a_dead_load_creeps_to_where_it_would_hang_in_the_end():
+    """A load is hung at once and stays: at first the wall is stiffer by 1 + g, in the end it is the elastic one."""
+    table = recordings((3,))[:11].drop(columns=["elongation_mm", "twist_deg"]).assign(bed="dead_load", pressure_kpa=0.0)
+    table["force_n"], table["moment_nmm"], table["time_s"] = -3.0, 0.0, np.r_[0.0, 1e-6, np.linspace(1, 300, 9)]
+    table.loc[0, "force_n"] = 0.0
+    states = States.from_table(table)
+    values = TRUTH["linear"] | {"creep.share": 0.5, "creep.time": 2.0}
+    with torch.no_grad():
+        crept = build_model("linear", values, ["creep"])(states).loads[:, 0]
+        elastic = build_model("linear", TRUTH["linear"])(states).loads[:, 0]
+    assert float(crept[1] / elastic[1]) == pytest.approx(1 / 1.5, rel=1e-4)
+    assert float(crept[-1] / elastic[-1]) == pytest.approx(1.0, rel=1e-6)
+    assert bool((crept[1:].diff() >= -1e-12).all())

@@ -1,0 +1,87 @@
+"""A fit begins its searches for an equilibrium where the last one ended, and finds the same."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from test_hang import hung, made
+
+from freelearn.data.rows import Readings, Rows
+from freelearn.data.states import States
+from freelearn.data.warm_start import Near
+from freelearn.fitting.problem import Problem
+from freelearn.physics.chain import dead_load as hang_module
+from freelearn.physics.chain import mount as mount_module
+from freelearn.testing.small_tables import random_table
+
+COUNT = 12
+
+
+def rows_of(states: States) -> Rows:
+    return Rows(states, Readings.whole(torch.zeros(len(states), 2, dtype=torch.float64)), np.arange(len(states)))
+
+
+def hanging():
+    return made(), hung(made(), States.from_table(random_table(COUNT, 4)))
+
+
+def yielding():
+    return made(effects=("length_compliance", "twist_compliance")), States.from_table(random_table(COUNT, 4))
+
+
+CASES = {"dead load": (hanging, hang_module), "mount": (yielding, mount_module)}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_step_on_finds_what_a_fresh_search_finds(name, monkeypatch):
+    build, module = CASES[name]
+    model, states = build()
+    problem = Problem(model, rows_of(states))
+    start = model.vector().detach()
+    problem.jacobians(start[None])
+    moved = 1.001 * start
+    calls = []
+    real = module.rows_jacobian
+    monkeypatch.setattr(module, "rows_jacobian", lambda *a: calls.append(1) or real(*a))
+    with torch.no_grad():
+        warm = problem.residual(moved)
+    warmed = len(calls)
+    with torch.no_grad():
+        cold = Problem(model, rows_of(states)).residual(moved)
+    torch.testing.assert_close(warm, cold, rtol=1e-9, atol=1e-12)
+    assert warmed < len(calls) - warmed
+
+
+def test_only_what_is_found_while_it_keeps_is_remembered():
+    near = Near()
+    place, settled = torch.ones(3, 2, dtype=torch.float64), torch.tensor([True, False, True])
+    other = torch.zeros(3, 2, dtype=torch.float64)
+    near.keep("place", place, settled)
+    assert torch.equal(near.start("place", other), other)
+    assert not near.moved
+    with near.keeping():
+        near.keep("place", place, settled)
+    assert near.start("place", other)[:, 0].tolist() == [1, 0, 1]
+    assert torch.equal(near.start("another", other), other)
+    # Other rows than those remembered begin afresh.
+    assert torch.equal(near.start("place", other[:2]), other[:2])
+
+
+def test_what_depends_on_no_parameter_is_made_once():
+    near, calls = Near(), []
+    fixed, moving = torch.zeros(3), torch.zeros(3)
+    near.fix([fixed])
+    for _ in range(2):
+        near.once("of the rows", [fixed, None], lambda: calls.append("fixed"))
+        near.once("of a parameter", [fixed, moving], lambda: calls.append("moving"))
+    assert calls == ["fixed", "moving", "moving"]
+
+
+def test_nothing_of_a_batch_is_remembered():
+    model, states = hanging()
+    states = replace(states, near=Near())
+    vectors = torch.stack([model.vector().detach(), model.vector().detach() + 0.01])
+    with states.near.keeping():
+        torch.func.vmap(lambda vector: model(states, model.physical(vector)).loads)(vectors)
+    assert not states.near.moved

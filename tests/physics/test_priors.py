@@ -1,0 +1,99 @@
+"""What is known of parameters beforehand: declared everywhere, with a source, and wide enough for what there is."""
+
+import numpy as np
+import pytest
+import torch
+
+from freelearn.physics.chain.material import MATERIALS, material
+from freelearn.physics.chain.parameters import Prior
+from freelearn.physics.chain.priors import raw_prior
+from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.models.build import MODELS, build_model
+from freelearn.physics.models.linear import Linear
+
+# Largest loads of a common bed [N, N·m].
+SPANS = {"force": 50.0, "moment": 0.5}
+OWN = [(kind.name, p) for kind in MODELS.values() if kind is not Linear for p in kind.parameter_class.records()]
+ALL = [*OWN, *((name, p) for name, effect in EFFECTS.items() for p in effect.declared_parameters())]
+# So soft that no tube of it holds a pressure, and so hard that none swells: who has one says so.
+RARE = {"dragon_skin_fx_pro_slacker", "ecoflex_00_10", "tpu_cheetah"}
+
+
+@pytest.mark.parametrize(("owner", "p"), ALL, ids=lambda x: getattr(x, "name", x))
+def test_every_parameter_has_a_prior_with_a_source_that_holds_its_start(owner, p):
+    assert isinstance(p.prior, Prior)
+    assert len(p.prior.source) > 10
+    assert p.prior.deviation > 0
+    assert p.prior.of in ("", *SPANS)
+    low, high = p.plausible(SPANS)
+    assert low <= p.start <= high
+    if p.none is not None:
+        # The middle is that nothing is there, and what was called noticeable is not far out.
+        assert p.prior.middle == p.none
+        assert low <= p.none <= high
+        assert min(abs(p.scale - p.none), high) <= high
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_what_tubes_are_made_of_is_plausible_for_the_wall(name):
+    (wall,) = [p for owner, p in OWN if owner == "continuum" and p.name == "C1"]
+    low, high = wall.plausible({})
+    stock = MATERIALS[name]
+    assert (low <= stock.C1 <= high) is (name not in RARE)
+    assert len(stock.source) > 10
+    # Nobody knows a rubber better than by a quarter, and every one better than all of them.
+    assert 0.25 <= stock.deviation < wall.prior.deviation
+
+
+def test_the_catalog_says_what_the_measured_curves_say(shared_data):
+    folder = shared_data / "elastomers"
+    if not folder.is_dir():
+        pytest.skip("no curves of elastomers in the shared data")
+    seen = 0
+    for path in sorted(folder.glob("*.csv")):
+        known = path.stem.removesuffix(" MEDIUM").replace("SortaClear", "Sorta Clear")
+        stretch, stress = curve(path)
+        shape = stretch - stretch**-2
+        fitted = float(shape @ stress / (shape @ shape))
+        assert abs(material(known).C1 / fitted - 1) < 0.03, path.stem
+        seen += 1
+    assert seen == 19
+
+
+def curve(path):
+    """Stretch and nominal stress [Pa] up to 100 %."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    begin = next(i for i, line in enumerate(lines) if line.startswith("Time"))
+    rows = [line.replace(",", ".").split(";")[3:5] for line in lines[begin + 1 :] if line.count(";") >= 4]
+    strain, stress = np.array([row for row in rows if all(row)], dtype=float).T
+    few = (strain > 0.02) & (strain <= 1.0)
+    return 1 + strain[few], 1e6 * stress[few]
+
+
+def test_weights_and_the_entries_of_a_matrix_have_none():
+    for name in ("mlp", "linear"):
+        assert not bool(raw_prior(build_model(name), SPANS).covariance.diagonal().isfinite().any())
+
+
+def test_what_sensors_err_by_counts_in_the_largest_load():
+    model = build_model("continuum", effects=["force_offset"])
+    deviations = [float(raw_prior(model, {"force": n}).covariance[2, 2]) ** 0.5 for n in (10.0, 100.0)]
+    assert deviations == pytest.approx([0.5, 5.0])
+
+
+def test_each_actuator_of_a_block_has_a_strength_of_its_own_drawn_towards_a_common_one():
+    """Four fifths of what is not known of the pressure's effect they have in common; on the linear model too."""
+    model = build_model("linear", {}, ["pressure_gain"], members=3)
+    prior = raw_prior(model, {})
+    place = [model.labels().index(f"pressure_gain.gain[{n}]") for n in (1, 2, 3)]
+    covariance = prior.covariance[place][:, place] / 0.05**2
+    expected = torch.full((3, 3), 0.8, dtype=torch.float64).fill_diagonal_(1.0)
+    torch.testing.assert_close(covariance, expected)
+
+
+def test_values_of_several_samples_differ_by_less_than_their_common_value():
+    model = build_model("continuum", effects=["fiber_misalignment"], samples=[1, 2])
+    covariance = raw_prior(model, {}).covariance[2:, 2:]
+    torch.testing.assert_close(
+        covariance, 0.05**2 * torch.tensor([[1.0, 0.8], [0.8, 1.0]], dtype=torch.float64), rtol=1e-12, atol=0
+    )

@@ -1,0 +1,77 @@
+"""How sure a claim is, as tables and in one sentence."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from freelearn.discovery.referee.case import Check
+from freelearn.discovery.referee.referee import Referee
+from freelearn.records.claims import check_lines, checks_table, models_table, shares_table
+from freelearn.records.verdict_words import verdict_in_words
+
+GOOD = Check("stability", "pass", 0.0, 1 / 3, "Nothing else comes near.")
+BAD = Check("bands", "fail", 0.7, 0.85, "95 % bands hold 70 %.")
+OPEN = Check("black box", "cannot_tell", None, None, "There are too few rows.")
+ASIDE = Check("parameters determined", "cannot_tell", None, 0.7, "The rows hardly determine C2.", decides=False)
+
+
+def plain(*checks):
+    return [check.plain() for check in checks]
+
+
+def test_what_refutes_a_claim_stands_first_and_what_is_no_part_of_it_with_what_passed():
+    table = checks_table(plain(ASIDE, GOOD, OPEN, BAD))
+    assert [row[0] for row in table.rows] == ["bands", "black box", "parameters determined", "stability"]
+    assert table.rows[0] == ("bands", "fail", "0.7", "0.85", "95 % bands hold 70 %.")
+    assert table.rows[1][1:4] == ("cannot tell", "–", "–")
+    assert [len(row) for row in checks_table(plain(GOOD), says=False).rows] == [4]
+    assert check_lines(plain(ASIDE, GOOD, OPEN, BAD)) == [
+        "bands, fail: 95 % bands hold 70 %.",
+        "black box, cannot tell: There are too few rows.",
+    ]
+
+
+def test_nothing_to_show_is_no_table():
+    assert (checks_table([]), models_table([]), shares_table({}), shares_table({"end_clamps": 1e-4})) == (None,) * 4
+
+
+def test_the_most_probable_effect_stands_first():
+    rows = shares_table({"twist_offset": 0.2, "end_clamps": 0.9, "force_gain": 0.001}).rows
+    assert rows == (("end_clamps", "90.0"), ("twist_offset", "20.0"))
+
+
+def findings(verdict, claimed, effects=(), checks=(), shares=(), classes=()):
+    """As far as the sentence looks at them."""
+    answer = SimpleNamespace(shares=dict(shares))
+    return SimpleNamespace(
+        verdict=verdict, claimed=claimed, effects=list(effects), classes=list(classes), proposals=[], answer=answer,
+        referee=Referee(list(checks)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("found", "told"),
+    [
+        (findings("undecided", "named", ["end_clamps"], [OPEN]),
+         "Undecided: there are too few rows. If anything is missing, it is end_clamps."),
+        (findings("undecided", "adequate", [], [GOOD], {"end_clamps": 0.5, "twist_offset": 0.3}),
+         "Undecided: something may be missing, and these rows cannot tell what: "
+         "end_clamps (50 %), twist_offset (30 %)."),
+        (findings("unexplained", "named", ["end_clamps"], [GOOD, BAD]),
+         "Unexplained: 95 % bands hold 70 %. end_clamps explains a part of it."),
+        (findings("unexplained", "unexplained", [], [BAD]),
+         "Unexplained: something systematic is left that no effect in the library accounts for."),
+    ],
+)  # fmt: skip
+def test_the_sentence_says_what_keeps_a_claim_from_standing(found, told):
+    assert verdict_in_words(found, []) == told
+
+
+def test_a_claim_nothing_was_looked_for_beside_says_so():
+    assert verdict_in_words(findings("named", "named", ["end_clamps"], [GOOD]), []) == (
+        "Named: end_clamps was missing; whether more is missing these rows cannot tell."
+    )
+    seen = Check("black box, rows left out", "pass", 0.0, 0.1, "It sees nothing.")
+    assert verdict_in_words(findings("named", "named", ["end_clamps"], [seen]), []) == (
+        "Named: end_clamps was missing; with it nothing systematic is left."
+    )
