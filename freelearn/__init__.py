@@ -41,7 +41,7 @@ WHERE = {
     "FittedModel": "queries.fitted_model",
     "FittedRun": "api.fitted_run",
     "Found": "api.found",
-    "UserError": "errors",
+    "UserError": "common.errors",
     "actuators": "api.actuators",
     "discover": "api.functions",
     "fit": "api.estimator",

@@ -21,8 +21,8 @@ COMMANDS = {
     "gather": ("the results of finished sweeps as a table and heat maps", "freelearn.cli.gathering", "main"),
     "figures": ("the paper's other figures and tables from a sweep or a run", "freelearn.cli.paper_figures", "main"),
     "specimens": ("fit the rubber to its own tests", "freelearn.cli.specimen_fits", "main"),
-    "doctor": ("what is installed, on which machine, what is absent", "freelearn.cli.housekeeping", "main"),
-    "clean": ("old outputs, their sizes told before any is deleted", "freelearn.cli.housekeeping", "main"),
+    "doctor": ("what is installed, on which machine, what is absent", "freelearn.cli.housekeeping", "doctor_main"),
+    "clean": ("old outputs, their sizes told before any is deleted", "freelearn.cli.housekeeping", "clean_main"),
     "completion": ("commands and options at the shell's tab key", "freelearn.cli.completion", "main"),
     "workbench": ("the whole loop with the mouse, on a page of this machine", "freelearn.workbench.__main__", "main"),
 }

@@ -6,7 +6,7 @@ import hashlib
 from functools import lru_cache
 from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parent
+FOLDER = Path(__file__).resolve().parents[1]
 VERSION = "0.2.0"
 # In an installed package the configuration files lie inside it, in a checkout beside it.
 CONF = next((path for path in (FOLDER / "conf", FOLDER.parent / "conf") if path.is_dir()), FOLDER / "conf")
@@ -20,7 +20,7 @@ def example(text: str) -> Path:
 
 
 # Rooms of the package that a fit's numbers come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "fitting")
+ROOMS = ("data", "physics", "fitting")
 
 
 @lru_cache

@@ -17,7 +17,7 @@ have which of these places:
 
 {families}
 
-Standard forms and sources stand in each effect's docstring (`freelearn/physics/effects/`);
+Standard forms and sources stand in each effect's docstring (`freelearn/physics/effects/`, a folder for each port);
 [what each does to F and M](#what-each-does) over the kinematic plane stands in pictures below.
 
 **per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the

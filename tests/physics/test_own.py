@@ -1,5 +1,6 @@
 """Effects and models of a user's own: registered, checked, fitted, kept, and taken up by the search."""
 
+import importlib.util
 import os
 from pathlib import Path
 
@@ -35,8 +36,7 @@ VALUES = {"k": 4e3, "k_t": 0.3}
 
 EFFECT = """
 from torch import Tensor
-from freelearn.physics.chain.parameters import Parameters, parameter
-from freelearn.physics.chain.ports import BoundaryEffect
+from freelearn.own import BoundaryEffect, Parameters, parameter
 
 class Loss(Parameters):
     share: Tensor = parameter("s", "1", start=0.0, lower=0.0, upper=1.0, none=0.0, scale=0.1)
@@ -48,6 +48,9 @@ class Leak(BoundaryEffect[Loss]):
     def impose(self, states, p):
         return states.replace(pressure=states.pressure * (1 - p.share))
 """
+
+BASELESS = EFFECT.replace("BoundaryEffect, ", "").replace("BoundaryEffect", "Effect")
+BASELESS = BASELESS.replace("from torch", "from freelearn.physics.chain.effect import Effect\nfrom torch")
 
 
 @pytest.fixture(autouse=True)
@@ -93,8 +96,7 @@ def test_an_effect_of_the_users_own_joins_like_any_other(tmp_path):
 GEAR = """
 import torch
 from torch import Tensor
-from freelearn.physics.chain.parameters import Parameters, parameter
-from freelearn.physics.chain.ports import BoundaryEffect
+from freelearn.own import BoundaryEffect, Parameters, parameter
 
 class Ratio(Parameters):
     slip: Tensor = parameter("s", "1", start=0.0, lower=-0.5, upper=0.5, none=0.0, scale=0.1)
@@ -140,13 +142,13 @@ def test_a_gear_of_the_users_own_turns_the_actuator_less_and_the_block_less_hard
     [
         (EFFECT.replace('"leak"', '"end_clamps"'), "'end_clamps' is taken"),
         (EFFECT.replace("def impose", "def impoze"), "Leak .* must write the method impose of BoundaryEffect"),
-        (EFFECT.replace("BoundaryEffect", "Effect").replace(".ports", ".effect"), "derive from exactly one of"),
+        (BASELESS, "derive from exactly one of"),
         (EFFECT + "\n    def sense(self, loads, states, p):\n        return loads\n", "writes impose and sense"),
         (EFFECT.replace("scale=0.1", "scale=float('nan')"), "'share' must be finite"),
         (EFFECT.replace("start=0.0", "start=2.0"), "'share' must lie within its bounds"),
         (
             EFFECT.replace("scale=0.1", "scale=0.1, prior=Prior(0.0, 0.0)").replace(
-                "from torch", "from freelearn.physics.chain.parameters import Prior\nfrom torch"
+                "from torch", "from freelearn.own import Prior\nfrom torch"
             ),
             "the prior of its parameter 'share' needs a finite middle",
         ),
@@ -323,7 +325,7 @@ def test_rows_without_an_answer_are_marked_and_break_no_derivative(said, tmp_pat
         "        loads = columns(-p.k * torch.sqrt(0.01 - stretch) * stretch, -p.k_t * states.twist)\n"
         f"        return {said}\n"
     )
-    imports = "from freelearn.physics.chain.prediction import Prediction\n"
+    imports = "from freelearn.own import Prediction\n"
     path = written(tmp_path, imports + HEAD + "    def structure(self, states, p):\n" + body)
     load_own([path])
     states = States.from_table(visits(count=8))
@@ -345,10 +347,7 @@ def test_rows_without_an_answer_are_marked_and_break_no_derivative(said, tmp_pat
 
 WALL = """
 from torch import Tensor
-from freelearn.physics.mechanics.energy import NeoHookean
-from freelearn.physics.models.continuum import Continuum
-from freelearn.physics.chain.material import Material
-from freelearn.physics.chain.parameters import parameter
+from freelearn.own import Continuum, Material, NeoHookean, parameter
 
 class Coated(Material):
     C3: Tensor = parameter("C₃", "Pa", start=1e5, lower=0.0, log=True)
@@ -375,3 +374,25 @@ def test_a_wall_of_ones_own_derives_from_the_continuum_and_takes_energies_too(tm
     jacobian = Problem(model, rows).jacobians(model.vector().detach()[None])[0]
     assert jacobian.shape == (2 * len(rows), 3)
     assert float(jacobian[:, 2].abs().max()) > 0
+
+
+BEFORE = sorted((ROOT / "tests/physics/written_before").glob("proposed_*.txt"))
+
+
+@pytest.mark.parametrize("path", BEFORE, ids=lambda path: path.stem)
+def test_a_file_that_imports_from_where_modules_were_is_read(path, tmp_path):
+    """Effects that searches wrote before freelearn.own was there."""
+    assert "from freelearn.models.ports" in path.read_text()
+    (name,) = load_own([written(tmp_path, path.read_text())])
+    states = States.from_table(visits())
+    without = build_model("continuum", TRUTH["continuum"])(states).loads
+    model = build_model("continuum", TRUTH["continuum"] | {f"{name}.amount": 0.0}, [name])
+    assert torch.equal(model(states).loads, without)
+    model = build_model("continuum", TRUTH["continuum"], [name])
+    assert not torch.allclose(model(states).loads, without)
+    check_effects(model.effects, model.values(), states)
+
+
+def test_every_module_that_files_imported_from_is_found():
+    for new in own.MOVED.values():
+        assert importlib.util.find_spec(f"freelearn.{new}"), new

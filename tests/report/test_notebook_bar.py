@@ -23,7 +23,7 @@ def test_long_work_has_a_bar_that_goes_away(monkeypatch):
     display = Display()
     shown = SimpleNamespace(display=display.display, HTML=lambda text: text)
     monkeypatch.setitem(sys.modules, "IPython.display", shown)
-    monkeypatch.setattr(long_work, "SOON", 0.0)
+    monkeypatch.setattr(long_work, "BAR_SOON", 0.0)
     monkeypatch.setattr(long_work, "EVERY", 0.0)
     with long_work.NotebookBar("searching") as bar, watched(bar):
         tell("a < b", 1, 4)

@@ -22,8 +22,8 @@ def test_a_run_is_shown_without_what_only_others_need(module):
 
 def test_pages_need_neither_pictures_nor_their_library():
     modules = loaded(
-        "freelearn.report.html.run_charts", "freelearn.report.html.sweep_report", "freelearn.report.html.discovery_report",
-        "freelearn.report.html.ranking_charts", "freelearn.report.html.ranking_charts",
+        "freelearn.report.html.run_charts", "freelearn.report.html.sweep_report",
+        "freelearn.report.html.discovery_report", "freelearn.report.html.ranking_charts",
     )  # fmt: skip
     assert not any(name.startswith(("matplotlib", "lightning", "freelearn.report.plots")) for name in modules)
 

@@ -111,7 +111,7 @@ def _read(path: str, digest: str, bed: str, members: str | None) -> TableFile:
 
 
 # Rooms of the package that results come from; pictures and terminal output cannot change them.
-ROOMS = ("measurements", "mechanics", "models", "bed", "fitting", "inference", "answer", "results", "api")
+ROOMS = ("data", "physics", "fitting", "discovery", "records", "queries", "api")
 
 
 def job_key(settings: Settings) -> str:

@@ -21,7 +21,7 @@ def check_names(names: Sequence[str]) -> None:
     if REGISTRY in sys.modules or os.environ.get("FREELEARN_EFFECTS"):
         return
     known = [
-        name for path in sorted(Path(__file__).parent.glob("*.py")) for name in NAME.findall(path.read_text("utf-8"))
+        name for path in sorted(Path(__file__).parent.rglob("*.py")) for name in NAME.findall(path.read_text("utf-8"))
     ]
     for name in names:
         if name not in known:

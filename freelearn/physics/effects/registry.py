@@ -67,7 +67,7 @@ def _plug(effect: type[Effect[Any]]) -> str | None:
 def _discover() -> list[type[Effect[Any]]]:
     """The effects in this package's modules, by port, place and name."""
     classes = []
-    for module in pkgutil.iter_modules(library.__path__, f"{library.__name__}."):
+    for module in pkgutil.walk_packages(library.__path__, f"{library.__name__}."):
         # This module is one of them, and not yet whole.
         if module.name != __name__:
             classes += effects_in(importlib.import_module(module.name))

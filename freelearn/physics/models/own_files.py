@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +19,25 @@ from freelearn.physics.models.build import MODELS, register_model
 
 # Both name files separated as in PATH, and each may hold effects and models alike.
 VARIABLES = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
+
+# Modules from which users' files, and effects that searches wrote, imported before freelearn.own was there: where they
+# are now.
+MOVED = {
+    "measurements.recording": "data.recordings",
+    "measurements.rows": "data.rows",
+    "measurements.states": "data.states",
+    "mechanics.energy": "physics.mechanics.energy",
+    "mechanics.inextensible": "physics.mechanics.inextensible",
+    "models.base": "physics.chain.model",
+    "models.continuum": "physics.models.continuum",
+    "models.effect": "physics.chain.effect",
+    "models.lags": "physics.chain.lags",
+    "models.material": "physics.chain.material",
+    "models.parameter": "physics.chain.parameters",
+    "models.parameters": "physics.chain.parameters",
+    "models.ports": "physics.chain.ports",
+    "models.prediction": "physics.chain.prediction",
+}
 
 # Files that have been read, and the names of the effects and models in them.
 _READ: dict[Path, list[str]] = {}
@@ -70,6 +90,7 @@ def _run(path: Path, given: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    _find_moved(path)
     # Where inspect and pickle look for the source of a class.
     sys.modules[module_name] = module
     try:
@@ -79,6 +100,14 @@ def _run(path: Path, given: str) -> ModuleType:
         reason = f"{type(problem).__name__}: {problem}".splitlines()[0]
         raise UserError(f"{given} does not run ({reason}): mend it and try again.") from problem
     return module
+
+
+def _find_moved(path: Path) -> None:
+    """Makes the modules known by their old names that the file imports from."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    for old, new in MOVED.items():
+        if re.search(rf"\bfreelearn\.{re.escape(old)}\b", text):
+            sys.modules.setdefault(f"freelearn.{old}", importlib.import_module(f"freelearn.{new}"))
 
 
 def _register(module: ModuleType, given: str) -> list[str]:

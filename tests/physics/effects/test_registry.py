@@ -1,5 +1,6 @@
 """Names, order, columns, samples and users' own effects."""
 
+import inspect
 from pathlib import Path
 
 import pytest
@@ -156,10 +157,11 @@ def test_the_parameters_of_an_energy_cannot_differ_between_samples():
 
 
 def test_a_new_module_of_the_library_needs_no_list():
-    """Every module of the package that defines an effect is found, in the order of port, place and name."""
+    """Every module in a port's folder is found, in the order of port, place and name; each is in the right folder."""
     folder = Path(library.__path__[0])
-    modules = {path.stem for path in folder.glob("*.py")} - {"__init__", "registry", "check", "names"}
-    assert modules == set(EFFECTS)
+    modules = {path for path in folder.glob("*/*.py") if path.stem != "__init__"}
+    assert {Path(inspect.getfile(kind)) for kind in EFFECTS.values()} == modules
+    assert all(Path(inspect.getfile(kind)).parent.name == kind.port for kind in EFFECTS.values())
     ranked = [(PORTS.index(kind.port), kind.place, name) for name, kind in EFFECTS.items()]
     assert ranked == sorted(ranked)
 
