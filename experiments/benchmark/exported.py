@@ -54,7 +54,7 @@ def exported(report: Report) -> None:
             run = freelearn.load(folder / "run")
             run.export(folder / "arm.onnx", force=True)
             run.export(folder / "arm.c", force=True)
-            actuator = Actuator.of(run)
+            actuator = Actuator.from_fitted(run)
             loads = actuator.functions[0]
             (folder / "main.c").write_text(
                 MAIN.format(inputs=len(loads.inputs), outputs=len(loads.outputs), calls=CALLS), encoding="utf-8"

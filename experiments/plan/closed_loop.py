@@ -40,11 +40,11 @@ class Contest:
     members: dict[str, WhiteFit]
 
     @classmethod
-    def of(cls, table: pd.DataFrame, effects: dict[str, list[str]], vectors: dict[str, torch.Tensor]) -> Contest:
+    def from_fits(cls, table: pd.DataFrame, effects: dict[str, list[str]], vectors: dict[str, torch.Tensor]) -> Contest:
         """effects: of each member's model; vectors: raw, where fits start."""
         own, rows = usable(table)
         names = list(effects)
-        known = Known.of(own, rows, model(own, effects[names[0]]), vectors[names[0]], ACCURACY)
+        known = Known.from_rows(own, rows, model(own, effects[names[0]]), vectors[names[0]], ACCURACY)
         fits = {names[0]: known.fit}
         fits[names[1]] = known.fitted(model(own, effects[names[1]]), vectors[names[1]])
         return cls(known, fits)
@@ -62,7 +62,7 @@ class Contest:
 
     def after(self, table: pd.DataFrame, effects: dict[str, list[str]]) -> Contest:
         """On a longer table."""
-        return Contest.of(table, effects, {name: fit.vector for name, fit in self.members.items()})
+        return Contest.from_fits(table, effects, {name: fit.vector for name, fit in self.members.items()})
 
 
 def examine(number: int, whole_search: bool) -> dict:
@@ -79,7 +79,7 @@ def examine(number: int, whole_search: bool) -> dict:
     names = sorted(steps, key=lambda name: name != effect)
     effects = {name: list(steps[name].effects) for name in names}
     vectors = {name: steps[name].fit.vector for name in names}
-    contest = Contest.of(table, effects, vectors)
+    contest = Contest.from_fits(table, effects, vectors)
     first = _planned(contest, number)
     result |= {
         "rival": names[1],
@@ -116,7 +116,7 @@ def examine(number: int, whole_search: bool) -> dict:
 def _planned(contest: Contest, seed: int) -> dict:
     """A plan of as many rows as are expected to split the class, and what is expected of it."""
     began = time.perf_counter()
-    goal = Split.of([contest.members])
+    goal = Split.from_fits([contest.members])
     there = candidates(contest.known, goal, REACH)
     needed = rows_for(there.objective, 4, 4, SPLIT)
     for rows in ROWS:

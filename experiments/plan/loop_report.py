@@ -20,7 +20,7 @@ def report(results: list[dict]) -> str:
         ["classes measured", f"{len(told)}"],
     ]
     if not told:
-        return DisplayTable.of(["what"], ["how many"], rows).text()
+        return DisplayTable.from_rows(["what"], ["how many"], rows).text()
     rows.append(["split by planned rows", _share([r["split"] for r in told])])
     rows.append(["of these for the true effect", _share([r["right"] for r in told if r["split"]])])
     rows.append(
@@ -65,7 +65,7 @@ def report(results: list[dict]) -> str:
     again = [r for r in told if "again" in r]
     named = [r["again"] == "named" and r["again_classes"] == [[r["hidden"]]] for r in again]
     rows.append(["whole search afterwards: the true effect alone", _share(named)])
-    return DisplayTable.of(["what"], ["how many"], rows).text()
+    return DisplayTable.from_rows(["what"], ["how many"], rows).text()
 
 
 def _share(hits: list) -> str:

@@ -69,7 +69,7 @@ def _commanded(
         system, x, y = asked_of(model, fresh)
         question = x.clone()
         question[:, blank] = torch.nan
-        answered = Asker.of(model, train, bands.miss).answered(system, question, y)
+        answered = Asker.from_model(model, train, bands.miss).answered(system, question, y)
         fine = np.array([status == "ok" for status in answered.status])
         for i in blank:
             values = (x[:, i], answered.x[:, i], answered.x_half[:, i])

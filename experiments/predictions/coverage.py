@@ -154,7 +154,7 @@ def fitted(
     if accuracy is None:
         accuracy = estimated(evaluated(model, rows, model.vector().detach()), rows).accuracy
     seen = torch.ones(len(rows), dtype=torch.bool)
-    bands = Bands.of(model, rows, seen, known.covariance[np.ix_(place, place)], accuracy, by_states)
+    bands = Bands.from_model(model, rows, seen, known.covariance[np.ix_(place, place)], accuracy, by_states)
     assert bands is not None
     return model, bands, rows
 
@@ -177,14 +177,14 @@ def answered(asked: Asked) -> dict[str, np.ndarray]:
         if quantity in bed.measured and there.any():
             out[quantity.name] = np.c_[missed[:, i].numpy(), half[:, i]][there]
     if asked.inverse:
-        out |= _inverse(Asker.of(model, train, bands.miss), model, fresh)
+        out |= _inverse(Asker.from_model(model, train, bands.miss), model, fresh)
     return out
 
 
 def asked_of(model: Model, rows: Rows) -> tuple[System, Tensor, Tensor]:
     """Equations at rows, with what was measured of their inputs x (n, m) and outputs y (n, 2), NaN where blank."""
     seen = rows.as_loads
-    system = System.of(model, seen.states)
+    system = System.from_model(model, seen.states)
     return system, system.x, torch.where(seen.readings.present, seen.readings.value, torch.nan)
 
 

@@ -29,10 +29,10 @@ def round_trip_table() -> Table:
     heads = ("rows", "no equilibrium", "stable", "came back", "worst error / range", "several solutions", "seconds")
     shown = Table("C1, C2 [Pa]", *heads, title="State → loads → state (the best of three runs)")
     for c1, c2 in MATERIALS:
-        system = System.of(build_model("continuum", {"C1": c1, "C2": c2}), states)
+        system = System.from_model(build_model("continuum", {"C1": c1, "C2": c2}), states)
         x = torch.stack(states.inputs(), dim=-1)
         loads, status = system.at(x)
-        asker = Asker(Span.of(system), loads.abs().amax(0), None, False)
+        asker = Asker(Span.from_system(system), loads.abs().amax(0), None, False)
         blank = x.clone()
         blank[:, :2] = torch.nan
         seconds = []

@@ -49,7 +49,7 @@ class IdentifiedActuator:
         """Its fitted model: `predict`, `invert`, `frame()` and so on."""
         from freelearn.api.fitted_run import FittedRun
 
-        return FittedRun.of(self.folder)
+        return FittedRun.from_folder(self.folder)
 
     def export(self, path: str | Path, to: str | None = None, **options: Any) -> Certificate:
         """As FittedRun.export, under its own name and with the license of its data."""

@@ -88,7 +88,7 @@ def fit(
 
         shown = stack.enter_context(Shown("fitting", progress))
         run(settings, where, progress=shown.epochs(settings.fit))
-    return FittedRun.of(where, Estimator(**arguments, design=design, recipe=recipe, progress=progress))
+    return FittedRun.from_folder(where, Estimator(**arguments, design=design, recipe=recipe, progress=progress))
 
 
 class Estimator:

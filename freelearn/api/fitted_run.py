@@ -70,7 +70,7 @@ class FittedRun(FittedModel):
     unfitted: Unfitted | None = None
 
     @classmethod
-    def of(cls, run: str | Path | RunFolder, unfitted: Unfitted | None = None) -> FittedRun:
+    def from_folder(cls, run: str | Path | RunFolder, unfitted: Unfitted | None = None) -> FittedRun:
         """The run in a folder. Raises UserError."""
         read = run if isinstance(run, RunFolder) else read_run(run)
         return cls(**cls.parts(read), unfitted=unfitted)

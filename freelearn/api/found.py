@@ -46,7 +46,7 @@ class Found:
     read: FittedRun | None = None
 
     @classmethod
-    def of(cls, folder: str | Path, outcome: Discovery | None = None) -> Found:
+    def from_folder(cls, folder: str | Path, outcome: Discovery | None = None) -> Found:
         """What stands in the folder of a search that has ended. Raises UserError."""
         path = Path(folder) / "discovery.json"
         try:
@@ -125,7 +125,7 @@ class Found:
             return self.read
         proposals = self.outcome.findings.proposals if self.outcome else []
         with lent(effect_class(each.written) for each in proposals):
-            return FittedRun.of(self.folder)
+            return FittedRun.from_folder(self.folder)
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
         """What the last model predicts of new rows, see FittedRun.predict."""

@@ -78,7 +78,7 @@ def discover(
         where = session_folder(f"discover-{job_key(settings)}") if folder is None else Path(folder)
         stack.enter_context(Shown("searching", progress))
         outcome = search(settings, where)
-    return Found.of(where, outcome)
+    return Found.from_folder(where, outcome)
 
 
 def plan(
@@ -120,7 +120,7 @@ def plan(
     from freelearn.api.tasks.plan_task import planned
 
     with Shown("planning", progress):
-        return Planned.of(planned(settings))
+        return Planned.from_plan(planned(settings))
 
 
 def referee(
@@ -173,7 +173,7 @@ def load(folder: str | Path) -> FittedRun | Found:
     from freelearn.records.run_files import read_run
 
     run = read_run(folder_of(folder))
-    fitted = FittedRun.of(run)
+    fitted = FittedRun.from_folder(run)
     return Found(run.folder, dict(run.content), read=fitted) if "verdict" in run.content else fitted
 
 

@@ -18,7 +18,7 @@ class Planned(Plan):
     """The rows worth measuring next, with what is expected of them and a certificate."""
 
     @classmethod
-    def of(cls, plan: Plan) -> Planned:
+    def from_plan(cls, plan: Plan) -> Planned:
         """The same plan."""
         return cls(**{field.name: getattr(plan, field.name) for field in fields(Plan)})
 

@@ -43,7 +43,7 @@ def compare(a: Path, b: Path, out: Path) -> None:
     from freelearn.report.html.html_page import Section, write_page
     from freelearn.report.terminal.printed_tables import rich_table
 
-    runs = [FittedRun.of(folder) for folder in (a, b)]
+    runs = [FittedRun.from_folder(folder) for folder in (a, b)]
     found = compared(runs)
     console = Console()
     tables = [errors_table(found), parameters_table(found)]

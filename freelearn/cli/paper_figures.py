@@ -91,7 +91,7 @@ def _models(records: Sequence[RunRecord], train: str) -> dict[str, FittedModel]:
     models: dict[str, FittedModel] = {}
     for record in records:
         if record.train == train and record.title not in models:
-            models[record.title] = FittedRun.of(record.folder)
+            models[record.title] = FittedRun.from_folder(record.folder)
     if not models:
         there = ", ".join(dict.fromkeys(record.train for record in records))
         raise UserError(f"No run was trained on {train!r}: there are {there}.")

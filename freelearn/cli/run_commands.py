@@ -43,7 +43,7 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
     with LongWork(console, "loading torch and the model…"):
         from freelearn.api.fitted_run import FittedRun
 
-        fitted = FittedRun.of(settings.run)
+        fitted = FittedRun.from_folder(settings.run)
     if settings.data.path is not None:
         _answer(settings, fitted, folder, console)
     if settings.maps:
@@ -152,7 +152,7 @@ def export(settings: ExportSettings, folder: Path, console: Console) -> None:
     with LongWork(console, "loading torch and the model…"):
         from freelearn.api.fitted_run import FittedRun
 
-        fitted = FittedRun.of(settings.run)
+        fitted = FittedRun.from_folder(settings.run)
     asked = {n: getattr(settings, n) for n in ("name", "sample", "force", "license", "error")}
     with LongWork(console, f"writing to={settings.to}, and running it beside the model…"):
         found = fitted.export(folder, settings.to, **asked)

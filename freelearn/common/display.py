@@ -34,7 +34,7 @@ class Column:
 class DisplayTable:
     """Finished cells, row by row; as many in each as there are columns. title above, caption below; "" for none.
 
-    >>> table = DisplayTable.of(["test set"], ["E %"], [["all", "1.25"]], title="errors")
+    >>> table = DisplayTable.from_rows(["test set"], ["E %"], [["all", "1.25"]], title="errors")
     >>> print(table.text())
     test set   E %
     all       1.25
@@ -52,7 +52,7 @@ class DisplayTable:
                 raise ValueError(f"{len(self.columns)} columns, but a row of {len(row)} cells: {row}")
 
     @classmethod
-    def of(
+    def from_rows(
         cls,
         words: Sequence[str],
         numbers: Sequence[str],

@@ -149,7 +149,7 @@ class Columns:
     members: int = 0
 
     @classmethod
-    def of(cls, table: pd.DataFrame) -> Columns:
+    def from_table(cls, table: pd.DataFrame) -> Columns:
         """Of a table in the program."""
         return cls(bed_of(table), len(members_in(table.columns)))
 

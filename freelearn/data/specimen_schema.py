@@ -56,7 +56,7 @@ class Stresses:
     stress_mpa: np.ndarray
 
     @classmethod
-    def of(cls, rows: pd.DataFrame) -> Stresses:
+    def from_table(cls, rows: pd.DataFrame) -> Stresses:
         """Those of direction 1, then those of direction 2, of the rows of a specimen table; blanks are left out.
 
         A sheet of rubber is alike in both directions: one in direction 2 is one in direction 1 of the sheet turned.

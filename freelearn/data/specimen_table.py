@@ -33,7 +33,7 @@ def suspicions(table: pd.DataFrame) -> list[str]:
     """A sentence for each mode of a table whose numbers suggest another unit or sign; nothing is converted."""
     sentences = []
     for mode, rows in table.groupby("mode", sort=False):
-        held = Stresses.of(rows)
+        held = Stresses.from_table(rows)
         largest = np.abs(held.stress_mpa).max()
         if largest > LARGEST_MPA:
             unit, factor = ("Pa", 1e-6) if largest > 1e4 else ("kPa", 1e-3)
@@ -120,7 +120,7 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
         raise UserError("\n".join(map(str, mistakes)))
     table = pd.concat(tables, ignore_index=True)
     for name, rows in table.groupby("mode", sort=False):
-        if not Stresses.of(rows).stress_mpa.any():
+        if not Stresses.from_table(rows).stress_mpa.any():
             raise UserError(f"Every stress in mode {name} is zero, so its error has no scale: leave its rows out.")
     return Specimens(table, files, suspicions(table))
 

@@ -47,7 +47,7 @@ class Actuator:
     sample: int
 
     @classmethod
-    def of(cls, fitted: FittedModel, sample: int | None = None) -> Actuator:
+    def from_fitted(cls, fitted: FittedModel, sample: int | None = None) -> Actuator:
         """The run's actuator; of several the one that sample names. Raises UserError."""
         for effect in fitted.model.effects:
             if isinstance(effect, TiltEffect):
@@ -84,7 +84,7 @@ class Actuator:
     @cached_property
     def system(self) -> System:
         """Its equations, of one row."""
-        return System.of(self.fitted.model, self.states)
+        return System.from_model(self.fitted.model, self.states)
 
     @cached_property
     def imposed(self) -> tuple[Port, ...]:
@@ -210,7 +210,7 @@ class Actuator:
     @cached_property
     def banded(self) -> Banded | None:
         """Its bands; None where no row tells them."""
-        return Banded.of(self.fitted.bands.miss, self.system) if self.fitted.bands else None
+        return Banded.from_miss(self.fitted.bands.miss, self.system) if self.fitted.bands else None
 
     @cached_property
     def edges(self) -> tuple[Tensor, Tensor]:

@@ -27,7 +27,7 @@ class Banded:
     inverse: Tensor
 
     @classmethod
-    def of(cls, miss: Miss, system: System) -> Banded:
+    def from_miss(cls, miss: Miss, system: System) -> Banded:
         """As a fitted model's bands have it."""
         own, errors = miss.beyond, torch.zeros(len(system.inputs), dtype=torch.float64)
         if miss.accuracy is not None:

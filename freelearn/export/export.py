@@ -64,10 +64,10 @@ def export(fitted: FittedModel, folder: Path, options: Options) -> Certificate:
     if wrong and not options.force:
         raise UserError(f"{wrong[0]} Such a model is not exported; force=true does, and its certificate says so.")
     needed(options.to)
-    actuator = Actuator.of(fitted, options.sample)
+    actuator = Actuator.from_fitted(fitted, options.sample)
     folder.mkdir(parents=True, exist_ok=True)
     written = WRITERS[options.to](actuator, folder, options)
-    difference = compared(actuator, written.answers, Samples.of(actuator)) if written.answers else None
+    difference = compared(actuator, written.answers, Samples.from_actuator(actuator)) if written.answers else None
     found = certificate(actuator, folder, options, written, difference, wrong)
     write_page(actuator, found)
     return found

@@ -37,7 +37,7 @@ class Samples:
     outside: np.ndarray
 
     @classmethod
-    def of(cls, actuator: Actuator, seed: int = 0, states: int = STATES) -> Samples:
+    def from_actuator(cls, actuator: Actuator, seed: int = 0, states: int = STATES) -> Samples:
         """Drawn evenly over the box of the data; a fifth of them on its faces, edges and corners."""
         generator = np.random.default_rng(seed)
         low, high = np.array(actuator.domain).T

@@ -90,7 +90,7 @@ def _pulled(
 ) -> tuple[bool, str]:
     """Goes on from the least sum of squares with what is known beforehand; whether that came to its end, and how."""
     here = model.vector().detach().clone()
-    pull = Pull.of(Problem(model, train), here)
+    pull = Pull.from_problem(Problem(model, train), here)
 
     def make(problem: Problem) -> Algorithm:
         return LevenbergMarquardtEpochs(problem, here[None], options.max_epochs, options.tolerance, pull)

@@ -212,7 +212,7 @@ class Pull:
     spread: float
 
     @classmethod
-    def of(cls, problem: Problem, vector: Tensor) -> Pull | None:
+    def from_problem(cls, problem: Problem, vector: Tensor) -> Pull | None:
         """Of the priors that were given for the problem's model, weighed at a raw vector (p,); None without any.
 
         A residual is worth what all are at the vector, each kinematic state counting once, because all its rows may

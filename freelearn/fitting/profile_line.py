@@ -40,7 +40,7 @@ class Squares(NamedTuple):
     upper: Tensor
 
     @classmethod
-    def of(cls, problem: Problem) -> Squares:
+    def from_problem(cls, problem: Problem) -> Squares:
         """Those that a fit minimizes."""
         return cls(problem.residuals, problem.jacobians, *problem.model.raw_bounds())
 

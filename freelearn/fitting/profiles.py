@@ -224,7 +224,7 @@ def profiled(problem: Problem, known: Uncertainty, told: Told | None = None) -> 
         return replace(known, remark=WEIGHTS)
     if model.needs_validation:
         return replace(known, remark=NETWORK)
-    squares = Squares.of(problem)
+    squares = Squares.from_problem(problem)
     start = model.vector().detach()
     for _ in range(MOST_BEGINNINGS):
         try:

@@ -66,7 +66,7 @@ def fit_rubber(rubber: Rubber, table: pd.DataFrame, held_out: Sequence[str] = ()
     misfits of neighbors as independent; other parameters' are those at the bound where one sits on a bound.
     The start is looked for on a grid. Raises UserError where too few stresses or no modes are left to fit.
     """
-    data = {mode: _Measured.of(table[table["mode"] == mode]) for mode in MODES if (table["mode"] == mode).any()}
+    data = {mode: _Measured.from_table(table[table["mode"] == mode]) for mode in MODES if (table["mode"] == mode).any()}
     fitted = _fitted(list(data), held_out)
     count = sum(len(data[mode].stress) for mode in fitted)
     if count < len(rubber.declared):
@@ -120,8 +120,8 @@ class _Measured:
     stress: Tensor
 
     @classmethod
-    def of(cls, rows: pd.DataFrame) -> _Measured:
-        held = Stresses.of(rows)
+    def from_table(cls, rows: pd.DataFrame) -> _Measured:
+        held = Stresses.from_table(rows)
         return cls(torch.tensor(held.along), torch.tensor(held.across), torch.tensor(held.stress_mpa) * MPA)
 
     def misfit(self, rubber: Rubber, values: dict[str, Tensor]) -> Tensor:

@@ -124,7 +124,7 @@ def uncertainty(problem: Problem) -> Uncertainty:
     else:
         jacobian = problem.jacobians(vector[None])[0]
     # What is known beforehand is one more measurement of the parameters, in rows of its own.
-    pull = Pull.of(problem, vector)
+    pull = Pull.from_problem(problem, vector)
     rows = jacobian
     if pull is not None:
         jacobian = torch.cat([rows, pull.root])

@@ -143,13 +143,13 @@ class FittedModel:
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from what the model says; None where no row tells it."""
         seen = torch.as_tensor(self.run.seen[self.run.own])
-        return Bands.of(self.model, self.rows, seen, self.covariance, self.run.accuracy, self.run.by_states)
+        return Bands.from_model(self.model, self.rows, seen, self.covariance, self.run.accuracy, self.run.by_states)
 
     @cached_property
     def asker(self) -> Asker:
         """Answers questions; without a row that was fitted, from all of the run's."""
         rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
-        return Asker.of(self.model, rows, self.bands.miss if self.bands else None)
+        return Asker.from_model(self.model, rows, self.bands.miss if self.bands else None)
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
         """Loads at states, or at the rows of a table in the measurement table's columns; or what else the bed measures.
@@ -185,7 +185,7 @@ class FittedModel:
         states = States.from_table(_neutral(complete))
         # Each question stands for itself, an actuator that has stood still, unless steps say how it came there.
         states = _standing(states) if alone else _undirected(states, complete)
-        system = System.of(self.model, states)
+        system = System.from_model(self.model, states)
         x, y = _blanked(system, complete)
         y[:, self._never_shown] = torch.nan
         asker = replace(self.asker, banded=bands)
@@ -324,6 +324,6 @@ def _stderr(model: Model[Any], rate: Tensor, covariance: np.ndarray) -> np.ndarr
     parameter which nobody knows is not known either."""
     if not np.isfinite(covariance).any():
         return np.full(tuple(rate.shape[:2]), np.nan)
-    spread = RawCovariance.of(model, covariance).spread(rate)
+    spread = RawCovariance.from_model(model, covariance).spread(rate)
     deviation = spread.covariance.diagonal(dim1=1, dim2=2).clamp_min(0).sqrt()
     return torch.where(spread.lost, torch.nan, deviation).numpy()

@@ -44,7 +44,7 @@ def checks_table(checks: Sequence[Mapping[str, Any]], says: bool = True) -> Disp
         ]
         for c in by_weight(checks)
     ]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["check", "result"], ["figure", "threshold"], rows, title="Does the claim stand", last=["says"] if says else []
     )
 
@@ -78,7 +78,7 @@ def models_table(models: Sequence[Mapping[str, Any]]) -> DisplayTable | None:
         [" + ".join(m["effects"]) or "no effect", percent(m["probability"], 1), error_percent(m["E_heldout"], 3)]
         for m in models
     ]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["effects"], ["probability %", "E held-out %"], rows, title="Sets of effects that fit as well as the best",
         caption="Probability among all sets that the search looked at.",
     )  # fmt: skip
@@ -94,7 +94,7 @@ def shares_table(shares: Mapping[str, float]) -> DisplayTable | None:
     told = sorted(((name, share) for name, share in shares.items() if share >= LEAST), key=lambda pair: -pair[1])
     if not told:
         return None
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["effect"], ["probability %"], [[name, percent(share, 1)] for name, share in told],
         title="How probable each effect is",
         caption="The sum over all sets that have it: of several that look alike each has its part.",

@@ -207,7 +207,7 @@ def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTa
         error, low, high, _ = e.ends
         cells = [number(_shown(e.value), 2 if e.untold else 5), number(error, 2), number(low, 4), number(high, 4)]
         rows.append([e.name, *cells, e.unit, e.beforehand][: 5 + len(last)])
-    return DisplayTable.of(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last)
+    return DisplayTable.from_rows(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last)
 
 
 def _last(estimates: Sequence[Estimate]) -> list[str]:
@@ -247,4 +247,4 @@ def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
         known = [number(error, 4), relative, number(low, 6), number(high, 6), number(independent, 4)]
         rows.append([e.name, number(_shown(e.value), 8), *known, e.unit, e.beforehand][: 7 + len(last)])
     numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
-    return DisplayTable.of(["name"], numbers, rows, last=last)
+    return DisplayTable.from_rows(["name"], numbers, rows, last=last)

@@ -144,7 +144,7 @@ class Plan:
 
 def plan_table(rows: pd.DataFrame, expected: list[float] | None = None) -> pd.DataFrame:
     """Rows in the measurement table's columns, what is to be measured blank, and what each is expected to add."""
-    columns = Columns.of(rows)
+    columns = Columns.from_table(rows)
     blank = {name: float("nan") for name in columns.measured}
     listed = list(columns.listed)
     if SECOND in rows and not columns.members and rows[SECOND].notna().any():

@@ -52,7 +52,7 @@ def comparison_table(comparison: Mapping[str, Compared]) -> DisplayTable:
     for name, pair in comparison.items():
         ratio = fixed(pair.with_effects / pair.without if pair.without > 0 else None, 2)
         rows.append([name, error_percent(pair.without), error_percent(pair.with_effects), ratio, str(pair.n)])
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["test set"],
         ["E without %", "E with effects %", "ratio", "rows"],
         rows,

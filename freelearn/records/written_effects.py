@@ -193,7 +193,7 @@ class ProposalCurve:
     numbers: pd.DataFrame
 
     @classmethod
-    def of(cls, written: Written, found: Unknown) -> ProposalCurve:
+    def from_unknown(cls, written: Written, found: Unknown) -> ProposalCurve:
         """From what was found, in SI."""
         shown = {name: getattr(found, name) / written.place.factor for name in CURVES}
         table = pd.DataFrame({found.over.name: found.at / found.over.factor, **shown})

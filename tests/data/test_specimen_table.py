@@ -127,7 +127,7 @@ def test_a_biaxial_row_holds_two_stretches_and_one_or_two_stresses(file):
 
 
 def test_stresses_come_with_the_stretches_along_and_across_them(file):
-    held = Stresses.of(read_specimens([file(BIAXIAL + "BT,1.2,1.5,0.3,0.4\nBT,1.1,1.6,,0.5\n")]).table)
+    held = Stresses.from_table(read_specimens([file(BIAXIAL + "BT,1.2,1.5,0.3,0.4\nBT,1.1,1.6,,0.5\n")]).table)
     assert held.along.tolist() == [1.2, 1.5, 1.6]
     assert held.across.tolist() == [1.5, 1.2, 1.1]
     assert held.stress_mpa.tolist() == [0.3, 0.4, 0.5]

@@ -27,7 +27,7 @@ def three(tmp_path_factory):
     fitted = actuator(tmp_path_factory.mktemp("three"), THREE)
     found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
     # Traced once: that takes the most time of all.
-    return fitted, found, {f.name: f for f in Actuator.of(fitted).functions}, run(found.files[0], "left")
+    return fitted, found, {f.name: f for f in Actuator.from_fitted(fitted).functions}, run(found.files[0], "left")
 
 
 @needs_compiler
@@ -92,7 +92,7 @@ def test_a_ballooned_tube_is_flagged(tmp_path):
     """At its own pressures a soft wall without stiff fibers has no equilibrium; the C says so, as the model does."""
     model = build_model("continuum", {"C1": 8e4, "C2": 1e3}, [])
     fitted = freelearn.load(folder_of(tmp_path / "run", model, grid().assign(force_n=0.0, moment_nmm=0.0)))
-    actuator = Actuator.of(fitted)
+    actuator = Actuator.from_fitted(fitted)
     write_c(actuator, tmp_path, Options("c", "soft"))
     rows = grid()
     with torch.no_grad():

@@ -82,7 +82,7 @@ def test_a_prior_pulls_by_as_much_as_it_is_sure(rows, name):
 def test_the_most_probable_parameters_have_no_slope_left(rows):
     known = stated("continuum", values={"C1": 5e5}, errors={"C1": 5e4})
     free, _ = fitted(rows, None)
-    weighed = Pull.of(Problem(build_model("continuum", known=known), rows), free.vector().detach())
+    weighed = Pull.from_problem(Problem(build_model("continuum", known=known), rows), free.vector().detach())
     model, _ = fitted(rows, known)
     vector = model.vector().detach()
     problem = Problem(model, rows)

@@ -68,7 +68,7 @@ def table_fit(
     samples = sorted(set(table["sample"])) if per_sample else []
     model: Model = build_model(name, truth, effects, samples)
     problem = Problem(model, Rows.whole(states, loads, kinematic_state(table))[status == Status.OK])
-    model.set_vector(Squares.of(problem).least(model.vector().detach()).x)
+    model.set_vector(Squares.from_problem(problem).least(model.vector().detach()).x)
     return problem
 
 
@@ -298,7 +298,7 @@ def test_the_others_come_back_from_zero_along_a_profile():
     problem = fitted(Sum(), forces(X, force, STATE))
     assert problem.model.scalars()["B"] < 1e-8
     _, told = both(problem)
-    squares = Squares.of(problem)
+    squares = Squares.from_problem(problem)
     center = squares.at(problem.model.vector().detach())
 
     def total(a: float) -> float:
@@ -480,7 +480,7 @@ def test_fibers_that_are_not_there_have_an_upper_limit():
 def test_a_number_of_several_raw_parameters_is_followed_exactly():
     """Quantity against Coordinate: the same ends, on a parameter that is both."""
     problem = fitted(Decay(), forces(X, DECAY + errors(1, 0.2), STATE))
-    squares, vector = Squares.of(problem), problem.model.vector().detach()
+    squares, vector = Squares.from_problem(problem), problem.model.vector().detach()
     found = []
     for line in (Coordinate(1), Quantity(lambda v: v[1])):
         spot = Spot(line.place(vector), squares.at(vector), vector, True)

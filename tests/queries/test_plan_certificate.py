@@ -16,7 +16,7 @@ PLANS = [(2, 1), (3, 2), (4, 2), (4, 4), (5, 3)]
 def random_objective(seed: int, places: int = 4, rows: int = 2, views: int = 2, coefficients: int = 3) -> Objective:
     generator = np.random.default_rng(seed)
     shared = generator.normal(size=(places, rows, 2, 2)) * 1.5
-    visits = Visits.of(shared, np.ones((places, rows), dtype=bool))
+    visits = Visits.from_masks(shared, np.ones((places, rows), dtype=bool))
     known = np.diag([*generator.uniform(0.2, 3, coefficients - 1), 0.0])
     columns = [generator.normal(size=(places, rows, 2, coefficients)) for _ in range(views)]
     return Objective(visits, [View.scaled((str(i),), c, known) for i, c in enumerate(columns)])
@@ -90,7 +90,7 @@ def test_rows_without_an_answer_are_never_planned():
     usable = np.ones((6, 3), dtype=bool)
     usable[:5] = False
     usable[5, 1] = False
-    visits = Visits.of(objective.visits.shared, usable)
+    visits = Visits.from_masks(objective.visits.shared, usable)
     asked = Objective(visits, objective.views)
     plan = exact(asked, continuous(asked, 6, 3), 6, 3, seed=0)
     for visit in plan:

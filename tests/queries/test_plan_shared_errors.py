@@ -19,7 +19,7 @@ def dense(columns: np.ndarray, shared: np.ndarray) -> np.ndarray:
 def test_a_visit_tells_what_generalized_least_squares_says():
     generator = np.random.default_rng(0)
     shared, columns = generator.normal(size=(5, 4, 2, 2)) * 3, generator.normal(size=(5, 4, 2, 3))
-    visits = Visits.of(shared, np.ones((5, 4), dtype=bool))
+    visits = Visits.from_masks(shared, np.ones((5, 4), dtype=bool))
     for number in generator.choice(visits.allowed.size, 30, replace=False):
         place, rows = visits.rows_of(number)
         expected = dense(columns[place, rows], shared[place, rows])
@@ -38,7 +38,7 @@ def test_it_agrees_with_the_whitener_of_the_search():
     apart = Whitener(sensitivity, torch.arange(4), PAPER)
     together = Whitener(sensitivity, torch.zeros(4, dtype=torch.int64), PAPER)
     shared = apart.shared.numpy()[None]
-    visits = Visits.of(shared, np.ones((1, 4), dtype=bool))
+    visits = Visits.from_masks(shared, np.ones((1, 4), dtype=bool))
     whole = int(np.flatnonzero(visits.sizes == 4)[0])
     white = together(columns).flatten(0, 1)
     told = visits.added(apart.apart(columns).numpy()[None], np.array([whole]))[0]
@@ -49,7 +49,7 @@ def test_many_rows_of_a_mounting_tell_no_more_than_its_position_lets_them():
     # One reading, one coefficient, a shared error as large as ten of the row's own: n rows tell n/(1 + 100 n).
     shared, columns = np.zeros((1, 5, 2, 2)), np.zeros((1, 5, 2, 1))
     shared[..., 0, 0], columns[..., 0, 0] = 10.0, 1.0
-    visits = Visits.of(shared, np.ones((1, 5), dtype=bool))
+    visits = Visits.from_masks(shared, np.ones((1, 5), dtype=bool))
     told = visits.added(columns, np.arange(len(visits.subsets)))[:, 0, 0]
     assert told == pytest.approx(visits.sizes / (1 + 100 * visits.sizes))
 

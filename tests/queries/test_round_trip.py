@@ -167,4 +167,4 @@ def test_a_run_in_a_folder_says_what_the_model_says(tmp_path):
     model, table = continuum(), shown(continuum(), grid(6))
     run = freelearn.load(folder_of(tmp_path, model, table))
     np.testing.assert_allclose(run.predict(table).loads[:, 0], table["force_n"], rtol=1e-9)
-    assert len(System.of(model, States.from_table(table))) == len(table)
+    assert len(System.from_model(model, States.from_table(table))) == len(table)

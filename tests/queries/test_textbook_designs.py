@@ -16,7 +16,7 @@ def regression(degree: int, interest: int, keep: float = 1e-9) -> Objective:
     """A polynomial of this degree on [−1, 1], each row a mounting; of interest: the coefficients of the highest."""
     columns = np.zeros((len(X), 1, 2, degree + 1))
     columns[:, 0, 0] = X[:, None] ** np.arange(degree + 1)
-    visits = Visits.of(np.zeros((len(X), 1, 2, 2)), np.ones((len(X), 1), dtype=bool))
+    visits = Visits.from_masks(np.zeros((len(X), 1, 2, 2)), np.ones((len(X), 1), dtype=bool))
     return Objective(visits, [View(("y",), columns, keep * np.eye(degree + 1), interest)])
 
 

@@ -88,7 +88,7 @@ def test_nothing_from_a_file_is_html(fitted, tmp_path):
 
 
 def test_a_long_table_can_be_folded_away(tmp_path):
-    table = DisplayTable.of(["line"], [], [["7"]])
+    table = DisplayTable.from_rows(["line"], [], [["7"]])
     write_page(
         tmp_path / "r.html",
         "page",
@@ -123,7 +123,7 @@ def test_the_command_is_one_that_a_shell_reads_back(monkeypatch):
 
 
 def test_tables_sort_by_a_script_that_only_pages_with_tables_have(tmp_path):
-    table = DisplayTable.of(["set"], ["E %"], [["a", "10.0"], ["b", "−2.5"], ["c", "–"]])
+    table = DisplayTable.from_rows(["set"], ["E %"], [["a", "10.0"], ["b", "−2.5"], ["c", "–"]])
     write_page(tmp_path / "r.html", "page", False, [Section("s", [], [table])])
     page = (tmp_path / "r.html").read_text()
     assert page.count('<button type="button">') == 2
@@ -132,7 +132,7 @@ def test_tables_sort_by_a_script_that_only_pages_with_tables_have(tmp_path):
 
 
 def test_a_page_has_one_minus_sign(tmp_path):
-    table = DisplayTable.of(["place"], ["M"], [["-3 mm, run-7", "-1.5e-06"]])
+    table = DisplayTable.from_rows(["place"], ["M"], [["-3 mm, run-7", "-1.5e-06"]])
     write_page(tmp_path / "r.html", "page", False, [Section("at -60°", ["from (-2 N)"], [table], code="x=-1")])
     page = (tmp_path / "r.html").read_text()
     for shown in ("at −60°", "from (−2 N)", "−3 mm, run-7", "−1.5e−06"):

@@ -12,7 +12,7 @@ from freelearn.common.formats import ascii_minus, fixed, number, percent, signed
 from freelearn.report.html.html_page import Section, write_page
 from freelearn.report.terminal.printed_tables import rich_table
 
-TABLE = DisplayTable.of(
+TABLE = DisplayTable.from_rows(
     ["parameter"],
     ["value"],
     [["twist_offset[3]", "−1.25", "rad"], ["C1", "–", "Pa"]],
@@ -40,7 +40,7 @@ def test_every_cell_is_shown_everywhere(tmp_path):
 
 
 def test_numbers_are_never_cut_and_words_give_way():
-    wide = DisplayTable.of(["name"], ["value"], [["a very long name of an effect " * 3, "123456.789"]])
+    wide = DisplayTable.from_rows(["name"], ["value"], [["a very long name of an effect " * 3, "123456.789"]])
     shown = terminal(wide, 40)
     assert "123456.789" in shown
     assert "…" not in shown
@@ -50,7 +50,9 @@ def test_numbers_are_never_cut_and_words_give_way():
 def test_columns_without_room_stand_below_and_none_is_cut():
     numbers = ["elongation mm", "twist °", "pressure 1 kPa", "pressure 2 kPa", "force N", "moment N·mm"]
     row = ["3", "−0.9271 ± 8", "−4.653 ± 87", "40.23 ± 1.5", "50.11 ± 1.5", "−22.49 ± 14", "−127.9 ± 1.6e+02", "ok"]
-    wide = DisplayTable.of(["sample"], numbers, [row], title="answers", caption="half of the band", last=["status"])
+    wide = DisplayTable.from_rows(
+        ["sample"], numbers, [row], title="answers", caption="half of the band", last=["status"]
+    )
     for width in (40, 60, 80, 200):
         shown = terminal(wide, width)
         assert all(cell in shown for cell in row)
@@ -64,7 +66,7 @@ def test_columns_without_room_stand_below_and_none_is_cut():
 
 def test_a_row_that_does_not_fit_is_refused():
     with pytest.raises(ValueError, match="2 columns, but a row of 1"):
-        DisplayTable.of(["name"], ["value"], [["alone"]])
+        DisplayTable.from_rows(["name"], ["value"], [["alone"]])
 
 
 def test_a_frame_keeps_words_left_and_numbers_right():
@@ -83,7 +85,7 @@ def test_numbers_have_true_minus_signs_and_dashes_where_nothing_is_known():
 
 def test_many_columns_fold_their_headings_and_not_their_numbers():
     headings = ["outer radius of the tube", "rows", "number of rows without buckling", "stderr", "value"]
-    table = DisplayTable.of(["sample"], headings, [["3", "6.74", "2860", "1377", "8.1e+04", "6.2734e+05"]])
+    table = DisplayTable.from_rows(["sample"], headings, [["3", "6.74", "2860", "1377", "8.1e+04", "6.2734e+05"]])
     shown = terminal(table, 60)
     for cell in table.rows[0]:
         assert cell in shown

@@ -153,5 +153,5 @@ def forces(x: np.ndarray, force: np.ndarray, state: Sequence[int] | np.ndarray |
 def fitted(model: Model, rows: Rows) -> Problem:
     """The fit of a model to rows from where it stands, residuals in newtons."""
     problem = Problem(model, rows, torch.ones(2, dtype=torch.float64))
-    model.set_vector(Squares.of(problem).least(model.vector().detach()).x)
+    model.set_vector(Squares.from_problem(problem).least(model.vector().detach()).x)
     return problem

@@ -69,6 +69,6 @@ def write_search(folder: Path, written: Written = CABLE, hint: bool = False) -> 
     (folder / "discovery.json").write_text(json.dumps(content))
     at = np.linspace(-6e-3, 6e-3, 13)
     form = 3.0 * np.maximum(at - 2e-3, 0) / 6e-3
-    curve = ProposalCurve.of(written, Unknown(ELONGATION, at, form, form + 0.01, form - 0.02, form + 0.04))
+    curve = ProposalCurve.from_unknown(written, Unknown(ELONGATION, at, form, form + 0.01, form - 0.02, form + 0.04))
     curve.numbers.to_csv(folder / f"proposal_{written.name}.csv", index=False)
     return written.name

@@ -124,7 +124,7 @@ def test_relaxation_is_the_convolution_with_every_step_of_stress(short):
     """The recursion from row to row against the sum over all steps, ΔSᵉ(t_j) (1 − g (1 − e^(−(t_k − t_j)/τ)))."""
     g, tau = 0.3, 45.0
     s, law = state_of(short), Law(*MATERIAL.values(), {"relaxation": {"share": g, "time": tau}})
-    points = Points.of(s, law.fx)
+    points = Points.from_state(s, law.fx)
     memory = remembered(points, law, s)
     u, _ = radius_squared(points, law, memory)
     elastic = points.stress(points.strain(points.length, points.twist, u), law.c1, law.c2, law.fx)
@@ -139,7 +139,7 @@ def test_relaxation_is_the_convolution_with_every_step_of_stress(short):
 def test_softening_remembers_row_by_row(short):
     """All rows at once, until they agree, against one row after the other."""
     s, law = state_of(short), Law(*MATERIAL.values(), {"stress_softening": {"inverse_r": 0.4, "energy": 0.05}})
-    points = Points.of(s, law.fx)
+    points = Points.from_state(s, law.fx)
     found = loads(points, law, remembered(points, law, s))[0]
     assert np.abs(found - loads_of(short, {})).max() > 0.1 * np.abs(found).max()
     most = np.zeros((1, points.radius.shape[1]))

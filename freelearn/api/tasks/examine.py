@@ -107,7 +107,7 @@ def _unknowns(task: Task, findings: Findings) -> dict[str, ProposalCurve]:
         effects = proposal.step.effects
         curve = unknown(proposal, findings.rows, lambda more, effects=effects: task.build([*effects, *more]))  # type: ignore[misc]
         if curve is not None:
-            found[proposal.written.name] = ProposalCurve.of(proposal.written, curve)
+            found[proposal.written.name] = ProposalCurve.from_unknown(proposal.written, curve)
     return found
 
 

@@ -190,7 +190,7 @@ def run_rows(run: Path) -> Path:
 
 def actuators_of(run: Path) -> Actuators:
     """What a run knows of its actuators, from its rows. Raises UserError."""
-    return Actuators.of(pd.read_csv(run_rows(run)))
+    return Actuators.from_table(pd.read_csv(run_rows(run)))
 
 
 def asked_of(raw: Path, recipe: Path, known: Actuators, out: Path) -> AskedTaken:

@@ -124,7 +124,7 @@ def _known(table: pd.DataFrame, model: Model[Any], accuracy: Accuracy) -> Known:
     rows = Rows.from_table(table)[torch.as_tensor(place)]
     own = [name for name in table if name not in ADDED and "_pred_" not in str(name)]
     start = model.vector().detach().clone()
-    return Known.of(table.loc[place, own].reset_index(drop=True), rows, model, start, accuracy)
+    return Known.from_rows(table.loc[place, own].reset_index(drop=True), rows, model, start, accuracy)
 
 
 # What a user asks a plan for, as a goal with fitted models behind it.
@@ -138,7 +138,7 @@ def goal_of(settings: PlanSettings, source: Source) -> Goal:
         return _halve(source, str(settings.parameter))
     classes = source.classes()
     if classes:
-        return Split.of(classes)
+        return Split.from_fits(classes)
     if settings.goal == SPLIT:
         what = "its verdict is " + str(source.content["verdict"]) if source.kind == "discover" else "it is one of train"
         raise UserError(f"{source.folder} has no class of effects to split, {what}: choose goal=settle or goal=halve.")

@@ -46,7 +46,7 @@ def read_plan(path: Path, measured: pd.DataFrame) -> pd.DataFrame:
     table's. Raises UserError."""
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    wanted = [*NEEDED, *Columns.of(measured).imposed]
+    wanted = [*NEEDED, *Columns.from_table(measured).imposed]
     if lacking := [name for name in wanted if name not in header]:
         raise UserError(f"{path} lacks the columns {', '.join(lacking)}: a plan says where to measure.")
     if not records.rows:
@@ -74,7 +74,7 @@ def _completed(path: Path, numbers: pd.DataFrame, measured: pd.DataFrame) -> pd.
     rows = known.loc[numbers["sample"]].reset_index()
     for name in numbers:
         rows[name] = numbers[name].to_numpy()
-    columns = Columns.of(measured)
+    columns = Columns.from_table(measured)
     if columns.members:
         rows["pressure_kpa"] = rows[list(columns.pressures)].mean(axis=1)
     rows = rows.drop(columns=[name for name in ("time_s",) if name in rows])
@@ -84,7 +84,7 @@ def _completed(path: Path, numbers: pd.DataFrame, measured: pd.DataFrame) -> pd.
 def outside_reach(rows: pd.DataFrame, candidates: pd.DataFrame) -> list[str]:
     """A sentence for every column in which a plan goes beyond what the bed went to."""
     notes = []
-    for name in Columns.of(rows).imposed:
+    for name in Columns.from_table(rows).imposed:
         low, high = float(candidates[name].min()), float(candidates[name].max())
         room = OUTSIDE * max(high - low, abs(high), abs(low))
         count = int(((rows[name] < low - room) | (rows[name] > high + room)).sum())

@@ -152,7 +152,7 @@ def thinned(table: pd.DataFrame, rate_hz: float) -> tuple[pd.DataFrame, np.ndarr
 
 def _signals(table: pd.DataFrame) -> list[str]:
     """Columns that are filtered: what is imposed, and what is measured."""
-    columns = Columns.of(table)
+    columns = Columns.from_table(table)
     names = (*columns.imposed, *columns.measured, "temperature_c")
     return [name for name in dict.fromkeys(names) if name in table]
 

@@ -43,7 +43,7 @@ def _apart(table: pd.DataFrame, lines: np.ndarray) -> Iterator[str]:
     used = usable_rows(table)
     bed = bed_of(table)
     measured = [quantity.column for quantity in bed.measured]
-    for name in (*measured, *Columns.of(table).imposed):
+    for name in (*measured, *Columns.from_table(table).imposed):
         if name not in table:
             continue
         sizes = table[name].abs().to_numpy(np.float64)

@@ -74,7 +74,7 @@ def _resting(table: pd.DataFrame, accuracy: Accuracy) -> np.ndarray:
     stated = {"elongation_mm": 1e3 * accuracy.length, "twist_deg": np.degrees(accuracy.twist)}
     stated |= {"force_n": accuracy.force, "moment_nmm": 1e3 * accuracy.moment}
     rest: np.ndarray = np.ones(len(table), dtype=bool)
-    for name in Columns.of(table).imposed:
+    for name in Columns.from_table(table).imposed:
         values = table[name].to_numpy(np.float64)
         within = max(
             NEAR * float(np.nanmax(np.abs(values), initial=0.0)), 3 * stated.get(name, 1e-3 * accuracy.pressure)

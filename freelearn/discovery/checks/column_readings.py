@@ -86,7 +86,7 @@ def _signs(table: pd.DataFrame) -> Iterator[Reading]:
             signs = f"{said} {'has its' if count == 1 else 'have their'} sign turned"
             cure = f"write sign: -1 for {said} in the recipe of intake.py"
             yield Reading(SIGN, signs, cure, _times(list(names), -1.0))
-    pressures = [name for name in Columns.of(table).pressures if name in table]
+    pressures = [name for name in Columns.from_table(table).pressures if name in table]
     if any((table[name] < 0).mean() > 0.5 for name in pressures):
         yield Reading(
             SIGN, "the pressure has its sign turned", "write sign: -1 for the pressure in the recipe of intake.py",
@@ -106,14 +106,14 @@ def _swapped(one: str, other: str) -> Change:
 
 def _swaps(table: pd.DataFrame) -> Iterator[Reading]:
     pairs = [("force_n", "moment_nmm"), ("elongation_mm", "twist_deg")]
-    pairs += list(combinations(Columns.of(table).pressures, 2))
+    pairs += list(combinations(Columns.from_table(table).pressures, 2))
     for one, other in pairs:
         if one in table and other in table and (_varies(table, one) or _varies(table, other)):
             yield Reading(SWAP, f"{one} and {other} are exchanged", f"exchange {one} and {other}", _swapped(one, other))
 
 
 def _units(table: pd.DataFrame) -> Iterator[Reading]:
-    pressures = [name for name in Columns.of(table).pressures if name in table]
+    pressures = [name for name in Columns.from_table(table).pressures if name in table]
     pressed = "pressure_kpa" if len(pressures) == 1 else "the pressures"
     groups: list[tuple[list[str], str, dict[str, float]]] = [(pressures, pressed, PRESSURES)]
     for name, units in (("force_n", FORCES), ("moment_nmm", MOMENTS)):
@@ -236,5 +236,5 @@ def _score(fit: PlainFit) -> float:
 
 def _possible(table: pd.DataFrame) -> bool:
     """Whether there are such actuators, and such pressures."""
-    largest = max(float(table[name].abs().max()) for name in Columns.of(table).pressures)
+    largest = max(float(table[name].abs().max()) for name in Columns.from_table(table).pressures)
     return actuator(table).status == PASS and USUAL_PRESSURES[0] <= largest <= USUAL_PRESSURES[1]

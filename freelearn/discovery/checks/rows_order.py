@@ -39,7 +39,7 @@ def order(table: pd.DataFrame) -> TableCheck:
 
 def _signs(rows: pd.DataFrame) -> Iterator[str]:
     """What says so of one sample's rows (n), as clauses."""
-    bed, pressures = bed_of(rows), [name for name in Columns.of(rows).pressures if name in rows]
+    bed, pressures = bed_of(rows), [name for name in Columns.from_table(rows).pressures if name in rows]
     place = _place(rows)
     yield from _backwards(rows)
     yield from _measured_in_order(rows, place)

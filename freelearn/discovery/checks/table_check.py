@@ -55,7 +55,7 @@ TURN = 200.0
 def actuator(table: pd.DataFrame) -> TableCheck:
     """Whether the design, and how far it is stretched and twisted, is one that there is."""
     found = list(dict.fromkeys(_odd(table)))
-    pressure = max(float(table[name].max()) for name in Columns.of(table).pressures)
+    pressure = max(float(table[name].max()) for name in Columns.from_table(table).pressures)
     if not found and _next_to_nothing(table, pressure):
         says = f"The pressure is {pressure:.3g} kPa at most, which inflates nothing: it may be in bar or in MPa."
         return TableCheck(NAME, FAIL, pressure, LEAST_KPA, says)
@@ -68,7 +68,7 @@ def _next_to_nothing(table: pd.DataFrame, highest: float) -> bool:
     """Whether what was meant for a pressure is too little for one: several levels, and no noise about zero."""
     if not 0 < highest < LEAST_KPA:
         return False
-    values = pd.concat([table[name] for name in Columns.of(table).pressures])
+    values = pd.concat([table[name] for name in Columns.from_table(table).pressures])
     return bool(values.min() > -0.2 * highest and (values / highest * 10).round().nunique() >= 4)
 
 

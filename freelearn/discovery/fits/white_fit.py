@@ -95,7 +95,7 @@ class SentFit(NamedTuple):
     near: Near | None
 
     @classmethod
-    def of(cls, fit: WhiteFit) -> SentFit:
+    def from_fit(cls, fit: WhiteFit) -> SentFit:
         """Of a fit."""
         return cls(*(getattr(fit, name) for name in cls._fields))
 

@@ -132,7 +132,7 @@ def _strains(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:
     with torch.no_grad():
         energy = fit.model.energy(fit.model.values())  # type: ignore[operator]
         inflated = inflate(states, energy, LAYERS)
-        wall = Deformation(Layers.of(Tube.from_states(states, LAYERS)), inflated.u)
+        wall = Deformation(Layers.from_tube(Tube.from_states(states, LAYERS)), inflated.u)
         away = {
             name: value - AT_REST[name] for name, value in zip(AT_REST, wall.invariants(tuple(AT_REST)), strict=True)
         }

@@ -123,7 +123,7 @@ class Hypotheses:
             self._keep(each, fit.received(model, self.question.prior(model, self.spans)))
 
     def _sent(self, asked: Asked) -> SentFit:
-        return SentFit.of(self._fitted(asked))
+        return SentFit.from_fit(self._fitted(asked))
 
     def _fitted(self, asked: Asked) -> WhiteFit:
         names = self._ordered(asked.effects)

@@ -101,7 +101,7 @@ def _commanded(model: Any, data: Any, own: Any, actuator: Actuator) -> float:
     import mujoco
 
     count = len(actuator.imposed)
-    x = Samples.of(actuator, 1, 200).inside
+    x = Samples.from_actuator(actuator, 1, 200).inside
     x[:, count:] = 0.0
     want, got = Reference(actuator, x).answered[0], []
     for row in x:
@@ -168,7 +168,7 @@ def _rest(actuator: Actuator, load: np.ndarray, place: np.ndarray) -> np.ndarray
 
 def _motion(actuator: Actuator) -> Motion:
     """Mass and damping of an end block that swings as told on this actuator."""
-    x = Samples.of(actuator, 2, 200).inside
+    x = Samples.from_actuator(actuator, 2, 200).inside
     reference = Reference(actuator, x)
     rate = reference.system.slopes(reference.x)[1].numpy()
     stiff = [max(float(np.nanmax(np.abs(rate[:, i, i]))), 1e-9) for i in (0, 1)]
@@ -179,7 +179,7 @@ def _motion(actuator: Actuator) -> Motion:
 
 def _affine(actuator: Actuator) -> tuple[tuple[list[float], list[float]], dict[str, dict[str, float]]]:
     """(g0 + g1 q) P + b0 + b1 q of force and moment, q the actuator's own joint, and what it is off by, shares."""
-    x = Samples.of(actuator, 3, FITTED).inside
+    x = Samples.from_actuator(actuator, 3, FITTED).inside
     x[:, 3:] = 0.0
     y, status = Reference(actuator, x).answered
     x, y = x[status == 0], y[status == 0]

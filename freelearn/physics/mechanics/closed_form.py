@@ -47,7 +47,7 @@ class NeoHookeanWall:
     stiffens = True
 
     @classmethod
-    def of(cls, tube: Tube) -> NeoHookeanWall:
+    def from_tube(cls, tube: Tube) -> NeoHookeanWall:
         """The wall of C1 = 1 Pa."""
         log, second, fourth = tube.powers[-1], tube.powers[1], tube.powers[3]
         inverse, k, axial = torch.reciprocal(tube.axial), tube.twist_rate, tube.axial
@@ -127,7 +127,7 @@ class FiberWall:
     stiffens = True
 
     @classmethod
-    def of(cls, tube: Tube) -> FiberWall:
+    def from_tube(cls, tube: Tube) -> FiberWall:
         """The wall of C2 = 1 Pa, with all of its families."""
         first, *others = (cls._family(family) for family in tube.families)
         for other in others:

@@ -89,7 +89,7 @@ class NeoHookean(Energy):
 
     def closed_form(self, tube: Tube) -> Wall | None:
         """See closed_form.NeoHookeanWall."""
-        return tube.once(NeoHookeanWall.of).scaled(self.C1)
+        return tube.once(NeoHookeanWall.from_tube).scaled(self.C1)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class StandardFiber(Energy):
 
     def closed_form(self, tube: Tube) -> Wall | None:
         """See closed_form.FiberWall."""
-        return tube.once(FiberWall.of).scaled(self.C2)
+        return tube.once(FiberWall.from_tube).scaled(self.C2)
 
 
 @dataclass(frozen=True)
@@ -132,14 +132,14 @@ class EnergySum:
         parts: list[Wall] = [wall for wall in closed if wall is not None]
         others = [term for term, wall in zip(through, closed, strict=True) if wall is None]
         if others:
-            parts.append(QuadratureWall(others, tube.once(Layers.of)))
+            parts.append(QuadratureWall(others, tube.once(Layers.from_tube)))
         lining = [term for term in self.terms if term.at_bore]
         if lining:
             parts.append(QuadratureWall(lining, tube.once(Layers.bore)))
         # A term of the fibers counts for each family of them.
         fibers = [term for term in others if "i4" in term.depends_on]
         if fibers and tube.second is not None:
-            parts.append(QuadratureWall(fibers, tube.second.once(Layers.of)))
+            parts.append(QuadratureWall(fibers, tube.second.once(Layers.from_tube)))
         return parts[0] if len(parts) == 1 else WallSum(parts)
 
 

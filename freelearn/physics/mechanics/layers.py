@@ -50,7 +50,7 @@ class Layers:
     fiber_axial2: Tensor
 
     @classmethod
-    def of(cls, tube: Tube) -> Layers:
+    def from_tube(cls, tube: Tube) -> Layers:
         """The layers at the tube's quadrature points."""
         nodes, weights = _gauss_legendre(tube.points or QUADRATURE_POINTS, tube.axial.device, tube.axial.dtype)
         half = (tube.outer - tube.inner) / 2

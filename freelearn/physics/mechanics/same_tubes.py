@@ -56,7 +56,7 @@ class SameTubes:
     def __init__(self, states: States) -> None:
         self.tube, self.pressure = Tube.from_states(states), states.pressure
         self.reference = states.inner_radius.square()
-        self.rubber, self.fiber = NeoHookeanWall.of(self.tube), FiberWall.of(self.tube)
+        self.rubber, self.fiber = NeoHookeanWall.from_tube(self.tube), FiberWall.from_tube(self.tube)
         self.moduli: Tensor | None = None
         self.inflated: Inflated
 

@@ -38,7 +38,7 @@ def run_bands(run: Run, own: pd.DataFrame, rows: Rows, by_states: bool) -> Bands
     if not compared.all():
         rows, seen = rows[torch.as_tensor(compared)], seen[compared]
     fitted = torch.tensor(seen)
-    return Bands.of(run.model, rows, fitted, run.covariance, run.accuracy, by_states)
+    return Bands.from_model(run.model, rows, fitted, run.covariance, run.accuracy, by_states)
 
 
 # What the first and the last model of a search predict: in the rows looked at, and along pressures of some states.
@@ -78,7 +78,7 @@ def _bands(findings: Findings, accuracy: Accuracy) -> dict[str, Bands | None]:
     fitted = torch.ones(len(rows), dtype=torch.bool)
 
     def of(step: Step) -> Bands | None:
-        return Bands.of(step.fit.model, rows, fitted, parameter_covariance(step).numpy(), accuracy)
+        return Bands.from_model(step.fit.model, rows, fitted, parameter_covariance(step).numpy(), accuracy)
 
     first, last = findings.steps[0], findings.final
     before = of(first)

@@ -58,14 +58,14 @@ class Asker:
     banded: bool = True
 
     @classmethod
-    def of(cls, model: Model, rows: Rows, miss: Miss | None) -> Asker:
+    def from_model(cls, model: Model, rows: Rows, miss: Miss | None) -> Asker:
         """Of a model that was fitted on rows."""
         with torch.no_grad():
             system = System.placed(model, rows.states, model(rows.states).loads)
         shown = system.at(system.x)
         size = shown.loads[shown.status == Status.OK].abs().nan_to_num(0.0)
         largest = size.amax(0).clamp_min(1e-9) if len(size) else torch.ones(2, dtype=torch.float64)
-        return cls(Span.of(system), largest, miss, rows.states.bed is DEAD_LOAD)
+        return cls(Span.from_system(system), largest, miss, rows.states.bed is DEAD_LOAD)
 
     def answered(self, system: System, x: Tensor, y: Tensor) -> Answered:
         """Fills the blanks, NaN, of inputs x (N, m) and outputs y (N, 2)."""

@@ -30,7 +30,7 @@ class Bands:
     diameter: float
 
     @classmethod
-    def of(
+    def from_model(
         cls,
         model: Model,
         rows: Rows,
@@ -46,7 +46,7 @@ class Bands:
         if not len(rows):
             return None
         held = held_out(model, rows, fitted, by_states)
-        return cls(model, Miss.of(held, covariance, accuracy), _diameter(model, rows)) if len(held) else None
+        return cls(model, Miss.from_held_out(held, covariance, accuracy), _diameter(model, rows)) if len(held) else None
 
     def half(self, states: States, shown: Tensor) -> np.ndarray:
         """Half of the band of what the bed measures, (N, 2) SI; NaN where nothing tells it. shown: (N, 2), what the

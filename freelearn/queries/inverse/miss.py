@@ -37,7 +37,7 @@ class RawCovariance:
     undetermined: Tensor
 
     @classmethod
-    def of(cls, model: Model, covariance: np.ndarray) -> RawCovariance:
+    def from_model(cls, model: Model, covariance: np.ndarray) -> RawCovariance:
         """From that of the declared parameters, SI (k, k), NaN where one is not known."""
         vector = model.vector().detach()
         total = torch.zeros(len(vector), len(vector), dtype=torch.float64)
@@ -88,11 +88,11 @@ class Miss:
     beyond: Tensor
 
     @classmethod
-    def of(cls, held: HeldOutRows, covariance: np.ndarray, accuracy: Accuracy | None) -> Miss:
+    def from_held_out(cls, held: HeldOutRows, covariance: np.ndarray, accuracy: Accuracy | None) -> Miss:
         """As the held-out rows, at least one, tell it.
 
         covariance: of the model's declared parameters, SI (k, k), NaN where one is not known."""
-        parameters = RawCovariance.of(held.system.model, covariance)
+        parameters = RawCovariance.from_model(held.system.model, covariance)
         known = cls(held, parameters, accuracy, torch.zeros(2, 2, dtype=torch.float64))
         return replace(known, beyond=_beyond(held, known.own_spread.covariance))
 

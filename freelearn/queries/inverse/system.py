@@ -35,7 +35,7 @@ class System:
     states: States
 
     @classmethod
-    def of(cls, model: Model, states: States) -> System:
+    def from_model(cls, model: Model, states: States) -> System:
         """The equations of a model at the designs, and with the memory, of some states."""
         direct = model.family == "mlp"
         return cls(model, states if direct else states.replace(bed=KINEMATIC))
@@ -45,7 +45,7 @@ class System:
         """The same, with states whose own inputs are where the actuators are. shown: (N, 2) SI, what the bed shows,
         measured or predicted: under a dead load it is the place."""
         direct = model.family == "mlp"
-        return cls.of(model, states if direct else Rows.whole(states, shown).as_loads.states)
+        return cls.from_model(model, states if direct else Rows.whole(states, shown).as_loads.states)
 
     def __len__(self) -> int:
         return len(self.states)
@@ -153,7 +153,7 @@ class Span:
     looked: tuple[Tensor, Tensor]
 
     @classmethod
-    def of(cls, system: System) -> Span:
+    def from_system(cls, system: System) -> Span:
         """From the states that a model was fitted on."""
         x = relative(system, system.x)
         low, high = x.amin(0), x.amax(0)

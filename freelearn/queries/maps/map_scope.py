@@ -35,7 +35,7 @@ class Reached:
     high: np.ndarray
 
     @classmethod
-    def of(cls, predictions: pd.DataFrame) -> Reached:
+    def from_predictions(cls, predictions: pd.DataFrame) -> Reached:
         """Of a run's rows: columns of predictions.csv. What was neither imposed nor measured is as predicted."""
         several = pressures(predictions)
         imposed = predictions[[quantity.column for quantity in several]].to_numpy(np.float64)

@@ -48,7 +48,7 @@ def load_polygon(
     if not tells_loads(fitted):
         raise refused(fitted)
     table = fitted.table()
-    reached = Reached.of(table)
+    reached = Reached.from_predictions(table)
     grid = PressureGrid.between(reached.quantities, reached.low, reached.high)
     places = np.stack(np.broadcast_arrays(np.atleast_1d(elongation_mm), np.atleast_1d(twist_deg)), axis=1)
     cases = pd.DataFrame(
@@ -76,7 +76,7 @@ def reachable_poses(
     if not tells_poses(fitted):
         raise refused(fitted)
     table = fitted.table()
-    reached = Reached.of(table)
+    reached = Reached.from_predictions(table)
     grid = PressureGrid.between(reached.quantities, reached.low, reached.high)
     cases = pd.DataFrame({"sample": samples_known(fitted, samples), "force_n": force_n, "moment_nmm": moment_nmm})
     rows = crossed(grid, cases)

@@ -154,7 +154,7 @@ def stiffness_map(
     if not tells_loads(fitted):
         raise refused(fitted)
     predictions = fitted.table()
-    reached = Reached.of(predictions)
+    reached = Reached.from_predictions(predictions)
     over, lengths, twists, pressed = _grid(reached, float(fitted.design["length_mm"].min()))
     if PRESSURE not in over:
         pressed = _asked(reached, pressure_kpa)

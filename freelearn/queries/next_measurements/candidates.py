@@ -111,7 +111,7 @@ def digits(low: float, high: float) -> int:
 def _rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
     """Numbers that a person can set, still within reach."""
     table = table.copy()
-    columns = Columns.of(table)
+    columns = Columns.from_table(table)
     for name in columns.imposed:
         low, high = float(table[name].min()), float(table[name].max())
         if name in columns.pressures and name not in (limits or {}) and abs(low) < GAUGE * high:

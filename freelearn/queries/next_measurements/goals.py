@@ -55,7 +55,7 @@ class Split(Goal):
     fits: Sequence[Mapping[str, WhiteFit]] = ()
 
     @classmethod
-    def of(cls, fits: Sequence[Mapping[str, WhiteFit]]) -> Split:
+    def from_fits(cls, fits: Sequence[Mapping[str, WhiteFit]]) -> Split:
         """Every member against every other of its class, whichever of them is there."""
         return cls(SPLIT, tuple(pair for members in fits for pair in permutations(members, 2)), fits)
 

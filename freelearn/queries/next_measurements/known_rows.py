@@ -34,7 +34,7 @@ class Known:
     whiten: Whitener
 
     @classmethod
-    def of(cls, table: pd.DataFrame, rows: Rows, model: Model, vector: Tensor, accuracy: Accuracy) -> Known:
+    def from_rows(cls, table: pd.DataFrame, rows: Rows, model: Model, vector: Tensor, accuracy: Accuracy) -> Known:
         """From a model and its raw vector (p,), which is fitted once more. accuracy: as stated."""
         model.set_vector(vector)
         whiten = noise_about(evaluated(model, rows, vector), rows, accuracy).whitener()

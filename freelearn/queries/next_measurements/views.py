@@ -98,7 +98,7 @@ class Visits:
     subsets: np.ndarray
 
     @classmethod
-    def of(cls, shared: np.ndarray, usable: np.ndarray) -> Visits:
+    def from_masks(cls, shared: np.ndarray, usable: np.ndarray) -> Visits:
         """Visits of any of a place's rows."""
         rows = shared.shape[1]
         every = np.arange(1, 2**rows)

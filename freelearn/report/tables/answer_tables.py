@@ -37,7 +37,7 @@ def answers_table(answers: Answers, rows: int = ROWS) -> DisplayTable:
     for _, row in table.head(rows).iterrows():
         cells.append([*(_cell(row, name) for name in names), str(row[STATUS])])
     shown = f"{min(rows, len(table))} of {len(table)} answers" if len(table) > rows else "answers"
-    return DisplayTable.of([], heads, cells, shown, "± half of the 95 % band", last=["status"])
+    return DisplayTable.from_rows([], heads, cells, shown, "± half of the 95 % band", last=["status"])
 
 
 def _imposed(table: pd.DataFrame) -> list[str]:

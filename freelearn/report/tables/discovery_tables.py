@@ -32,7 +32,7 @@ def check_table(checks: Sequence[Mapping[str, Any]]) -> DisplayTable:
         ]
         for check in checks
     ]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["looked at", "result"], ["figure", "threshold"], rows, title="A look at the table, before any search",
         last=["what it says"],
     )  # fmt: skip
@@ -59,7 +59,7 @@ def suspect_overview(discovery: Discovery, most: int) -> DisplayTable:
     rows = [[ranges(r.lines), r.load, *r.readings, r.deviation, r.slip or DASH] for r in worst[:most]]
     more = f"… {len(worst) - most} more in suspects.csv" if len(worst) > most else ""
     heads = ["shows", "expected", "σ off"]
-    return DisplayTable.of(["line", "reading"], heads, rows, TITLE, more, last=["how it slipped, perhaps"])
+    return DisplayTable.from_rows(["line", "reading"], heads, rows, TITLE, more, last=["how it slipped, perhaps"])
 
 
 def suspect_table(discovery: Discovery) -> DisplayTable:
@@ -81,7 +81,9 @@ def suspect_table(discovery: Discovery) -> DisplayTable:
     ]
     place = ["sample", *(f"{q.name} {q.unit}" for q in state), "step", "pressure kPa"]
     last = ["how it slipped, perhaps", "together in lines"]
-    return DisplayTable.of(["line", "reading"], [*place, "shows", "expected", "σ off"], rows, title=TITLE, last=last)
+    return DisplayTable.from_rows(
+        ["line", "reading"], [*place, "shows", "expected", "σ off"], rows, title=TITLE, last=last
+    )
 
 
 def suspect_lines(discovery: Discovery) -> list[str]:
@@ -128,7 +130,7 @@ def next_states(proposed: Sequence[NextState], most: int | None = None) -> Displ
     ]
     several = max((len(p.pressures_kpa) for p in proposed), default=0)
     pressures = [f"pressure {i} kPa" for i in range(1, several + 1)] or ["pressure kPa"]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["sample"],
         [*(f"{q.name} {q.unit}" for q in state), *pressures, "expected σ"],
         rows,
@@ -220,7 +222,7 @@ def places_table(discovery: Discovery) -> DisplayTable | None:
         [f"{p['port']} ({p['where']})", ", ".join(p["inputs"]), p["formula"], fixed(p["sigmas"], 1)]
         for p in entry[0]["places"]
     ]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["where", "of", "best form"], ["promises σ"], rows, title="Where it could enter",
         caption="By linear least squares on what the model before left: one form at one place each, the best first.",
     )  # fmt: skip

@@ -133,7 +133,7 @@ def discovery_story(discovery: Discovery) -> str:
 def markdown(table: DisplayTable) -> str:
     """The table under its title, its caption below.
 
-    >>> print(markdown(DisplayTable.of(["set"], ["E %"], [["a|b", "1.2"]], "errors")))
+    >>> print(markdown(DisplayTable.from_rows(["set"], ["E %"], [["a|b", "1.2"]], "errors")))
     **errors**
     <BLANKLINE>
     | set | E % |

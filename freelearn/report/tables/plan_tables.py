@@ -35,7 +35,7 @@ def mounting_table(plan: Plan, most: int | None = None) -> DisplayTable:
     caption = f"and {left} more, in plan.csv" if left > 0 else ""
     imposed = [f"{q.name} {q.unit}" for q in plan.bed.state]
     headings = [*imposed, "expected σ"]
-    return DisplayTable.of(["sample"], headings, rows[:most], "What to measure next", caption, last=names)
+    return DisplayTable.from_rows(["sample"], headings, rows[:most], "What to measure next", caption, last=names)
 
 
 def expected_table(plan: Plan) -> DisplayTable:
@@ -43,7 +43,7 @@ def expected_table(plan: Plan) -> DisplayTable:
     pairs = len(plan.expected[0].name) == 2
     words = ["if this is there", "it is told from"] if pairs else ["of"]
     rows = [[*e.name, fixed(e.before, 1), fixed(e.after, 1)] for e in plan.expected]
-    return DisplayTable.of(words, ["σ now", "σ then"], rows, "What is expected of it")
+    return DisplayTable.from_rows(words, ["σ now", "σ then"], rows, "What is expected of it")
 
 
 def parameter_rows(plan: Plan) -> DisplayTable:
@@ -53,7 +53,7 @@ def parameter_rows(plan: Plan) -> DisplayTable:
         for p in plan.parameters
     ]
     headings = ["value", "± now", "± then", "factor"]
-    return DisplayTable.of(["parameter"], headings, rows, "How it narrows", last=["unit"])
+    return DisplayTable.from_rows(["parameter"], headings, rows, "How it narrows", last=["unit"])
 
 
 def plan_lines(plan: Plan) -> list[str]:

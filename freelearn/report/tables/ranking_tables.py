@@ -55,7 +55,7 @@ def ranking_table(numbers: pd.DataFrame, most: int | None = None) -> DisplayTabl
         [effect, fixed(size, 1), number(p_value, 3), error_percent(error, 3)]
         for effect, size, p_value, error in list(zip(*columns, strict=True))[:most]
     ]
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["effect"],
         ["effect size", "p by chance", "E held-out %"],
         rows,
@@ -133,4 +133,4 @@ def staircase_table(trail: pd.DataFrame) -> DisplayTable:
     """trail: see discovery.trail_numbers."""
     columns = [trail[name].tolist() for name in ("step", "E_train", "E_heldout", "noise_floor", "sigmas_heldout")]
     rows = [staircase_row(*cells) for cells in zip(*columns, strict=True)]
-    return DisplayTable.of(["step"], HEADINGS, rows, title="The error, step by step")
+    return DisplayTable.from_rows(["step"], HEADINGS, rows, title="The error, step by step")

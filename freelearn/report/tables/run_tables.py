@@ -47,7 +47,7 @@ def error_table(run: Run) -> DisplayTable:
         rows.append([f"{name} ({OWN})" if name == run.train else name, *map(error_percent, shown), scored])
     caption = "No error where the model answers fewer than half of the rows." if untold else ""
     fitted = f"fitted on {run.train} by {run.method}" if run.uncertainty else f"not fitted ({run.train})"
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["test set"], ["E %", *(f"{name} %" for name in measured), "rows"], rows, f"{run.title}, {fitted}", caption
     )
 

@@ -75,7 +75,7 @@ def mode_table(fits: Mapping[str, RubberFit]) -> DisplayTable:
         ]
         for mode, about in first.modes.items()
     ]
-    return DisplayTable.of(["mode"], ["stresses", *fits], rows, title="error E in % of a mode's largest stress")
+    return DisplayTable.from_rows(["mode"], ["stresses", *fits], rows, title="error E in % of a mode's largest stress")
 
 
 def rubber_parameters(fit: RubberFit) -> DisplayTable:
@@ -84,7 +84,7 @@ def rubber_parameters(fit: RubberFit) -> DisplayTable:
         [name, number(value, 6), number(fit.stderr[name], 2), fit.rubber.declared[name].unit]
         for name, value in fit.values.items()
     ]
-    return DisplayTable.of(["parameter"], ["value", "± stderr"], rows, last=["unit"])
+    return DisplayTable.from_rows(["parameter"], ["value", "± stderr"], rows, last=["unit"])
 
 
 def rubber_notes(fit: RubberFit, alone: RubberFit) -> list[str]:
@@ -110,7 +110,7 @@ def combination_table(compared: pd.DataFrame) -> DisplayTable:
         overall = float((fitted["error"] ** 2 * fitted["n"]).sum() / fitted["n"].sum()) ** 0.5
         errors = [*fitted["error"], overall, *predicted["error"]]
         rows.append([effects.replace(" ", " + "), *(percent(error, 1) for error in errors)])
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["energy"],
         [*modes, "all", *(f"{mode}*" for mode in modes if len(apart))],
         rows,

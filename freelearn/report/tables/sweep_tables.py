@@ -112,7 +112,7 @@ def summary_table(numbers: pd.DataFrame) -> DisplayTable:
         if np.isfinite(row["constituent"]):
             rows.append([f"{row['label']}, constituents", percent(row["constituent"], 1), *["–"] * 4, "0"])
     columns = [*headings.values(), "% best", "size"]
-    return DisplayTable.of(["model"], columns, rows, title="error E in %", caption=CAPTION)
+    return DisplayTable.from_rows(["model"], columns, rows, title="error E in %", caption=CAPTION)
 
 
 # What the paper reports for its own eight samples, whose data are not public, and ours beside it. Errors E as
@@ -148,7 +148,7 @@ def beside_the_paper(summary: pd.DataFrame) -> DisplayTable | None:
     ]
     if not rows:
         return None
-    return DisplayTable.of(
+    return DisplayTable.from_rows(
         ["model", "E over the map"], ["here %", "paper %", "here / paper"], rows, title="Beside the paper's maps",
         caption="The paper prints these figures of its maps and not their cells; what it leaves out has no row here.",
     )  # fmt: skip

@@ -72,7 +72,7 @@ class DiscoveryView:
         self.console = console
         self.units = units_apart(warnings)[0]
         source = "simulated data" if simulated else "measured data"
-        columns = DisplayTable.of(["step"], HEADINGS, [], last=["remaining misfit"]).columns
+        columns = DisplayTable.from_rows(["step"], HEADINGS, [], last=["remaining misfit"]).columns
         self.table = empty_table(columns, f"{what} ({source})")
         self.live = Live(self.table, console=console, auto_refresh=False)
         # What is done meanwhile is for somebody who waits, not for a log.

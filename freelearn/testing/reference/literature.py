@@ -75,7 +75,7 @@ def on_the_rig(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[
     law = Law(c1, c2, fx)
 
     def at(twist: Array) -> Points:
-        return Points.of(s | {"twist": twist}, fx)
+        return Points.from_state(s | {"twist": twist}, fx)
 
     twist, lagging = s["twist"], _lagging(s, law)
     memory = remembered(at(twist), law, s)
@@ -91,7 +91,7 @@ def _lagging(s: dict[str, Array], law: Law) -> Array | float:
     p = law.fx.get("viscoelasticity")
     if p is None:
         return 0.0
-    resting = Points.of(s | {"pressure": 0 * s["pressure"]}, law.fx)
+    resting = Points.from_state(s | {"pressure": 0 * s["pressure"]}, law.fx)
     virgin = Memory(np.zeros(resting.radius.shape), np.zeros((4, *resting.radius.shape)))
     return overstress(loads(resting, law, virgin)[0], s["sample"], s["clock"], p["share"], p["time"])
 

@@ -102,7 +102,7 @@ class Points:
     inner: Array
 
     @classmethod
-    def of(cls, s: dict[str, Array], fx: Effects) -> Points:
+    def from_state(cls, s: dict[str, Array], fx: Effects) -> Points:
         """Of the states as the bed writes them (see `bed.state_of`), with the effects on the actuators' make."""
         s = built(s, fx)
         scatter = fx.get("fiber_dispersion", {})

@@ -87,7 +87,7 @@ class Fitted:
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from the model; None where no row tells it."""
         with lent(self.own):
-            return FittedRun.of(self.folder).bands
+            return FittedRun.from_folder(self.folder).bands
 
     def predicted(self, rows: np.ndarray, banded: bool = False, of: Fitted | None = None) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see model_curves.model_curve). banded: with its

@@ -104,7 +104,7 @@ def _asks(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
     """asks.json says whether the file is a table of questions, or else what it seems to hold."""
     asked = Path(question.asks)
     try:
-        read_questions(asked, Columns.of(pd.read_csv(run_rows(Path(question.run)))))
+        read_questions(asked, Columns.from_table(pd.read_csv(run_rows(Path(question.run)))))
         about: dict[str, Any] = {"table": True}
     except UserError:
         found, joined, _ = guess_and_table(asked, name=question.name)

@@ -86,6 +86,6 @@ def test_of_several_actuators_one_is_meant():
 def test_what_a_run_knows():
     rows = pd.DataFrame({"sample": [1, 1, 2], **{k: [v] * 3 for k, v in DESIGN.items()}, "twist_deg": [0.0] * 3})
     rows = rows.assign(elongation_mm=[0, 1, 2], pressure_kpa=1.0)
-    known = Actuators.of(rows)
+    known = Actuators.from_table(rows)
     assert (known.members, known.held, sorted(known.designs)) == (0, {"twist_deg": 0.0}, [1, 2])
     assert known.designs[2] == DESIGN

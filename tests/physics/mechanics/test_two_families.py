@@ -120,7 +120,7 @@ def test_a_blank_second_family_is_one_family_to_the_last_bit(effects):
 
 
 def test_the_walls_modulus_scales_both_families():
-    wall = FiberWall.of(Tube.from_states(random_tubes(20, 6, blank=0.4)))
+    wall = FiberWall.from_tube(Tube.from_states(random_tubes(20, 6, blank=0.4)))
     u = wall.rest * 1.3
     for one, other in zip(wall.scaled(torch.tensor(3.0)).resultants(u), wall.resultants(u), strict=True):
         torch.testing.assert_close(one, 3 * other, rtol=1e-12, atol=0)

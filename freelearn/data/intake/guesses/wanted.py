@@ -39,7 +39,7 @@ class Actuators:
     held: Mapping[str, float]
 
     @classmethod
-    def of(cls, table: pd.DataFrame) -> Actuators:
+    def from_table(cls, table: pd.DataFrame) -> Actuators:
         """Of a run's rows."""
         members = len(members_in(list(table.columns)))
         names = [name for name in DESIGN if name in table]
