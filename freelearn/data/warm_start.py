@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -20,21 +20,26 @@ class Near:
     Equilibria are kept only inside `keeping`, which a fit opens where it takes derivatives, at the points that it
     accepts: so a trial step and the derivatives taken there begin from one place, and follow one branch. What depends
     on no parameter is made once.
+
+    What is held stays: instead of an equilibrium that is searched for, one step from there is taken, whatever was
+    evaluated before.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, held: Mapping[str, Tensor] | None = None) -> None:
+        """held: by name, (N, …) each."""
+        self.held = dict(held or {})
         self._last: dict[str, Tensor] = {}
         self._fixed: dict[int, Tensor] = {}
         self._made: dict[str, Any] = {}
         self._keeps = False
 
-    def __reduce__(self) -> tuple[Callable[[dict[str, Tensor]], Near], tuple[dict[str, Tensor]]]:
-        return Near.at, (self._last,)
+    def __reduce__(self) -> tuple[Callable[..., Near], tuple[dict[str, Tensor], dict[str, Tensor]]]:
+        return Near.at, (self._last, self.held)
 
     @classmethod
-    def at(cls, last: dict[str, Tensor]) -> Near:
-        """One that begins where another has ended, by the names of what that kept."""
-        near = cls()
+    def at(cls, last: dict[str, Tensor], held: Mapping[str, Tensor] | None = None) -> Near:
+        """One that begins where another has ended, by the names of what that kept. held: what it holds."""
+        near = cls(held)
         near._last = last
         return near
 
@@ -45,8 +50,8 @@ class Near:
 
     def copy(self, times: int = 1) -> Near:
         """Another that begins where this one has ended, for the same rows, or for all of them so many times."""
-        other = Near()
-        other._last = {name: last.repeat(times, *[1] * (last.ndim - 1)) for name, last in self._last.items()}
+        other = Near(_repeated(self.held, times))
+        other._last = _repeated(self._last, times)
         return other
 
     def follow(self, other: Near, times: int) -> None:
@@ -95,3 +100,7 @@ class Near:
             self._made[name] = make()
         made: T = self._made[name]
         return made
+
+
+def _repeated(tensors: Mapping[str, Tensor], times: int) -> dict[str, Tensor]:
+    return {name: each.repeat(times, *[1] * (each.ndim - 1)) for name, each in tensors.items()}

@@ -49,7 +49,7 @@ NEEDED = 100.0
 # What stands in for an effect must promise, to first order, no less than the effect itself but for this.
 COMPARABLE = 6.0
 # Sets that are fitted again where the noise changes.
-REFITTED = 12
+REFITTED = 16
 # Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.
 # Rounds of estimating the scatter about the best model.
 WHITENINGS, SETTLINGS = 3, 3
@@ -63,8 +63,13 @@ SCOUTED = 800
 # A model counts as wrong by so much of what the best one leaves, in every reading; below this share of what measuring
 # alone leaves, by nothing.
 WRONG_BY, RIGHT = 0.5, 0.5
-# Times that the amount is made smaller, at most.
-MOST_LOWERED = 6
+# Times the noise that the best set may leave for its error to be no larger than what the noise may make.
+NEARLY = 1.3
+# Times that sets are looked at under the noise alone, where none was right under it before.
+MOST_ALONE = 2
+# Times that the amount is made smaller, at most; share of it that a better model must be wrong by at most for it to be
+# made so at the end.
+MOST_LOWERED, SETTLED = 6, 0.9
 # χ² per reading beyond which a model cannot be right under the noise as it is.
 INADEQUATE = 2.5
 

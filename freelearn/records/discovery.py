@@ -122,16 +122,19 @@ def classes_of(findings: Findings) -> list[list[str]]:
 
 
 def sigmas_heldout(step: Step) -> float:
-    """Root mean square of the held-out residuals, each in standard deviations of its own noise as measured: one is
-    noise. What the search makes fall; E weighs the same residuals by the largest loads."""
-    return math.sqrt(float(step.heldout.white.square().sum()) / step.whiten.count)
+    """Root mean square of the held-out residuals, each in standard deviations of its own noise as it was found to be:
+    one is noise. E weighs the same residuals by the largest loads."""
+    variance = step.whiten.scattered
+    counts = variance > 0
+    return math.sqrt(float((step.heldout.raw.square() / variance)[counts].mean())) if bool(counts.any()) else 0.0
 
 
 def noise_scale(step: Step) -> float:
     """How many times the stated noise is what scatters about a step's model, smooth structure and slips taken off: the
     geometric mean of force and moment, or of what else was measured."""
     found, measured = step.whiten.scatter, told(step)
-    return step.left.scale * (float(found.deviations[measured].prod()) ** (1 / len(measured)) if found else 1.0)
+    left = 1.0 if step.whiten.doubt is not None else step.left.scale
+    return left * (float(found.deviations[measured].prod()) ** (1 / len(measured)) if found else 1.0)
 
 
 def _entry(step: Step, previous: Step | None) -> dict[str, Any]:

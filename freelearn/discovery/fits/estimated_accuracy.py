@@ -23,9 +23,11 @@ from freelearn.discovery.noise.scatter import MAD, Scatter, expected_places, sca
 REPEATS = "how repeats of the same state differ"
 SMOOTH = "the scatter about everything smooth"
 NEIGHBORS = "how neighbors along the pressure differ"
-# Repeats of a state count as such within these distances.
+# Repeats of a state count as such within these distances, and within this share of what the quantity ranges over: half
+# a millimeter is nothing to a muscle and everything to an artery.
 SAME_MM, SAME_DEG, SAME_KPA = 0.5, 1.0, 1.0
 SAME_N, SAME_NMM = 0.01, 0.1
+SAME_OF_RANGE = 0.02
 FEWEST_REPEATS = 10
 # Fewest groups of four neighbors that tell a scatter, and how many times as much as theirs is no scatter.
 FEWEST_NEIGHBORS, MISTAKEN = 12, 1.5
@@ -198,6 +200,9 @@ def _places(states: States) -> pd.DataFrame:
     grains = [near[quantity.field] for quantity in states.bed.state]
     inputs = states.inputs()
     grains += [SAME_KPA * KPA] * (len(inputs) - 2)
+    ranges = [float(x.max() - x.min()) for x in inputs]
+    shares = [SAME_OF_RANGE * most if most > 0 else np.inf for most in ranges]
+    grains = [min(grain, share) for grain, share in zip(grains, shares, strict=True)]
     rounded = {str(i): (x.numpy() / grain).round() for i, (x, grain) in enumerate(zip(inputs, grains, strict=True))}
     return pd.DataFrame({"sample": states.sample.numpy(), **rounded, "direction": states.direction.numpy()})
 

@@ -156,7 +156,10 @@ class WhiteProblem:
         says at a vector hangs, in its last digits, on the way there."""
         near = self.problem.states.near
         moved = self.problem.bound is not None or (near is not None and near.moved)
-        return WhiteProblem(self.problem.model, self.problem.rows, self.whiten, self.prior) if moved else self
+        if not moved:
+            return self
+        held = None if near is None or not near.held else Near(near.held)
+        return WhiteProblem(self.problem.model, self.problem.rows, self.whiten, self.prior, held)
 
 
 def white_fit(

@@ -88,15 +88,15 @@ class Noise:
     felt: Tensor
     scatter: Scatter
 
-    def whitener(self, discrepancy: Tensor | None = None, of: Tensor | None = None) -> Whitener:
-        """Of all rows, or of some, (n,) int64. discrepancy: as for a Whitener."""
+    def whitener(self, doubt: Tensor | None = None, of: Tensor | None = None) -> Whitener:
+        """Of all rows, or of some, (n,) int64. doubt: as for a Whitener."""
         rows, scatter = self.rows, self.scatter
         sensitivity, felt = self.sensitivity, self.felt
         if of is not None:
             rows, scatter, sensitivity, felt = rows[of], scatter.of(of), sensitivity[of], felt[of]
         state, bed = torch.as_tensor(rows.state), rows.states.bed
         return Whitener(
-            sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, discrepancy,
+            sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, doubt,
             clock_of(rows.states),
         )  # fmt: skip
 
@@ -124,13 +124,13 @@ class Whitener:
         bed: Bed = KINEMATIC,
         present: Tensor | None = None,
         told: Tensor | None = None,
-        discrepancy: Tensor | None = None,
+        doubt: Tensor | None = None,
         clock: Tensor | None = None,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
-        default: a push on a tube that hangs loose does not, see Readings.felt. discrepancy: (2,) SI, standard deviation
+        default: a push on a tube that hangs loose does not, see Readings.felt. doubt: (2,) SI, standard deviation
         by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a memory."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
@@ -151,9 +151,10 @@ class Whitener:
             both = torch.where(counts.all(-1), both / scatter.reading.prod(-1).sqrt(), 0.0)
             position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
         # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
-        self.own = own.sqrt()
-        if discrepancy is not None:
-            own = own + discrepancy**2
+        self.own, self.counts = own.sqrt(), counts
+        self.doubt = doubt
+        if doubt is not None:
+            own = own + doubt**2
         force, moment = torch.where(counts, own, torch.inf).unbind(-1)
         slant = both / force.sqrt()
         self.force, self.moment = force.sqrt(), (moment - slant**2).sqrt()
@@ -176,6 +177,22 @@ class Whitener:
     def floor(self, scale: Tensor) -> float:
         """The error E that the noise alone would make, with the readings' largest values (2,)."""
         return noise_floor(self.variance, self.present, scale)
+
+    @property
+    def scattered(self) -> Tensor:
+        """Variance of every reading as it was found to scatter, the place that a state's rows share in it, (N, 2); zero
+        of readings that do not count."""
+        variance = self.own.square() + self.places.square().sum(-1).nan_to_num(0.0, 0.0, 0.0)
+        return torch.where(self.counts, variance, 0.0)
+
+    @property
+    def expected(self) -> float:
+        """What the noise alone makes of the sum of squares of whitened residuals: less than their number where the
+        model is in doubt."""
+        if self.doubt is None:
+            return self.count
+        noise = torch.where(self.told, self.scattered, 0.0)
+        return float((noise / (noise + self.doubt**2)).sum())
 
     @property
     def efficiency(self) -> float:
@@ -205,6 +222,7 @@ class Whitener:
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
         part.variance, part.shared = self.variance[rows], self.shared[rows]
         part.present, part.told, part.places = self.present[rows], self.told[rows], self.places[rows]
+        part.doubt, part.counts = self.doubt, self.counts[rows]
         part.filter = None if self.filter is None else self.filter.part(rows)
         return part
 

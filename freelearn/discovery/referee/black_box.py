@@ -162,24 +162,40 @@ def columns(named: Mapping[str, np.ndarray], case: Case, only: str | None = None
 
 def explained(case: Case, features: np.ndarray, target: np.ndarray, fold: np.ndarray) -> Seen:
     """What the columns explain of the targets (N, 2, d) in folds (N,) that they were not fitted to."""
-    from sklearn.linear_model import RidgeCV
-
     before, after = np.zeros(target.shape[2]), np.zeros(target.shape[2])
     for channel in range(2):
         there = case.present[:, channel].numpy()
         if there.sum() < FEWEST_ROWS:
             continue
-        x, y, own = features[there], target[there, channel], fold[there]
-        for number in np.unique(own):
-            out = own == number
-            if out.all():
-                continue
-            regression = RidgeCV(RIDGES, alpha_per_target=True).fit(x[~out], y[~out])
-            predicted = regression.predict(x[out]).reshape(y[out].shape)
-            before += (y[out] ** 2).sum(0)
-            after += ((y[out] - predicted) ** 2).sum(0)
+        y = target[there, channel]
+        missed = y - _unseen(features[there], y, fold[there])
+        before += (y**2).sum(0)
+        after += (missed**2).sum(0)
     share = 1 - after / np.maximum(before, 1e-300)
     return Seen(float(share[0]), share[1:] if len(share) > 1 else np.zeros(1))
+
+
+def _unseen(x: np.ndarray, y: np.ndarray, fold: np.ndarray) -> np.ndarray:
+    """Predictions of targets y (n, d) by ridge regressions on x (n, k), each fold (n,) by one that did not see it.
+
+    The weights are chosen once, on all rows, by leaving each out; every fold then costs one set of equations a weight.
+    """
+    from sklearn.linear_model import RidgeCV
+
+    weights = np.broadcast_to(RidgeCV(RIDGES, alpha_per_target=True).fit(x, y).alpha_, y.shape[1])
+    predicted = np.zeros_like(y)
+    for number in np.unique(fold):
+        out = fold == number
+        if out.all():
+            continue
+        middle, level = x[~out].mean(0), y[~out].mean(0)
+        centered = x[~out] - middle
+        gram, shared = centered.T @ centered, centered.T @ (y[~out] - level)
+        for weight in np.unique(weights):
+            own = weights == weight
+            slope = np.linalg.solve(gram + weight * np.eye(len(gram)), shared[:, own])
+            predicted[np.ix_(out, own)] = level[own] + (x[out] - middle) @ slope
+    return predicted
 
 
 def depends_on(case: Case, named: Mapping[str, np.ndarray], target: np.ndarray, fold: np.ndarray) -> str:

@@ -100,9 +100,7 @@ class Case:
     @cached_property
     def noise(self) -> Tensor:
         """Variance of every reading as it was found to scatter, place and all, (N, 2) SI."""
-        own = torch.where(self.present, self.whiten.own, 0.0).square()
-        place = self.whiten.places
-        return own + torch.where(self.present, place.square().sum(-1), 0.0).nan_to_num(0.0, 0.0, 0.0)
+        return torch.where(self.present, self.whiten.scattered, 0.0)
 
     @cached_property
     def floor(self) -> float:

@@ -133,7 +133,12 @@ class Ending:
     @property
     def complete(self) -> bool:
         """Whether nothing systematic is left."""
-        return self.final.left.p_value >= LEFT and self.final.fit.converged and self.final.E_heldout <= NOTHING
+        return (
+            not self.known.share
+            and self.final.left.p_value >= LEFT
+            and self.final.fit.converged
+            and self.final.E_heldout <= NOTHING
+        )
 
 
 def ended(prepared: Prepared, known: Explored, refuted: Sequence[Effects] = ()) -> Ending:
@@ -156,7 +161,7 @@ class Models:
         self.whiten = known.whiten
 
     def step(self, hypothesis: Hypothesis) -> Step:
-        """The model, fitted to its end under the noise of measuring alone."""
+        """The model, fitted to its end."""
         if hypothesis.key not in self.made:
             fit = hypothesis.fit
             exact = white_fit(fit.model, self.prepared.rows, self.whiten, fit.vector, fit.prior, near=fit.near)
@@ -211,6 +216,6 @@ def _of(hypotheses: Hypotheses, names: Sequence[str]) -> Hypothesis:
 
 def _helps(reduced: Step, step: Step) -> bool:
     gain, error = paired(step.heldout, reduced.heldout)
-    unexplained = max(float(step.heldout.loss.sum()) - step.whiten.count, 0.0)
+    unexplained = max(float(step.heldout.loss.sum()) - step.whiten.expected, 0.0)
     whole = float(reduced.heldout.loss.sum() - step.heldout.loss.sum())
     return gain > BETTER * error and whole > LITTLE * unexplained and not step.worse(reduced)

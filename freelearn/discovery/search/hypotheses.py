@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from freelearn.data.rows import Rows
+from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.derivatives import none_vector
 from freelearn.discovery.fits.journal import together
 from freelearn.discovery.fits.prepare import Question
@@ -33,8 +34,8 @@ from freelearn.discovery.thresholds import (
 )
 from freelearn.physics.chain.model import Model
 
-# Times that the way to a start is halved.
-HALVINGS = 12
+# Times that the way to a start is halved, and how many of these ends are looked at at once.
+HALVINGS, TOGETHER = 12, 4
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,8 @@ class Asked:
 class Hypotheses:
     """All sets that were looked at on some rows under one noise.
 
-    odds: of effects that are in no library. expanded, exchanged: the sets whose neighbors were looked at, and what
+    odds: of effects that are in no library. about: the place from which every evaluation is one step (hang.held_about);
+    None where equilibria are searched for. expanded, exchanged: the sets whose neighbors were looked at, and what
     could stand in for their effects; ranked: what was promised on top of them."""
 
     question: Question
@@ -68,6 +70,7 @@ class Hypotheses:
     whiten: Whitener
     spans: Mapping[str, float]
     odds: dict[str, float] = field(default_factory=dict)
+    about: Near | None = None
     found: dict[Effects, Hypothesis] = field(default_factory=dict)
     expanded: set[Effects] = field(default_factory=set)
     exchanged: set[Effects] = field(default_factory=set)
@@ -91,9 +94,9 @@ class Hypotheses:
         """A fresh model with the question's own effects and these."""
         return self.question.build([*self.question.given, *effects])
 
-    def under(self, whiten: Whitener, rows: Rows, kept: Sequence[Hypothesis]) -> Hypotheses:
+    def under(self, whiten: Whitener, rows: Rows, kept: Sequence[Hypothesis], about: Near | None = None) -> Hypotheses:
         """The same question under another noise, or on other rows, with some of the sets fitted anew."""
-        other = Hypotheses(self.question, rows, whiten, self.spans, self.odds)
+        other = Hypotheses(self.question, rows, whiten, self.spans, self.odds, about)
         nothing = self.found[frozenset()]
         other.fits(Asked(h.effects, h.fit.vector, h.fit) for h in [nothing, *(h for h in kept if h is not nothing)])
         return other
@@ -132,7 +135,7 @@ class Hypotheses:
         start = asked.start
         if asked.still is not None and asked.base is not None:
             start = self._sound(names, asked.still, start, asked.base)
-        near = asked.like.near if asked.like else None
+        near = self.about or (asked.like.near if asked.like else None)
         return white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=asked.rival, near=near)
 
     def _keep(self, asked: Asked, fit: WhiteFit) -> None:
@@ -145,10 +148,10 @@ class Hypotheses:
     def _ordered(self, effects: Collection[str]) -> tuple[str, ...]:
         return tuple(name for name in self.library if name in effects)
 
-    def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None) -> Hypothesis:
-        """Looks at the neighbors of the most probable sets until none of these is new; the best one."""
+    def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None, beam: int = BEAM) -> Hypothesis:
+        """Looks at the neighbors of the most probable sets, so many, until none of these is new; the best one."""
         for _ in range(MOST_EXPANDED):
-            front = [h for h in self.ordered()[:BEAM] if h.key not in self.expanded]
+            front = [h for h in self.ordered()[:beam] if h.key not in self.expanded]
             if not front:
                 if not self._exchanged():
                     break
@@ -256,11 +259,15 @@ class Hypotheses:
         What a linear effect promises may lie far beyond where it is linear: where no row has an equilibrium, perhaps.
         """
         problem = WhiteProblem(self.build(names), self.rows, self.whiten, near=base.fit.near)
+        shares = 0.5 ** torch.arange(HALVINGS, dtype=start.dtype)
         with torch.no_grad():
-            for halvings in range(HALVINGS):
-                nearer = still + 0.5**halvings * (start - still)
-                if float(problem.residuals(nearer[None]).square().sum()) <= base.fit.chi2 * (1 + 1e-9):
-                    return nearer
+            # Several in one batch cost little more than one.
+            for some in shares.split(TOGETHER):
+                nearer = still + some[:, None] * (start - still)
+                chi2 = problem.residuals(nearer).square().sum(1)
+                sound = torch.nonzero(chi2 <= base.fit.chi2 * (1 + 1e-9))
+                if len(sound):
+                    return nearer[int(sound[0])]
         return still
 
 

@@ -233,7 +233,7 @@ def verdict(ending: Ending, sorted_by: Sequence[str] = ()) -> str:
     sorted_by: inputs of which an unknown function would do as well as a drift. Few rows leave no structure to see in
     what a failed fit misses; it explains nothing all the same.
     """
-    if not ending.complete or ending.known.share:
+    if not ending.complete:
         return "unexplained"
     if not ending.classes:
         return "adequate"

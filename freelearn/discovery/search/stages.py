@@ -2,7 +2,8 @@
 
 A model that is wrong by some amount cannot be judged by digits beyond that. So sets are compared as if every reading
 were off by about half of what the best of them leaves, then less, until measuring alone is left; and with many rows on
-some of them first. Where no set comes down to what measuring leaves, the comparison stops at what the best one does.
+some of them first; under a dead load, from the places that were measured first, without a search for where the
+actuator rests. Where no set comes down to what measuring leaves, the comparison stops at what the best one does.
 """
 
 from __future__ import annotations
@@ -15,23 +16,31 @@ import torch
 from torch import Tensor
 
 from freelearn.common.progress import begin
+from freelearn.data.beds import DEAD_LOAD
 from freelearn.data.rows import Rows
+from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
-from freelearn.discovery.noise.noise import Noise, Whitener
+from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.thresholds import (
+    BEAM,
     INADEQUATE,
+    MOST_ALONE,
     MOST_LOWERED,
+    NEARLY,
     REFITTED,
     RIGHT,
     SCOUTED,
+    SETTLED,
     SETTLINGS,
     STEADY,
     WRONG_BY,
 )
+from freelearn.physics.chain.dead_load import PLACE
+from freelearn.physics.chain.prediction import Status
 
 Told = Callable[[Hypothesis], None]
 
@@ -39,16 +48,13 @@ Told = Callable[[Hypothesis], None]
 @dataclass(frozen=True)
 class Explored:
     """What was looked at on all rows. noise: about the best set; share: of the largest loads, by which even that is
-    wrong in every reading, zero where measuring explains it."""
+    wrong in every reading, zero where measuring explains it; whiten: of both, which decides among models that are all
+    wrong: the finest digits must not."""
 
     hypotheses: Hypotheses
     noise: Noise
     share: float
-
-    @property
-    def whiten(self) -> Whitener:
-        """The noise that the measuring makes, no model's error in it."""
-        return self.noise.whitener()
+    whiten: Whitener
 
 
 def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambda h: None) -> Explored:
@@ -63,12 +69,11 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
     view = _View(prepared, before.noise, lambda h: None)
     now = Hypotheses(
         prepared.question, view.rows, before.hypotheses.whiten, prepared.spans, before.hypotheses.odds | odds,
-        dict(before.hypotheses.found) if view.some is None else {},
+        found={} if view.scouting else dict(before.hypotheses.found),
     )  # fmt: skip
-    if view.some is not None:
-        now = before.hypotheses.under(
-            view._whitener(before.share), view.rows, before.hypotheses.worth_keeping(REFITTED)
-        )
+    if view.scouting:
+        kept = before.hypotheses.worth_keeping(REFITTED)
+        now = before.hypotheses.under(view._whitener(before.share), view.rows, kept, view.about(kept[0]))
         now.odds |= odds
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
@@ -77,14 +82,15 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
 
 
 class _View:
-    """The rows that are looked at now, and the noise in them."""
+    """The rows that are looked at now, and the noise in them. scouting: whether these are some of the rows, or every
+    evaluation is one step from the places measured; scouted: whether it was so at first."""
 
     def __init__(self, prepared: Prepared, noise: Noise, told: Told) -> None:
         self.prepared, self.noise, self.told = prepared, noise, told
         self.some = scouted(prepared.rows)
+        self.scouting = self.scouted = self.some is not None or prepared.rows.states.bed is DEAD_LOAD
         self.rows: Rows = prepared.rows if self.some is None else prepared.rows[self.some]
         self.scale = prepared.scale
-        self.floor = noise.whitener().floor(self.scale)
 
     def begin(self, fit: WhiteFit) -> Hypotheses:
         """The first model alone."""
@@ -93,42 +99,79 @@ class _View:
         started.fit((), fit.vector)
         return started
 
+    def about(self, best: Hypothesis) -> Near | None:
+        """Under a dead load, while scouting, the places measured."""
+        return held_where_measured(best.fit, self.rows) if self.scouting else None
+
     def lowered(self, now: Hypotheses, share: float) -> Explored:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""
         share = min(WRONG_BY * self.misfit(now.best), share / 2)
+        alone = 0
         for _ in range(MOST_LOWERED):
-            if share <= RIGHT * self.floor:
-                break
+            if share <= RIGHT * self.floor or self.misfit(now.best) <= NEARLY * self.floor:
+                if alone == MOST_ALONE:
+                    break
+                alone, now = alone + 1, self.moved(now, 0.0)
+                if self.adequate(now):
+                    return self.settled(now)
+                # About a better model the noise is finer than about the one before.
+                share = WRONG_BY * self.misfit(now.best)
+                if share <= RIGHT * self.floor:
+                    break
             now = self.moved(now, share)
-            left = self.misfit(now.best)
-            if _per_reading(now.best, self.rows) > INADEQUATE:
-                return self.ended(now, left)
-            share = min(WRONG_BY * left, share / 2)
-        for _ in range(SETTLINGS):
+            if not self.adequate(now):
+                break
+            share = min(WRONG_BY * self.misfit(now.best), share / 2)
+        return self.ended(now, self.misfit(now.best))
+
+    def settled(self, now: Hypotheses) -> Explored:
+        """From sets that are adequate under the noise alone, until that settles."""
+        for _ in range(SETTLINGS - 1):
             before = self.noise.scatter
-            now = self.moved(now, 0.0)
-            if _per_reading(now.best, self.rows) > INADEQUATE:
+            now = self.moved(now, 0.0, again=True)
+            if not self.adequate(now):
                 return self.ended(now, self.misfit(now.best))
             if _steady(before, self.noise.scatter):
                 break
         return self.ended(now, 0.0)
 
-    def moved(self, before: Hypotheses, share: float) -> Hypotheses:
+    def moved(self, before: Hypotheses, share: float, again: bool = False) -> Hypotheses:
         """The sets under the noise about the best of them, and this share of the largest loads besides; looked at
-        further."""
+        further. again: the noise is nearly the same, and what was looked at under it is not looked at once more."""
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
         self.noise = self.prepared.noise(self._whole(before.best), self.noise.scatter)
-        now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED))
-        now.explore(self.told)
+        now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
+        if not share and not self.adequate(now):
+            # Under a little doubt none of these sets was adequate, and hardly one is next to them.
+            now.expand(now.best)
+            if not self.adequate(now):
+                return now
+        now.explore(self.told, BEAM if self.scouting or not self.scouted else 1)
         return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
-        """The sets on all rows."""
-        whole = last
-        if self.some is not None or share:
-            self.some, self.rows = None, self.prepared.rows
-            whole = self.moved(last, share)
-        return Explored(whole, self.noise, share)
+        """The sets on all rows. share: by which the best one is wrong in every reading; less, where a better one is
+        found."""
+        if not self.scouting and not share:
+            return Explored(last, self.noise, share, self._whitener(share))
+        self.some, self.rows, self.scouting = None, self.prepared.rows, False
+        now = self.moved(last, share)
+        for _ in range(SETTLINGS if share else 0):
+            left = self.misfit(now.best)
+            if left > SETTLED * share:
+                break
+            share, now = left, self.moved(now, left)
+        return Explored(now, self.noise, share, self._whitener(share))
+
+    def adequate(self, now: Hypotheses) -> bool:
+        """Whether the best set is right, as far as the noise and the doubt that it is looked at under go."""
+        return now.best.fit.chi2 <= INADEQUATE * max(self.rows.readings.count, 1)
+
+    @property
+    def floor(self) -> float:
+        """The error that the noise makes, as it is known now, as a share of the largest loads."""
+        whiten = self.noise.whitener()
+        return noise_floor(whiten.scattered, whiten.present, self.scale)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
@@ -165,8 +208,19 @@ def scouted(rows: Rows) -> Tensor | None:
     return torch.nonzero((place + visit) % every == 0)[:, 0]
 
 
-def _per_reading(best: Hypothesis, rows: Rows) -> float:
-    return best.fit.chi2 / max(rows.readings.count, 1)
+def held_where_measured(fit: WhiteFit, rows: Rows) -> Near | None:
+    """Under a dead load what makes of each evaluation one step from where the actuator was seen to rest (where the fit
+    rests, of what was not measured); None on other beds."""
+    if rows.states.bed is not DEAD_LOAD:
+        return None
+    readings, values = rows.readings, {name: value.detach() for name, value in fit.model.physical(fit.vector).items()}
+    place = readings.value
+    if not bool(readings.present.all()):
+        with torch.no_grad():
+            rest = fit.model(rows.states, values)
+        known = torch.where((rest.status == Status.OK)[:, None], rest.loads, 0.0)
+        place = torch.where(readings.present, place, known)
+    return Near({PLACE: place + torch.stack([rows.states.reference_length, 0 * rows.states.twist], dim=-1)})
 
 
 def _steady(before: Scatter, now: Scatter) -> bool:

@@ -97,13 +97,17 @@ class Chain(RawVector):
     def steady(self, states: States, values: Values) -> Prediction:
         """`chain` of every row by itself, without effects of the history."""
         if states.bed is DEAD_LOAD:
-            return hang(states, values, lambda at, v: self._shown(at, v)[1], self.rows_of)
+            return hang(states, values, self.carried, self.rows_of)
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown
         swollen = self.swollen(self.imposed(settled, values), values)
         readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
+
+    def carried(self, states: States, values: Values) -> Prediction:
+        """Force and moment (N, 2) that the sensors show at the states imposed, of every row by itself."""
+        return self._shown(states, values).prediction
 
     def unsensed(self, states: States, values: Values) -> Prediction:
         """Force and moment (N, 2) on the mount of every row by itself, before the sensors."""

@@ -29,6 +29,7 @@ from freelearn.data.states import States
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.chain.material import Material
 from freelearn.physics.chain.parameters import P, Parameters
+from freelearn.physics.mechanics.automatic import along, gradient
 from freelearn.physics.mechanics.energy import Energy
 
 
@@ -134,8 +135,7 @@ class EnergyEffect(Effect[P]):
         def total(*args: Tensor) -> Tensor:
             return self.psi(*args, p=p, material=material).sum()
 
-        gradient: tuple[Tensor, ...] = torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
-        return gradient
+        return gradient(total, *invariants)
 
     def psi_hessian(self, *invariants: Tensor, p: P, material: Material) -> tuple[tuple[Tensor, ...], ...] | None:
         """∂²psi/∂I∂I [Pa], row by row. None leaves it to autograd; an effect may write it by hand for speed."""
@@ -310,14 +310,11 @@ class EffectEnergy(Energy):
         """As Energy.gradient_rate, from the effect's Hessian where it has one."""
         hessian = self.effect.psi_hessian(*invariants, p=self.p, material=self.material)
         if hessian is not None:
-            along = tuple(
+            return self.gradient(*invariants), tuple(
                 sum((h * rate for h, rate in zip(row[1:], rates[1:], strict=True)), start=row[0] * rates[0])
                 for row in hessian
             )
-            return self.gradient(*invariants), along
-        # The second derivatives are symmetric, so the reverse product is the forward one, several times quicker.
-        value, pull = torch.func.vjp(self.gradient, *invariants)  # type: ignore[misc]
-        return value, pull(tuple(rate.expand_as(v) for rate, v in zip(rates, value, strict=True)))
+        return along(self.gradient, invariants, rates)
 
     def detach(self) -> EffectEnergy:
         """The same energy with its parameters cut from every derivative."""

@@ -80,6 +80,8 @@ class _Lifted(NamedTuple):
 def _solve(states: States, count: int, compliance: Tensor, values: Values, carried: Carried) -> _Lifted:
     """From where the last search ended, if there was one: then with slopes seen on the way, and else with their own."""
     near, size = states.near, _each(states.reference_length, count)
+    if near is not None and near.held:
+        return _scouted(states, count, compliance, values, carried)
     shared = _shared(size)
     travel, before = torch.zeros_like(size), None
     slope = torch.zeros_like(states.length)[:, None].expand(-1, 2)
@@ -110,6 +112,20 @@ def _solve(states: States, count: int, compliance: Tensor, values: Values, carri
         # A row that has settled stays, so that its slopes remain those at its state.
         travel = torch.where(settled[:, None], travel, travel + step)
     return _Lifted(travel, slope, settled)
+
+
+def _scouted(states: States, count: int, compliance: Tensor, values: Values, carried: Carried) -> _Lifted:
+    """One step of Newton's method from no tilt, and the slopes there: with the step that follows good to third order in
+    the tilt, where the place itself is known to second order only (see hang)."""
+    level = torch.zeros_like(states.length)[:, None]
+    loads, rate = rows_jacobian(
+        lambda at: carried(states.replace(length=states.length + at[:, 0]), values).loads, level
+    )
+    push = compliance[:, None] * (_each(loads[:, 0], count) @ _shared(_each(states.length, count)))
+    travel = _solved(_matrix(_each(rate[:, 0, 0], count), compliance), push)
+    size = _each(states.reference_length, count)
+    settled = (travel.abs() <= LARGEST * size).all(-1)
+    return _Lifted(torch.where(settled[:, None], travel, 0.0), rate[..., 0], settled)
 
 
 def _shared(each: Tensor) -> Tensor:

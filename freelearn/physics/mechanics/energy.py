@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor
 
+from freelearn.physics.mechanics.automatic import along, gradient
 from freelearn.physics.mechanics.closed_form import FiberWall, NeoHookeanWall
 from freelearn.physics.mechanics.layers import Layers
 from freelearn.physics.mechanics.quadrature import QuadratureWall
@@ -42,13 +43,11 @@ class Energy:
         def total(*args: Tensor) -> Tensor:
             return self.psi(*args).sum()
 
-        gradient: Tensors = torch.func.grad(total, argnums=tuple(range(len(invariants))))(*invariants)
-        return gradient
+        return gradient(total, *invariants)
 
     def gradient_rate(self, invariants: Tensors, rates: Tensors) -> tuple[Tensors, tuple[Tensor | None, ...]]:
         """The gradient, and its derivative along `rates` (the invariants' own derivatives); None where it is zero."""
-        derivative = torch.func.jvp(self.gradient, invariants, rates)
-        return derivative[0], derivative[1]
+        return along(self.gradient, invariants, rates)
 
     @property
     def idle(self) -> bool:

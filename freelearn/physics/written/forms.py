@@ -189,6 +189,8 @@ ONE = POLYNOMIALS + SHAPED
 
 # Of an energy: the symbol of its input has an index already.
 EDGE = replace(KNEE, symbol="x₀")
+# |x|, whose second derivative torch takes without loading a compiler, as it would for torch.abs.
+MODULUS = "torch.maximum({x}, -({x}))"
 # Strain energies: their slopes have no jumps, and a term in proportion to I₁ − 3 is the wall's own.
 ENERGIES = (
     Form("square", "polynomial", ("{x}**2",), "{a} ({x})²"),
@@ -197,7 +199,7 @@ ENERGIES = (
     Form(
         "power",
         "power",
-        (f"torch.abs({{x}}).clamp_min({SMALL}) ** {{exponent}}",),
+        (f"{MODULUS}.clamp_min({SMALL}) ** {{exponent}}",),
         "{a} |{x}|ⁿ",
         (Shape("exponent", "n", "", (1.3, 1.7, 2.5, 3.5, 5.0), 1.05, 9.0),),
     ),
@@ -215,7 +217,7 @@ ENERGIES = (
     Form(
         "logarithm",
         "saturation",
-        ("torch.log1p({steepness} * torch.abs({x}))",),
+        (f"torch.log1p({{steepness}} * {MODULUS})",),
         "{a} ln(1 + k |{x}|)",
         (Shape("steepness", "k", "1/x", (1.0, 3.0, 10.0, 30.0), 0.1, 300.0),),
     ),
