@@ -8,7 +8,7 @@ TIES = 3.0
 SURE = 0.95
 # Probability that nothing is missing below which a model is not called adequate.
 EVEN = 0.5
-# Effects that one of a class may be: of more the table cannot tell.
+# Effects that one of a class may be: of more the table cannot tell, unless another place is told.
 MOST_ALIKE = 4
 # Share of what a written effect explains that the library's may leave of it: forms of one thing differ by as much.
 FORMS = 0.03
@@ -28,6 +28,8 @@ NOTHING = 1.0
 RISES = 0.05
 # An effect that explains less than this share of what stays unexplained, in held-out χ², stands for a part of that.
 LITTLE = 1 / 3
+# Share of the error that two effects which help only together may leave, to stay in a model that is unexplained.
+TOGETHER = 0.5
 # Effects that an unexplained model keeps at most: beyond, several together stand for something else.
 MOST_KEPT = 2
 

@@ -153,7 +153,7 @@ def _undecided(findings: Findings) -> str:
     likely = ", ".join(f"{name} ({100 * share:.0f} %)" for name, share in list(shares.items())[:MOST_TOLD])
     if findings.claimed == "adequate" and likely:
         return f"Undecided: something may be missing, and these rows cannot tell what: {likely}."
-    if any(len(c) > MOST_ALIKE for c in findings.classes):
+    if findings.classes and all(len(c) > MOST_ALIKE for c in findings.classes):
         return f"Undecided: too many effects would explain these rows equally well: {likely}."
     missing = findings.referee.open if findings.referee else []
     why = _lowered(missing[0].says) if missing else "there are too few rows."

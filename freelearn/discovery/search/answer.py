@@ -16,7 +16,18 @@ from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.search.stages import Explored
-from freelearn.discovery.thresholds import BETTER, FORMS, LEFT, LITTLE, MOST_KEPT, NOTHING, SURE, TIES, TOLD
+from freelearn.discovery.thresholds import (
+    BETTER,
+    FORMS,
+    LEFT,
+    LITTLE,
+    MOST_KEPT,
+    NOTHING,
+    SURE,
+    TIES,
+    TOGETHER,
+    TOLD,
+)
 from freelearn.physics.effects.registry import EFFECTS
 
 # What all sets of effects that fit share: the answer of a search.
@@ -185,7 +196,8 @@ class Models:
 
 def standing(ending: Ending) -> Ending:
     """Of an answer that does not hold, the effects that stand on their own: each lowers the held-out error of the
-    model alone, and of the model with the others, clearly, and by no little share of what stays unexplained.
+    model alone, and of the model with the others, clearly, and by no little share of what stays unexplained. Two that
+    help only together stand where they halve the error.
 
     Something that is in no library can be mimicked a little by many effects that are; together they would be read as
     findings.
@@ -193,6 +205,8 @@ def standing(ending: Ending) -> Ending:
     models, hypotheses = ending.models, ending.known.hypotheses
     shown, base = ending.answer.shown, models.step(hypotheses.found[frozenset()])
     kept = [n for n in shown.effects if _helps(base, models.step(hypotheses.joined(hypotheses.found[frozenset()], n)))]
+    if len(kept) < len(shown.effects) == 2 and models.step(shown).E_heldout <= TOGETHER * base.E_heldout:
+        kept = list(shown.effects)
     while True:
         now = _of(hypotheses, kept)
         step = models.step(now)

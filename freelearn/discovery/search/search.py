@@ -248,7 +248,8 @@ def decided(claimed: str, referee: Referee, answer: Answer) -> str:
     nothing = sum(share for hypothesis, share in answer.close if not hypothesis.effects)
     if claim == "adequate" and nothing < EVEN:
         return "undecided"
-    if claim == "class" and any(len(members) > MOST_ALIKE for members in answer.classes):
+    # Where one place is told the others may stay open.
+    if claim == "class" and all(len(members) > MOST_ALIKE for members in answer.classes):
         return "undecided"
     return claim
 
