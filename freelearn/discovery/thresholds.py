@@ -62,16 +62,15 @@ STEADY = 0.1
 BOUNDED = (1, 1, 1, 2, 2)
 # With more rows than this sets are looked at on so many of them first.
 SCOUTED = 800
-# A model counts as wrong by so much of what the best one leaves, in every reading; below this share of what measuring
-# alone leaves, by nothing.
-WRONG_BY, RIGHT = 0.5, 0.5
-# Times the noise that the best set may leave for its error to be no larger than what the noise may make.
-NEARLY = 1.3
-# Times that sets are looked at under the noise alone, where none was right under it before.
-MOST_ALONE = 2
+# A model counts as wrong by so much of what the best one leaves, in every reading.
+WRONG_BY = 0.5
+# χ² per reading under the noise alone up to which the best set may be right: it was fitted under more doubt.
+HARDLY = 10.0
+# Times what the best set left under more doubt that it may leave under less.
+WORSE = 1.5
 # Times that the amount is made smaller, at most; share of it that a better model must be wrong by at most for it to be
 # made so at the end.
-MOST_LOWERED, SETTLED = 6, 0.9
+MOST_LOWERED, SETTLED = 8, 0.9
 # χ² per reading beyond which a model cannot be right under the noise as it is.
 INADEQUATE = 2.5
 

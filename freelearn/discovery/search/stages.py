@@ -21,22 +21,21 @@ from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
-from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor
+from freelearn.discovery.noise.noise import Noise, Whitener
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.thresholds import (
     BEAM,
+    HARDLY,
     INADEQUATE,
-    MOST_ALONE,
     MOST_LOWERED,
-    NEARLY,
     REFITTED,
-    RIGHT,
     SCOUTED,
     SETTLED,
     SETTLINGS,
     STEADY,
+    WORSE,
     WRONG_BY,
 )
 from freelearn.physics.chain.dead_load import PLACE
@@ -66,7 +65,7 @@ def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambd
 
 def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> Explored:
     """The same with effects beside the library among the candidates. odds: theirs."""
-    view = _View(prepared, before.noise, lambda h: None)
+    view = _View(prepared, before.noise, lambda h: None, before.share)
     now = Hypotheses(
         prepared.question, view.rows, before.hypotheses.whiten, prepared.spans, before.hypotheses.odds | odds,
         found={} if view.scouting else dict(before.hypotheses.found),
@@ -78,15 +77,19 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
     now.explore(view.told)
+    if before.share and view.misfit(now.best) > SETTLED * before.share:
+        # What was written takes hardly anything off what the library leaves.
+        return view.ended(now, before.share)
     return view.lowered(now, before.share)
 
 
 class _View:
     """The rows that are looked at now, and the noise in them. scouting: whether these are some of the rows, or every
-    evaluation is one step from the places measured; scouted: whether it was so at first."""
+    evaluation is one step from the places measured; scouted: whether it was so at first. share: under which sets were
+    looked at last."""
 
-    def __init__(self, prepared: Prepared, noise: Noise, told: Told) -> None:
-        self.prepared, self.noise, self.told = prepared, noise, told
+    def __init__(self, prepared: Prepared, noise: Noise, told: Told, share: float = 0.0) -> None:
+        self.prepared, self.noise, self.told, self.share = prepared, noise, told, share
         self.some = scouted(prepared.rows)
         self.scouting = self.scouted = self.some is not None or prepared.rows.states.bed is DEAD_LOAD
         self.rows: Rows = prepared.rows if self.some is None else prepared.rows[self.some]
@@ -106,19 +109,17 @@ class _View:
     def lowered(self, now: Hypotheses, share: float) -> Explored:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""
         share = min(WRONG_BY * self.misfit(now.best), share / 2)
-        alone = 0
         for _ in range(MOST_LOWERED):
-            if share <= RIGHT * self.floor or self.misfit(now.best) <= NEARLY * self.floor:
-                if alone == MOST_ALONE:
-                    break
-                alone, now = alone + 1, self.moved(now, 0.0)
-                if self.adequate(now):
-                    return self.settled(now)
-                # About a better model the noise is finer than about the one before.
-                share = WRONG_BY * self.misfit(now.best)
-                if share <= RIGHT * self.floor:
-                    break
-            now = self.moved(now, share)
+            if self.alone(now.best) <= HARDLY:
+                apart = self.moved(now, 0.0)
+                if self.adequate(apart):
+                    return self.settled(apart)
+                break
+            finer, left = self.moved(now, share), self.misfit(now.best)
+            if self.misfit(finer.best) > WORSE * left:
+                # Digits that no set explains begin to decide.
+                break
+            now = finer
             if not self.adequate(now):
                 break
             share = min(WRONG_BY * self.misfit(now.best), share / 2)
@@ -138,6 +139,7 @@ class _View:
     def moved(self, before: Hypotheses, share: float, again: bool = False) -> Hypotheses:
         """The sets under the noise about the best of them, and this share of the largest loads besides; looked at
         further. again: the noise is nearly the same, and what was looked at under it is not looked at once more."""
+        self.share = share
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
         self.noise = self.prepared.noise(self._whole(before.best), self.noise.scatter)
         now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
@@ -152,7 +154,7 @@ class _View:
     def ended(self, last: Hypotheses, share: float) -> Explored:
         """The sets on all rows. share: by which the best one is wrong in every reading; less, where a better one is
         found."""
-        if not self.scouting and not share:
+        if not self.scouting and share == self.share:
             return Explored(last, self.noise, share, self._whitener(share))
         self.some, self.rows, self.scouting = None, self.prepared.rows, False
         now = self.moved(last, share)
@@ -167,11 +169,10 @@ class _View:
         """Whether the best set is right, as far as the noise and the doubt that it is looked at under go."""
         return now.best.fit.chi2 <= INADEQUATE * max(self.rows.readings.count, 1)
 
-    @property
-    def floor(self) -> float:
-        """The error that the noise makes, as it is known now, as a share of the largest loads."""
-        whiten = self.noise.whitener()
-        return noise_floor(whiten.scattered, whiten.present, self.scale)
+    def alone(self, best: Hypothesis) -> float:
+        """χ² per reading of a set under the noise alone."""
+        white = self._whitener(0.0)(best.fit.raw_residual)
+        return float(white.square().sum()) / max(self.rows.readings.count, 1)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
