@@ -9,8 +9,8 @@ import pytest
 
 READY = """
 import resource, torch
-from freelearn.common.cores import made_ready
-made_ready()
+from freelearn.common.cores import configure_runtime
+configure_runtime()
 """
 FAULTS = """
 def steps(count):

@@ -12,7 +12,7 @@ from benchmark import commands, exported, fits, models, page, search
 from rich.console import Console
 from rich.table import Table
 
-from freelearn.common.cores import made_ready
+from freelearn.common.cores import configure_runtime
 
 ALL = {
     "forward": models.forward,
@@ -39,7 +39,7 @@ def main() -> None:
     chosen = parser.parse_args().only or list(ALL)
     if unknown := set(chosen) - set(ALL):
         sys.exit(f"error: no benchmark {', '.join(sorted(unknown))}: choose from {', '.join(ALL)}.")
-    made_ready()
+    configure_runtime()
     console = Console()
     table = Table(title="freelearn benchmarks, one thread")
     for heading in ("what", "measured", "target", "detail"):

@@ -17,7 +17,7 @@ from freelearn.discovery.search.next_states import PRESSURES, reach
 from freelearn.discovery.thresholds import COINCIDE
 from freelearn.queries.next_measurements.candidates import candidates, ordered
 from freelearn.queries.next_measurements.exact_plan import choose, rows_for
-from freelearn.queries.next_measurements.goals import Split, score
+from freelearn.queries.next_measurements.goals import Discriminate, score
 from freelearn.queries.next_measurements.known_rows import Known
 
 # χ² by which one member is ahead of the other once the class is split: three standard deviations of one number.
@@ -116,7 +116,7 @@ def examine(number: int, whole_search: bool) -> dict:
 def _planned(contest: Contest, seed: int) -> dict:
     """A plan of as many rows as are expected to split the class, and what is expected of it."""
     began = time.perf_counter()
-    goal = Split.from_fits([contest.members])
+    goal = Discriminate.from_fits([contest.members])
     there = candidates(contest.known, goal, REACH)
     needed = rows_for(there.objective, 4, 4, SPLIT)
     for rows in ROWS:
@@ -125,7 +125,7 @@ def _planned(contest: Contest, seed: int) -> dict:
         scored = score(contest.known, goal, table)
         if scored.weakest.gain >= SPLIT:
             break
-    true = next(told for told in scored.told if told.name[0] == next(iter(contest.members)))
+    true = next(one for one in scored.gains if one.name[0] == next(iter(contest.members)))
     return {
         "table": table,
         "rows": rows,

@@ -170,10 +170,10 @@ def answered(asked: Asked) -> dict[str, np.ndarray]:
         shown, status = model(fresh.states)
     half = bands.half(fresh.states, shown)
     missed = fresh.readings.missed(shown)
-    felt = fresh.readings.felt(shown) & (status == Status.OK)[:, None]
+    informative = fresh.readings.informative_mask(shown) & (status == Status.OK)[:, None]
     bed, out = fresh.states.bed, {}
     for i, quantity in enumerate(bed.readings):
-        there = felt[:, i].numpy()
+        there = informative[:, i].numpy()
         if quantity in bed.measured and there.any():
             out[quantity.name] = np.c_[missed[:, i].numpy(), half[:, i]][there]
     if asked.inverse:

@@ -84,7 +84,7 @@ def discover(
 def plan(
     run: Run,
     rows: int | None = None,
-    goal: Literal["auto", "split", "settle", "halve"] = "auto",
+    goal: Literal["auto", "discriminate", "detect", "narrow"] = "auto",
     *,
     effect: str | None = None,
     parameter: str | None = None,
@@ -98,14 +98,14 @@ def plan(
     """The next rows worth measuring, as `freelearn plan` chooses them; nothing is written.
 
     run: what `fit` or `discover` gave, or a run's folder. rows: how many. goal: auto splits a class where there is one,
-    else halves the widest interval. effect: what settle asks about. parameter: what halve narrows. per_state: rows of
+    else narrows the widest interval. effect: that detect asks about. parameter: that narrow narrows. per_state: rows of
     each mounting, None for the best. mounting_rows: what a mounting costs, in rows. reach: (lowest, highest) of the bed
     by column, where it is not what the table went to. path: a plan of one's own, which is scored. seed: the same gives
     the same plan. progress: as of `fit`. Raises UserError.
 
     >>> import freelearn as fl
     >>> run = fl.fit("dmsp20", effects=["fiber_misalignment"], progress=False)
-    >>> len(fl.plan(run, rows=4, goal="halve", parameter="C1", progress=False).frame())
+    >>> len(fl.plan(run, rows=4, goal="narrow", parameter="C1", progress=False).frame())
     4
     """
     from freelearn.api.settings.run_settings import plan_settings

@@ -17,7 +17,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.formats import MINUS
 from freelearn.data.sets import rows_of_set
 from freelearn.queries.curves.curve_panels import CurvePanel, measured_points, panels_of
-from freelearn.queries.curves.curve_rows import plane, told
+from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.queries.curves.model_curves import BAND, StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states, state_title
 from freelearn.records.discovery import trail_numbers
@@ -66,7 +66,7 @@ class RunPlots:
         """Predicted against measured, a panel for each measured quantity: force, moment or what else."""
         from freelearn.report.plots.simple_plots import draw_parity
 
-        shown = _chosen(told(self._own), lambda each: each.name, quantity)
+        shown = _chosen(measured_quantities(self._own), lambda each: each.name, quantity)
         axes = _axes(ax, len(shown), self._title)
         draw_parity(axes, self._own, shown)
         return _returned(axes)
@@ -162,7 +162,7 @@ class FoundPlots:
         colors of both."""
         both = [self._found.trusted(each) for each in ("before", "after")]
         table = self._found.trusted(when)
-        limits = scale_limits(both, plane(both[0]), told(both[0]))
+        limits = scale_limits(both, plane(both[0]), measured_quantities(both[0]))
         return _residuals(table, ax, quantity, self._named(when), limits)
 
     def curves(self, number: int = 1, ax: Given = None, panel: str | None = None) -> Any:
@@ -179,7 +179,7 @@ class FoundPlots:
         from freelearn.report.plots.simple_plots import draw_parity
 
         table = self._found.trusted("after")
-        shown = _chosen(told(table), lambda each: each.name, quantity)
+        shown = _chosen(measured_quantities(table), lambda each: each.name, quantity)
         axes = _axes(ax, len(shown), self._named("after"))
         draw_parity(axes, table, shown)
         return _returned(axes)
@@ -208,7 +208,7 @@ class PlanPlots:
 def _residuals(table: pd.DataFrame, ax: Given, quantity: str | None, title: str, limits: Limits | None) -> Any:
     from freelearn.report.plots.residual_plots import colorbar_beside, draw_residuals, frame
 
-    over, every = plane(table), told(table)
+    over, every = plane(table), measured_quantities(table)
     shown = _chosen(every, lambda each: each.name, quantity)
     ends = scale_limits([table], over, every) if limits is None else limits
     samples, _ = shown_samples(table)

@@ -11,7 +11,7 @@ from typing import Any
 
 from hydra.experimental.callback import Callback
 
-from freelearn.cli.command_line import one_sentence
+from freelearn.cli.command_line import exit_on_user_error
 from freelearn.cli.hold import hold
 
 # Workers of a sweep that runs on several cores: none outlives the sweep.
@@ -58,12 +58,12 @@ class HoldFolder(Callback):
 
     def on_run_start(self, config: Any, **_: Any) -> None:
         """Of a single run."""
-        with one_sentence("interrupted before it began."):
+        with exit_on_user_error("interrupted before it began."):
             hold(Path(config.hydra.run.dir), "hydra.run.dir")
 
     def on_multirun_start(self, config: Any, **_: Any) -> None:
         """Of a sweep: its jobs write into folders of this one."""
-        with one_sentence("interrupted before it began."):
+        with exit_on_user_error("interrupted before it began."):
             hold(Path(config.hydra.sweep.dir), "hydra.sweep.dir")
 
 
@@ -92,7 +92,7 @@ class GatherSweep(Callback):
 
         folder = Path(config.hydra.sweep.dir)
         command = command_line([*program("train"), "-m"], config.hydra.overrides.task)
-        with one_sentence(f"interrupted; the same command with hydra.sweep.dir={folder} goes on from here."):
+        with exit_on_user_error(f"interrupted; the same command with hydra.sweep.dir={folder} goes on from here."):
             failed = gather_folders([folder], folder, Console(), command)
         if failed:
             sys.exit(f"error: {failed} jobs failed: see the column error in {folder / 'heatmap.csv'}")

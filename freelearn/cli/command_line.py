@@ -35,7 +35,7 @@ def program(name: str, script: Sequence[str] = ()) -> list[str]:
 
 
 @contextmanager
-def one_sentence(interrupted: str, folder: Path | None = None) -> Iterator[None]:
+def exit_on_user_error(interrupted: str, folder: Path | None = None) -> Iterator[None]:
     """Ends the process where the user made a mistake, the system refuses a file, or the user interrupts.
 
     interrupted: what to say then. folder: where the command writes.

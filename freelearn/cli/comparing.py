@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from freelearn.cli.command_line import one_sentence
+from freelearn.cli.command_line import exit_on_user_error
 from freelearn.common.display import Column, DisplayTable
 from freelearn.common.errors import UserError
 
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("b", type=Path, help="the folder of another")
     parser.add_argument("--out", type=Path, default=Path("comparison.html"), help="the page (comparison.html)")
     asked = parser.parse_args()
-    with one_sentence("interrupted; no page was written.", asked.out.parent):
+    with exit_on_user_error("interrupted; no page was written.", asked.out.parent):
         for folder in (asked.a, asked.b):
             if not folder.is_dir():
                 raise UserError(f"No folder at {folder}: give that of a run of train or discover.")

@@ -13,7 +13,7 @@ from omegaconf import DictConfig
 from freelearn.api.settings.configuration import offer_own_models
 from freelearn.api.settings.parse import parse
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.cli.command_line import command_line, one_sentence, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, program
 from freelearn.cli.hold import leave_nothing
 from freelearn.cli.hydra_app import hydra_app, values_of
 from freelearn.common.errors import UserError
@@ -33,7 +33,7 @@ def discover_app() -> None:
 
 
 def _run(task: Callable[[DictConfig], float | None], name: str) -> None:
-    with one_sentence("interrupted before it began."):
+    with exit_on_user_error("interrupted before it began."):
         offer_own_models()
     hydra_app(name, task)
 
@@ -44,12 +44,12 @@ def _train(config: DictConfig) -> float | None:
     command = command_line([*program("train")], chosen.overrides.task)
     if chosen.mode == RunMode.MULTIRUN:
         again = f"the same command with hydra.sweep.dir={folder.parent} goes on from here"
-        with one_sentence(f"interrupted; {again}.", folder):
+        with exit_on_user_error(f"interrupted; {again}.", folder):
             from freelearn.cli.sweep_job import sweep_job
 
             return sweep_job(values_of(config), chosen.job.num, folder, command)
     none = "interrupted before the run was complete; its folder holds no results.json."
-    with one_sentence(none, folder), _nothing(folder):
+    with exit_on_user_error(none, folder), _nothing(folder):
         settings = parse(TrainSettings, values_of(config))
         # After the settings are checked: torch and Lightning take seconds to import.
         from rich.console import Console
@@ -68,7 +68,7 @@ def _discover(config: DictConfig) -> None:
     chosen = HydraConfig.get()
     folder = Path(chosen.runtime.output_dir)
     again = "the same command with hydra.run.dir=… of this run goes on from here"
-    with one_sentence(f"interrupted; {again}.", folder), _nothing(folder):
+    with exit_on_user_error(f"interrupted; {again}.", folder), _nothing(folder):
         settings = parse(DiscoverSettings, values_of(config))
         # After the settings are checked, as above.
         from rich.console import Console

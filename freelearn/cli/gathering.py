@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from freelearn.cli.command_line import command_line, one_sentence, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, program
 from freelearn.common.files import write_whole
 from freelearn.records.provenance import Provenance
 from freelearn.records.run_files import check_folder
@@ -68,5 +68,5 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="where to write (default: the first folder)")
     arguments = parser.parse_args()
     command = command_line(program("gather", ["python", "-m", "freelearn.gather"]), sys.argv[1:])
-    with one_sentence("interrupted before all was gathered.", arguments.out or arguments.folder[0]):
+    with exit_on_user_error("interrupted before all was gathered.", arguments.out or arguments.folder[0]):
         gather_folders(arguments.folder, arguments.out or arguments.folder[0], Console(), command)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from freelearn.cli.command_line import one_sentence
+from freelearn.cli.command_line import exit_on_user_error
 from freelearn.common.errors import UserError
 from freelearn.common.package import CONF, VERSION
 
@@ -42,7 +42,7 @@ def clean_main() -> None:
     parser.add_argument("--older", type=float, default=30, metavar="DAYS", help="than so many days (30)")
     parser.add_argument("--yes", action="store_true", help="without asking")
     asked = parser.parse_args()
-    with one_sentence("interrupted; what was listed and is still there was not deleted."):
+    with exit_on_user_error("interrupted; what was listed and is still there was not deleted."):
         clean(asked.outputs, asked.older, asked.yes)
 
 

@@ -18,7 +18,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from freelearn.api.settings.configuration import uncomposed
 from freelearn.api.settings.settings import quoted
-from freelearn.cli.command_line import one_sentence
+from freelearn.cli.command_line import exit_on_user_error
 from freelearn.cli.hold import leave_nothing
 from freelearn.common.errors import UserError
 from freelearn.common.files import remove_empty
@@ -48,7 +48,7 @@ def hydra_app(name: str, task: Callable[[DictConfig], float | None]) -> None:
 
     # Hydra then raises what it would else print with a traceback.
     os.environ["HYDRA_FULL_ERROR"] = "1"
-    with one_sentence("interrupted before it began."):
+    with exit_on_user_error("interrupted before it began."):
         options, _ = get_args_parser().parse_known_args()
         if options.help:
             from rich.console import Console
@@ -116,7 +116,7 @@ def small_app(name: str, task: Task, before: str) -> None:
     def run(config: DictConfig) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
         try:
-            with one_sentence(f"interrupted before {before}.", folder):
+            with exit_on_user_error(f"interrupted before {before}.", folder):
                 content = values_of(config)
                 _refuse_missing_run(content)
                 task(content, folder)

@@ -11,7 +11,7 @@ import pandas as pd
 from rich.console import Console
 
 from freelearn.api.fitted_run import FittedRun
-from freelearn.cli.command_line import one_sentence, program
+from freelearn.cli.command_line import exit_on_user_error, program
 from freelearn.common.display import DisplayTable
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_whole
@@ -19,7 +19,7 @@ from freelearn.data.beds import FORCE, MOMENT, bed_of
 from freelearn.data.sets import rows_of_set
 from freelearn.data.states import kinematic_state
 from freelearn.queries.curves.curve_panels import curve_numbers
-from freelearn.queries.curves.curve_rows import curves_of, plane, pressures, told
+from freelearn.queries.curves.curve_rows import curves_of, measured_quantities, plane, pressures
 from freelearn.queries.curves.model_curves import state_curves
 from freelearn.queries.curves.shown_states import pick_states, places, state_title
 from freelearn.queries.fitted_model import FittedModel
@@ -50,7 +50,7 @@ def draw_folder(
     drawn = ["admissible", "curves"]
     save(admissible(table, simulated), admissible_table(table, plane(table)), out / "admissible.png")
     # An end block has several pressures, none of which is the highest.
-    if told(table) == (FORCE, MOMENT) and len(pressures(table)) == 1:
+    if measured_quantities(table) == (FORCE, MOMENT) and len(pressures(table)) == 1:
         save(load_vectors(table, simulated), load_vector_table(table), out / "load_vectors.png")
         drawn.insert(1, "load_vectors")
     train = train or records[0].train
@@ -150,5 +150,5 @@ def main() -> None:
     parser.add_argument("--no-bands", action="store_true", help="curves without their 95 %% bands")
     chosen = parser.parse_args()
     out = chosen.out or chosen.folder / "figures"
-    with one_sentence("interrupted before all was drawn.", out):
+    with exit_on_user_error("interrupted before all was drawn.", out):
         draw_folder(chosen.folder, out, chosen.train, chosen.state, Console(), not chosen.no_bands)

@@ -11,7 +11,7 @@ import pandas as pd
 from rich.console import Console
 
 from freelearn.api.tasks.specimens_task import NEO_HOOKEAN, compared_specimens, fitted_specimens
-from freelearn.cli.command_line import one_sentence, program
+from freelearn.cli.command_line import exit_on_user_error, program
 from freelearn.common.files import write_whole
 from freelearn.data.specimen_schema import mode_name
 from freelearn.data.specimen_table import Specimens, read_specimens
@@ -108,7 +108,7 @@ def main() -> None:
     if compares and (arguments.effects or arguments.held_out):
         parser.error("--compare and --best try all effects and hold out each mode: drop --effects and --held-out")
     out = arguments.out or Path("outputs/specimens") / datetime.now().strftime("%Y-%m-%d/%H-%M-%S-%f")
-    with one_sentence("interrupted before there was a result.", out):
+    with exit_on_user_error("interrupted before there was a result.", out):
         data = read_specimens(arguments.table)
         if compares:
             compare_specimens(data, out, Console(), arguments.best)

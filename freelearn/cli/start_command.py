@@ -15,7 +15,7 @@ from rich.console import Console
 
 from freelearn.api.tasks.intake_task import actuators_of, asked_of, taken_in
 from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in, same_names
-from freelearn.cli.command_line import command_line, one_sentence, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, program
 from freelearn.cli.intake_command import option, specimens_command, stem_of, table_options
 from freelearn.cli.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
 from freelearn.common.errors import UserError
@@ -61,7 +61,7 @@ def main() -> None:
         parser.error("name a raw file")
     now = datetime.now()
     folder = asked.out or Path("outputs", "start", f"{now:%Y-%m-%d}", f"{now:%H-%M-%S-%f}")
-    with one_sentence("interrupted; no table was written."):
+    with exit_on_user_error("interrupted; no table was written."):
         following = start(raws, folder, Console(), input, asked.design, asked.recipe, asked.run)
     # The search is a command of its own, with its settings, its report and its way of going on after an interruption.
     if following.command == "specimens":

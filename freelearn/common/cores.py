@@ -28,16 +28,16 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 KEPT, LARGEST = 2**28, 2**25
 
 
-def made_ready() -> None:
+def configure_runtime() -> None:
     """One thread, and memory that is kept from one operation to the next. Commands call it before they compute."""
-    one_thread()
+    limit_threads()
     # Each step of a fit makes and drops the same tensors of some megabytes. Given back to the system each time, they
     # come again as a thousand pages to clear: a tenth of a search's time.
     _asked("mallopt", M_TRIM_THRESHOLD, KEPT)
     _asked("mallopt", M_MMAP_THRESHOLD, LARGEST)
 
 
-def one_thread() -> None:
+def limit_threads() -> None:
     """Has torch compute on one thread, unless OMP_NUM_THREADS says otherwise.
 
     Rows are taken in blocks that fit the processor's cache, so a second thread gains nothing; and where another

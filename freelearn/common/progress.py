@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 # What is done, how much of it, and of how much.
-Told = Callable[[str, int, int], None]
+ProgressCallback = Callable[[str, int, int], None]
 # Steps of which a work is taken to be half done, where how many there will be is known at its end only.
 HALF_DONE = 25
 TOTAL = 1000
 
 
 class _Watcher:
-    def __init__(self, told: Told) -> None:
+    def __init__(self, told: ProgressCallback) -> None:
         self.told, self.steps = told, 0
 
 
@@ -22,7 +22,7 @@ _watchers: ContextVar[tuple[_Watcher, ...]] = ContextVar("watchers", default=())
 
 
 @contextmanager
-def watched(told: Told) -> Iterator[None]:
+def watched(told: ProgressCallback) -> Iterator[None]:
     """Within it, `told` hears of the work that is done, beside those that look on already."""
     before = _watchers.set((*_watchers.get(), _Watcher(told)))
     try:

@@ -6,10 +6,10 @@ import torch
 from torch import Tensor
 
 
-def everyone(mask: Tensor) -> bool | None:
+def all_if_known(mask: Tensor) -> bool | None:
     """Whether all rows are marked; None inside vmap.
 
-    >>> everyone(torch.tensor([True, False]))
+    >>> all_if_known(torch.tensor([True, False]))
     False
     """
     try:
@@ -18,10 +18,10 @@ def everyone(mask: Tensor) -> bool | None:
         return None
 
 
-def marked(mask: Tensor) -> Tensor | None:
+def indices_if_known(mask: Tensor) -> Tensor | None:
     """Numbers of the marked rows, (n,) int64; None inside vmap.
 
-    >>> marked(torch.tensor([True, False, True]))
+    >>> indices_if_known(torch.tensor([True, False, True]))
     tensor([0, 2])
     """
     try:

@@ -64,9 +64,9 @@ class Readings:
         hangs loose."""
         if self.plain:
             return predicted - self.value
-        return torch.where(self.felt(predicted), predicted - self.value, 0.0)
+        return torch.where(self.informative_mask(predicted), predicted - self.value, 0.0)
 
-    def felt(self, predicted: Tensor) -> Tensor:
+    def informative_mask(self, predicted: Tensor) -> Tensor:
         """Readings whose miss changes with the prediction (N, 2), (N, 2) bool."""
         loose = self.slack & (predicted[..., 0] >= self.value[..., 0])
         return self.present & ~torch.stack([loose, torch.zeros_like(loose)], dim=-1)

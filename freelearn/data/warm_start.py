@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 
 T = TypeVar("T")
 
@@ -84,7 +84,7 @@ class Near:
     def keep(self, name: str, value: Tensor, settled: Tensor) -> None:
         """Keeps the values (N, …) of the rows that settled, (N,) bool."""
         # Inside vmap a value is that of several members.
-        if self._keeps and everyone(settled) is not None:
+        if self._keeps and all_if_known(settled) is not None:
             there = settled.reshape(-1, *[1] * (value.ndim - 1))
             self._last[name] = torch.where(there, value.detach(), torch.nan)
 

@@ -17,17 +17,17 @@ TOLD, MODELS_TOLD = 20, 8
 # A candidate stands out in the ranking if noise would promise as much with this chance, of all that were tried.
 CLEAR = 0.01
 # Chance of calling a complete model incomplete. It is met at the end of every search, right or wrong, so small.
-LEFT = 0.002
+ALPHA_STRUCTURE = 0.002
 # An effect has to lower the held-out loss by this many standard errors of the paired difference to stay in a model that
 # is unexplained, and a set that raises it by as many is not as good as another.
-BETTER = 2.0
+MIN_PAIRED_Z = 2.0
 # Held-out error of a model that might as well predict no loads at all.
 NOTHING = 1.0
 # A model whose held-out error (the paper's, of all readings alike) is larger by more than this share is no better,
 # whatever whitened residuals say.
 RISES = 0.05
 # An effect that explains less than this share of what stays unexplained, in held-out χ², stands for a part of that.
-LITTLE = 1 / 3
+MIN_SHARE = 1 / 3
 # Share of the error that two effects which help only together may leave, to stay in a model that is unexplained.
 TOGETHER = 0.5
 # Effects that an unexplained model keeps at most: beyond, several together stand for something else.

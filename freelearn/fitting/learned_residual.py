@@ -63,7 +63,7 @@ def learn_remainder(model: Hybrid, rows: Rows) -> None:
     box = _box(coordinates(states, moduli[0]))
     model.take({"moduli": moduli, "box": torch.stack(box)})
     loads, actuator = model(rows.states).loads, model.ideal(states, model.values()).loads
-    counted = rows.readings.felt(loads)
+    counted = rows.readings.informative_mask(loads)
     scale = load_scale(rows.states, moduli, box[1])
     found, leaders, sizes = [], [], []
     for members in groups:

@@ -141,7 +141,7 @@ class Problem:
         """Rates (N, 2, p) of the readings, zero for those that do not count."""
         if self.rows.readings.plain:
             return jacobian
-        return jacobian * self.rows.readings.felt(self.readings(vector))[..., None]
+        return jacobian * self.rows.readings.informative_mask(self.readings(vector))[..., None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
         if self.whole:

@@ -200,7 +200,7 @@ def line_of(model: Model[Any], name: str, vector: Tensor) -> Line:
 
 
 # Told of a parameter whose ends are being looked for: its name, how many ends are known, and of how many.
-Told = Callable[[str, int, int], None]
+ProgressCallback = Callable[[str, int, int], None]
 
 # How many times a better fit, met by a profile, becomes the minimum that the profiles are about.
 MOST_BEGINNINGS = 3
@@ -208,7 +208,7 @@ MOST_BEGINNINGS = 3
 ROUNDING = 1e-9
 
 
-def profiled(problem: Problem, known: Uncertainty, told: Told | None = None) -> Uncertainty:
+def profiled(problem: Problem, known: Uncertainty, told: ProgressCallback | None = None) -> Uncertainty:
     """`known` with profile intervals of the physical parameters in the place of the normal ones.
 
     problem: the rows of the fit, its model at the fitted parameters, which stay as they are. The profile is of the sum
@@ -244,7 +244,9 @@ def _minimum(model: Model[Any], squares: Squares, start: Tensor) -> Tensor:
     return found[-1][1]
 
 
-def _about(vector: Tensor, problem: Problem, squares: Squares, known: Uncertainty, told: Told | None) -> Uncertainty:
+def _about(
+    vector: Tensor, problem: Problem, squares: Squares, known: Uncertainty, told: ProgressCallback | None
+) -> Uncertainty:
     """The intervals about a minimum (p,). Raises BetterFitError where that is none."""
     model = problem.model
     fitted = model.vector().detach()

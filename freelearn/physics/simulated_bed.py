@@ -76,7 +76,7 @@ def simulate(
     truth: C1, C2 [Pa]. effects: the physics beyond the continuum model, {effect: {parameter: SI value}}. A list of
     values is one per sample.
     accuracy: one standard deviation of elongation_mm, twist_deg (one error per kinematic state), pressure_kpa,
-    force_n, moment_nmm (each row), as in `data.accuracy`. buckled_share: share of all rows marked as buckled.
+    force_n, moment_nmm (each row), as in `accuracy`. buckled_share: share of all rows marked as buckled.
     """
     generator = np.random.default_rng(seed)
     table = protocol()

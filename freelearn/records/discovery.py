@@ -17,15 +17,15 @@ from freelearn.common.formats import all_finite
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.left_out import HELDOUT_IS
 from freelearn.discovery.fits.step import Candidate, Step, parameter_covariance
-from freelearn.discovery.noise.structure import Screen
+from freelearn.discovery.noise.structure import ResidualTest
 from freelearn.discovery.residuals.failures import Failure
-from freelearn.discovery.residuals.residual_summary import Remainder
+from freelearn.discovery.residuals.residual_summary import ResidualSummary
 from freelearn.discovery.search.measuring_order import DRIFT, unknown
 from freelearn.discovery.search.next_states import NextState
 from freelearn.discovery.search.search import Findings
 from freelearn.records.estimates import Estimate, searched_estimates
 from freelearn.records.suspected_readings import SuspectedReading, flagged
-from freelearn.records.verdict_words import told, verdict_in_words
+from freelearn.records.verdict_words import measured_channels, verdict_in_words
 from freelearn.records.written_effects import ProposalCurve, proposal_entry
 
 
@@ -43,9 +43,9 @@ class Discovery:
     curves: Sequence[tuple[pd.DataFrame, dict[str, pd.DataFrame]]]
     failed: list[Failure]
     splits: pd.DataFrame
-    screens: list[Screen]
+    screens: list[ResidualTest]
     proposed: list[NextState]
-    left: Remainder | None
+    left: ResidualSummary | None
     notes: list[str]
     content: dict[str, Any]
     suspects: list[SuspectedReading]
@@ -68,9 +68,9 @@ def final_estimates(findings: Findings) -> list[Estimate]:
 def document(
     findings: Findings,
     failed: list[Failure],
-    screens: list[Screen],
+    screens: list[ResidualTest],
     proposed: list[NextState],
-    left: Remainder | None,
+    left: ResidualSummary | None,
     suspects: list[SuspectedReading],
     notes: list[str],
     untestable: list[Candidate],
@@ -132,7 +132,7 @@ def sigmas_heldout(step: Step) -> float:
 def noise_scale(step: Step) -> float:
     """How many times the stated noise is what scatters about a step's model, smooth structure and slips taken off: the
     geometric mean of force and moment, or of what else was measured."""
-    found, measured = step.whiten.scatter, told(step)
+    found, measured = step.whiten.scatter, measured_channels(step)
     left = 1.0 if step.whiten.doubt is not None else step.left.scale
     return left * (float(found.deviations[measured].prod()) ** (1 / len(measured)) if found else 1.0)
 

@@ -86,8 +86,8 @@ class Narrowed:
 @dataclass(frozen=True)
 class Plan:
     """table: the rows, in the order of measuring, in the columns of plan.csv. measured: the rows that there are, in the
-    measurement table's. goal: split, settle or halve. parameters: of settle and halve. rows_needed: about how many rows
-    reach the goal, infinite where none do. notes: sentences. about: what else plan.json holds."""
+    measurement table's. goal: discriminate, detect or narrow. parameters: of the latter two. rows_needed: about how
+    many rows reach the goal, infinite where none do. notes: sentences. about: what else plan.json holds."""
 
     goal: str
     table: pd.DataFrame
@@ -115,9 +115,9 @@ class Plan:
         rows, states = len(self.table), self.mountings
         many = f"{rows} row{'s' if rows > 1 else ''} in {states} mounting{'s' if states > 1 else ''}"
         weak = self.weakest
-        if self.goal == "split":
+        if self.goal == "discriminate":
             return f"{many}: {weak.name[0]} is told from {weak.name[1]} by {weak.after:.1f} σ at least, if it is there."
-        if self.goal == "halve":
+        if self.goal == "narrow":
             (one,) = self.parameters
             return f"{many}: the interval of {one.name} becomes {one.factor:.2g} times as wide as it is."
         size = "as large as it is fitted" if any(p.value for p in self.parameters) else "of a noticeable size"

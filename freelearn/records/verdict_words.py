@@ -63,13 +63,13 @@ def _lasting(step: Step, memory: Memory) -> str:
     parts = [
         f"{100 * float(memory.share[i]):.0f} % of the {step.states.bed.readings[i].name}'s variance fades in "
         f"{float(memory.time[i]):.2g} s"
-        for i in told(step)
+        for i in measured_channels(step)
         if float(memory.share[i])
     ]
     return f"the noise has a memory: {', '.join(parts)}; rows that err alike count for fewer"
 
 
-def told(step: Step) -> list[int]:
+def measured_channels(step: Step) -> list[int]:
     """The channels of a step's bed of which some row has a reading."""
     return [i for i, there in enumerate(step.whiten.present.any(0).tolist()) if there]
 
@@ -81,7 +81,7 @@ def _wrong(step: Step, found: Scatter) -> str:
     common = "hung loads' scatter" if bed is DEAD_LOAD else "positions' scatter"
     parts = []
     for name, factor, most in (
-        *((f"{bed.readings[i].name}'s scatter", deviations[i], WRONG_NOISE) for i in told(step)),
+        *((f"{bed.readings[i].name}'s scatter", deviations[i], WRONG_NOISE) for i in measured_channels(step)),
         (common, position, WRONG_POSITION),
     ):
         if factor > most:

@@ -38,12 +38,12 @@ REFUSED = 1008
 def guard(application: Application, port: int, sessions: Sessions, **socket: Any) -> None:
     """Puts the gate before everything that the server has. A page without a session is sent on to the address of a new
     one, so that going back, forward and reloading find it again. socket: what Bokeh's own socket handler is given."""
-    stranger = Rule(_Stranger(port), _Refused, {"port": port})
-    nameless = Rule(_Nameless(sessions), _Begin, {"sessions": sessions})
+    stranger = Rule(_ForeignRequest(port), _Refused, {"port": port})
+    nameless = Rule(_NoSession(sessions), _Begin, {"sessions": sessions})
     application.add_handlers(".*", [stranger, nameless, ("/ws", _Socket, socket)])
 
 
-class _Stranger(Matcher):
+class _ForeignRequest(Matcher):
     """Requests that are refused. Any site can have its own name lead to this machine: the name counts."""
 
     def __init__(self, port: int) -> None:
@@ -75,7 +75,7 @@ class _Refused(RequestHandler):
         self.finish(f"This is not served here: open http://{NAMES[0]}:{self.port}/ itself.\n")
 
 
-class _Nameless(Matcher):
+class _NoSession(Matcher):
     """Requests for the page of no session."""
 
     def __init__(self, sessions: Sessions) -> None:

@@ -176,7 +176,7 @@ def test_a_wrong_picture_says_what_there_is(run, found):
 
 
 def test_a_run_is_planned_from_and_refereed(found, tmp_path):
-    planned = fl.plan(found, rows=4, goal="halve", parameter="C1")
+    planned = fl.plan(found, rows=4, goal="narrow", parameter="C1")
     assert len(planned.frame()) == 4
     assert "of the best plan" in planned.summary() or "of what any plan" in planned.summary()
     assert planned.plot.places().has_data()

@@ -123,7 +123,7 @@ COMMANDS: dict[str, Callable[[Attacked], list[str]]] = {
     "discover": lambda a: ["discover", *a.hidden, f"hydra.run.dir={a.out}/run"],
     "predict": lambda a: ["predict", f"run={a.fitted}", f"data.path={a.questions}", f"hydra.run.dir={a.out}/run"],
     "plan": lambda a: [
-        "plan", f"run={a.fitted}", "rows=4", "goal=halve", "parameter=C1", "figures=false",
+        "plan", f"run={a.fitted}", "rows=4", "goal=narrow", "parameter=C1", "figures=false",
         f"hydra.run.dir={a.out}/run",
     ],
     "gather": lambda a: ["gather", str(a.swept), "--out", f"{a.out}/gathered"],

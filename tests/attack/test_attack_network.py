@@ -78,7 +78,7 @@ def good(place: Path) -> list[list[str]]:
         ["train", "-m", *data, "model=linear,continuum", "figures=false", f"hydra.sweep.dir={place / 'sweep'}"],
         ["discover", *search, f"hydra.run.dir={place / 'search'}"],
         ["predict", f"run={place / 'run'}", f"data.path={questions}", f"hydra.run.dir={place / 'answers'}"],
-        ["plan", f"run={place / 'run'}", "rows=4", "goal=halve", "parameter=C2", f"hydra.run.dir={place / 'plan'}"],
+        ["plan", f"run={place / 'run'}", "rows=4", "goal=narrow", "parameter=C2", f"hydra.run.dir={place / 'plan'}"],
         ["gather", str(place / "sweep"), "--out", str(place / "gathered")],
         ["figures", str(place / "sweep"), "--out", str(place / "figures")],
         ["intake", f"data.path={place / 'raw.csv'}", f"hydra.run.dir={place / 'draft'}"],

@@ -7,14 +7,14 @@ from small_runs import make_csv
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
 from freelearn.api.tasks.loaded_table import load_table
-from freelearn.cli.command_line import one_sentence
+from freelearn.cli.command_line import exit_on_user_error
 from freelearn.data.table.faults import TableError
 
 
 def refusal(path):
     """What a command says of the table; the page is told of its faults alone."""
     data = settings(TrainSettings, ["data=csv", f"data.path={path}"]).data
-    with pytest.raises(SystemExit) as ended, one_sentence("interrupted"):
+    with pytest.raises(SystemExit) as ended, exit_on_user_error("interrupted"):
         load_table(data)
     with pytest.raises(TableError) as faults:
         load_table(data)

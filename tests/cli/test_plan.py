@@ -47,7 +47,7 @@ def test_the_command_plans_rows_that_can_be_measured_and_appended(found, command
     assert list(rows) == [*Columns(KINEMATIC).listed, "expected_z"]
     assert len(rows) == content["rows"] == 6
     assert rows[["force_n", "moment_nmm"]].isna().all().all()
-    assert content["goal"] == "split"
+    assert content["goal"] == "discriminate"
     assert {(e["true"], e["rival"]) for e in content["expected"]} == {
         ("pressure_offset", "twist_offset"),
         ("twist_offset", "pressure_offset"),
@@ -104,29 +104,29 @@ def test_rows_of_a_mounting_are_as_asked(found, per_state, mountings):
 
 
 def test_a_dear_mounting_makes_for_fewer_of_them(found):
-    cheap = freelearn.plan(found, rows=8, goal="halve", parameter="C1", mounting_rows=0)
-    dear = freelearn.plan(found, rows=8, goal="halve", parameter="C1", mounting_rows=30)
+    cheap = freelearn.plan(found, rows=8, goal="narrow", parameter="C1", mounting_rows=0)
+    dear = freelearn.plan(found, rows=8, goal="narrow", parameter="C1", mounting_rows=30)
     assert dear.mountings < cheap.mountings
 
 
 def test_a_parameter_is_halved_with_about_as_many_rows_as_said(found):
-    few = freelearn.plan(found, rows=8, goal="halve", parameter="C1")
+    few = freelearn.plan(found, rows=8, goal="narrow", parameter="C1")
     (one,) = few.parameters
     assert 0.5 < one.factor < 1
     needed = int(np.ceil(few.rows_needed))
-    many = freelearn.plan(found, rows=needed, goal="halve", parameter="C1")
+    many = freelearn.plan(found, rows=needed, goal="narrow", parameter="C1")
     assert many.parameters[0].factor == pytest.approx(0.5, abs=0.03)
 
 
 def test_an_effect_that_nobody_found_can_be_settled(found):
-    made = freelearn.plan(found, rows=10, goal="settle", effect="force_gain")
+    made = freelearn.plan(found, rows=10, goal="detect", effect="force_gain")
     assert [p.name for p in made.parameters] == ["force_gain.gain"]
     assert made.parameters[0].after < made.parameters[0].before
     assert made.weakest.after > made.weakest.before
 
 
 def test_friction_is_settled_by_pressures_that_fall_after_higher_ones(found):
-    made = freelearn.plan(found, rows=8, goal="settle", effect="friction_hysteresis", per_state=4)
+    made = freelearn.plan(found, rows=8, goal="detect", effect="friction_hysteresis", per_state=4)
     falls = []
     for _, part in made.table.groupby(kinematic_state(made.table)):
         falls.append((part["pressure_kpa"].diff() < 0).any())
@@ -136,11 +136,11 @@ def test_friction_is_settled_by_pressures_that_fall_after_higher_ones(found):
 def test_after_a_training_run_the_widest_interval_is_halved(tmp_path):
     run(tmp_path / "run", f"data.path={make_csv(tmp_path / 't.csv')}", "data=csv", "train=all", "figures=false")
     made = freelearn.plan(tmp_path / "run", rows=5)
-    assert made.goal == "halve"
+    assert made.goal == "narrow"
     assert made.parameters[0].name in ("C1", "C2")
     assert made.parameters[0].factor < 1
-    with pytest.raises(UserError, match="no class of effects to split"):
-        freelearn.plan(tmp_path / "run", rows=5, goal="split")
+    with pytest.raises(UserError, match="no class of effects to discriminate"):
+        freelearn.plan(tmp_path / "run", rows=5, goal="discriminate")
 
 
 def test_mistakes_are_told_in_a_sentence(found, tmp_path):
@@ -155,10 +155,10 @@ def test_mistakes_are_told_in_a_sentence(found, tmp_path):
         ({"rows": 0}, "rows = 0 is too small"),
         ({}, "needs a number of rows"),
         ({"rows": 4, "path": tmp_path / "blank.csv"}, "leave out rows="),
-        ({"rows": 4, "goal": "settle"}, "effect=NAME"),
-        ({"rows": 4, "goal": "settle", "effect": "force_gian"}, "Did you mean 'force_gain'"),
-        ({"rows": 4, "goal": "halve", "parameter": "C3"}, "Unknown parameter 'C3'"),
-        ({"rows": 4, "effect": "force_gain"}, "belongs to goal=settle"),
+        ({"rows": 4, "goal": "detect"}, "effect=NAME"),
+        ({"rows": 4, "goal": "detect", "effect": "force_gian"}, "Did you mean 'force_gain'"),
+        ({"rows": 4, "goal": "narrow", "parameter": "C3"}, "Unknown parameter 'C3'"),
+        ({"rows": 4, "effect": "force_gain"}, "belongs to goal=detect"),
         ({"rows": 40, "per_state": 30}, "per_state = 30 is too many"),
         ({"path": tmp_path / "header.csv"}, "holds no rows"),
         ({"path": tmp_path / "blank.csv"}, "twist_deg"),
@@ -182,3 +182,16 @@ def test_a_mistake_leaves_no_folder_behind(tmp_path):
 def test_a_reach_is_taken_from_the_command_line():
     content = composed("plan", ["run=somewhere", "rows=4", "reach={elongation_mm:[-5,5],pressure_kpa:[0,70]}"])
     assert plan_settings(content).reach == {"elongation_mm": (-5.0, 5.0), "pressure_kpa": (0.0, 70.0)}
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "more"),
+    [
+        ("split", "discriminate", []),
+        ("settle", "detect", ["effect=force_gain"]),
+        ("halve", "narrow", ["parameter=C1"]),
+    ],
+)
+def test_goals_are_understood_by_what_they_were_called(before, now, more):
+    content = composed("plan", ["run=somewhere", "rows=4", f"goal={before}", *more])
+    assert plan_settings(content).goal == now

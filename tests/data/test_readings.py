@@ -49,7 +49,7 @@ def test_what_is_felt_is_the_derivative_of_the_miss(value, predicted, present, s
     predicted = np.where(np.abs(predicted - value) < 1e-6, predicted + 1.0, predicted)
     at = torch.as_tensor(predicted).requires_grad_()
     told.missed(at).sum().backward()
-    assert torch.equal(at.grad.bool(), told.felt(at.detach()))
+    assert torch.equal(at.grad.bool(), told.informative_mask(at.detach()))
 
 
 @settings(max_examples=60, deadline=None)

@@ -17,7 +17,7 @@ from freelearn.discovery.noise.scatter import huber, scatter
 from freelearn.discovery.noise.shapes import bases, dense
 from freelearn.discovery.noise.structure import LOOKED_AT, structure
 from freelearn.discovery.residuals.suspects import suspects
-from freelearn.discovery.thresholds import LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 from freelearn.physics.effects.registry import make_effects
 
 STATE = np.array([0, 0, 0, 5, 5, 9, 9, 9, 9, 2, 0, 5])
@@ -241,7 +241,7 @@ def test_levels_hold_with_four_in_ten_blank():
         made = bench(seed, **SHORT)
         p_values.append(first_step(question(made, present_in(seed, len(made.loads))))[1].left.p_value)
     assert stats.kstest(p_values, "uniform", alternative="greater").pvalue > 1e-3
-    assert min(p_values) > LEFT
+    assert min(p_values) > ALPHA_STRUCTURE
 
     def bend(states, loads):
         shape = (states.twist / 2) ** 2 * states.pressure / 7e4
@@ -249,4 +249,4 @@ def test_levels_hold_with_four_in_ten_blank():
 
     for seed in range(3):
         made = bench(seed, **SHORT, extra=bend)
-        assert first_step(question(made, present_in(seed, len(made.loads))))[1].left.p_value < LEFT
+        assert first_step(question(made, present_in(seed, len(made.loads))))[1].left.p_value < ALPHA_STRUCTURE

@@ -18,7 +18,7 @@ from freelearn.discovery.search.answer import ended
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.search import search, verdict
 from freelearn.discovery.search.stages import explored
-from freelearn.discovery.thresholds import LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
 
@@ -122,7 +122,7 @@ def test_a_failed_fit_is_not_adequate_however_few_rows(converged, error):
     calm = ended(prepared, known)
     assert verdict(calm) == "adequate"
     final = replace(calm.final, fit=replace(calm.final.fit, converged=converged), E_heldout=error)
-    assert final.left.p_value >= LEFT
+    assert final.left.p_value >= ALPHA_STRUCTURE
     assert verdict(replace(calm, final=final)) == "unexplained"
     # Nor is a model that is only compared as if every reading were off by some amount.
     assert verdict(replace(calm, known=replace(known, share=0.02))) == "unexplained"

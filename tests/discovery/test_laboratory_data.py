@@ -10,7 +10,7 @@ from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.search.search import search
-from freelearn.discovery.thresholds import LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 from freelearn.physics.models.build import build_model
 from freelearn.records.discovery import stderr
 from freelearn.testing.reference.laboratory import KINDS, Laboratory, measure
@@ -94,7 +94,7 @@ def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed)
 def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
     found = [searched(laboratory(seed, **BEHAVIORS[noise]).table)[0] for seed in range(20)]
     # An effect is named by chance, or a complete model called incomplete.
-    assert sum(f.verdict != "adequate" for f in found) <= most(CHANCE + LEFT, 20)
+    assert sum(f.verdict != "adequate" for f in found) <= most(CHANCE + ALPHA_STRUCTURE, 20)
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_what_is_missing_is_named_however_noise_behaves(effects, noise):
     """Ten noises of a bed: a second effect is added by chance with the share that it is found where there is none."""
     found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in range(10)]
     assert all(set(effects) <= set(f.effects) for f in found)
-    assert sum(f.verdict != "named" or f.effects != list(effects) for f in found) <= most(CHANCE + LEFT, 10)
+    assert sum(f.verdict != "named" or f.effects != list(effects) for f in found) <= most(CHANCE + ALPHA_STRUCTURE, 10)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

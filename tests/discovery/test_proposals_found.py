@@ -13,7 +13,7 @@ from freelearn.discovery.search.answer import ended
 from freelearn.discovery.search.beyond import beyond
 from freelearn.discovery.search.search import search
 from freelearn.discovery.search.stages import explored
-from freelearn.discovery.thresholds import LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 from freelearn.physics.effects.registry import EFFECTS
 
 # A few of each port, those that resemble what is hidden among them.
@@ -49,12 +49,12 @@ def found(request):
 
 def test_one_written_effect_leaves_nothing_and_is_of_the_right_place(found):
     kind, result = found
-    assert result.steps[0].left.p_value < LEFT
+    assert result.steps[0].left.p_value < ALPHA_STRUCTURE
     (proposal,) = result.proposals
     assert is_the_kind(proposal.written, kind)
     assert proposal.written.form.family in kind.families
     step = result.final
-    assert step.left.p_value >= LEFT
+    assert step.left.p_value >= ALPHA_STRUCTURE
     # 30 states: what is left is the noise within some standard errors of it.
     assert step.E_heldout < 1.35 * step.floor
     assert step.E_heldout < result.steps[0].E_heldout

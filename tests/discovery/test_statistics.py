@@ -21,7 +21,7 @@ from freelearn.discovery.noise.structure import structure
 from freelearn.discovery.residuals.failures import failures, inputs_of, split_errors
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
-from freelearn.discovery.residuals.residual_summary import remainder
+from freelearn.discovery.residuals.residual_summary import summarize_residuals
 from freelearn.physics.models.build import build_model
 
 
@@ -225,12 +225,12 @@ def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
 def test_the_systematic_share_does_not_depend_on_the_unit_of_the_noise(bed):
     states, _, whiten, noise = bed
     wave = torch.stack([0.1 * states.twist**2 * states.pressure / 7e4, torch.zeros(2000, dtype=torch.float64)], 1)
-    one = remainder(noise + wave, NOTHING_FITTED, states, whiten, scale=1.0)
-    three = remainder(3 * (noise + wave), NOTHING_FITTED, states, whiten, scale=3.0)
+    one = summarize_residuals(noise + wave, NOTHING_FITTED, states, whiten, scale=1.0)
+    three = summarize_residuals(3 * (noise + wave), NOTHING_FITTED, states, whiten, scale=3.0)
     assert three.share == pytest.approx(one.share)
     assert three.inputs == pytest.approx(one.inputs)
     # Noise three times as large as stated is not systematic for that.
-    assert remainder(3 * noise, NOTHING_FITTED, states, whiten, scale=3.0).share < 0.01
+    assert summarize_residuals(3 * noise, NOTHING_FITTED, states, whiten, scale=3.0).share < 0.01
 
 
 def table_of(states, state) -> pd.DataFrame:

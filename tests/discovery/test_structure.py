@@ -10,7 +10,7 @@ from scipy import stats
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
 from freelearn.discovery.noise.shapes import bases, dense
 from freelearn.discovery.noise.structure import LOOKED_AT, f_test, structure
-from freelearn.discovery.thresholds import LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 
 
 def left(made):
@@ -36,7 +36,7 @@ def test_levels_hold_under_heavy_tails_and_slips(noise, slips):
             made, _ = made.slipped(slips, ("sign", "other_row", "decimal"), seed)
         p_values.append(left(made).p_value)
     p_values = np.array(p_values)
-    for level in (0.05, LEFT):
+    for level in (0.05, ALPHA_STRUCTURE):
         assert (p_values < level).sum() <= most(level, len(p_values))
 
 
@@ -56,7 +56,7 @@ def test_a_smooth_effect_is_seen_through_heavy_tails_and_slips(noise):
     on some 60 degrees of freedom of the finest shapes."""
     for seed in range(5):
         made, _ = bench(seed, **SHORT, **noise, extra=bend(6)).slipped(0.02, ("sign", "other_row"), seed)
-        assert left(made).p_value < LEFT
+        assert left(made).p_value < ALPHA_STRUCTURE
 
 
 def test_one_odd_state_is_no_structure():
@@ -68,7 +68,7 @@ def test_one_odd_state_is_no_structure():
         shape = np.linspace(0.5, 1.5, len(rows))
         return made.showing({(r, 1): made.loads[r, 1] + 20 * NOISE[1] * s for r, s in zip(rows, shape, strict=True)})
 
-    assert left(off([7])).p_value > LEFT
+    assert left(off([7])).p_value > ALPHA_STRUCTURE
 
 
 @pytest.fixture
@@ -142,9 +142,9 @@ def test_the_least_p_value_without_any_state_is_what_counts(plain):
     nothing = torch.zeros(240, 2, 1, dtype=torch.float64)
     own = whiten.state == int(whiten.state[step.states.length.argmax()])
     odd = residual + 3.9 * own[:, None]
-    assert structure(odd, nothing, step.states, whiten).p_value > LEFT
+    assert structure(odd, nothing, step.states, whiten).p_value > ALPHA_STRUCTURE
     three = torch.isin(whiten.state, whiten.state[step.states.length.argsort()[-15:]])
-    assert structure(residual + 3.9 * three[:, None], nothing, step.states, whiten).p_value < LEFT
+    assert structure(residual + 3.9 * three[:, None], nothing, step.states, whiten).p_value < ALPHA_STRUCTURE
 
 
 def test_fishers_f_against_scipy():

@@ -11,7 +11,7 @@ from fitted_folders import LOADS, PLACE, continuum, design, fitted, grid, shown
 from freelearn.common.errors import UserError
 from freelearn.data.columns import with_members
 from freelearn.physics.models.build import build_model
-from freelearn.report.tables.answer_tables import answers_table, told
+from freelearn.report.tables.answer_tables import answer_lines, answers_table
 
 STATUSES = {"ok", "no_equilibrium", "singular", "overstretched", "unstable", "unreachable", "unanswered"}
 FREE = {"pressure_kpa": [20.0], "force_n": [0.0], "moment_nmm": [0.0]}
@@ -213,7 +213,7 @@ def test_of_an_end_block_each_pressure_has_its_column(block):
 def test_all_that_the_terminal_says_of_answers_are_sentences(run):
     loads = {"force_n": [0.0, 0.0, 0.0], "moment_nmm": [0.0, np.nan, 0.0]}
     answers = run.invert(pd.DataFrame({"sample": [3, 3, 3], "pressure_kpa": [20.0, 20.0, 1e6], **loads}))
-    said = told(answers, run)
+    said = answer_lines(answers, run)
     assert said[0] == "1 of 3 rows answered"
     assert any(sentence.startswith("1 unanswered:") for sentence in said)
     assert any(sentence.startswith("row 2:") for sentence in said)

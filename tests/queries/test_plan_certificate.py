@@ -7,7 +7,7 @@ import pytest
 
 from freelearn.queries.next_measurements.continuous_plan import continuous
 from freelearn.queries.next_measurements.exact_plan import exact
-from freelearn.queries.next_measurements.views import Objective, View, Visits
+from freelearn.queries.next_measurements.views import InformationMatrix, Objective, Visits
 
 # Rows and mountings.
 PLANS = [(2, 1), (3, 2), (4, 2), (4, 4), (5, 3)]
@@ -19,7 +19,7 @@ def random_objective(seed: int, places: int = 4, rows: int = 2, views: int = 2, 
     visits = Visits.from_masks(shared, np.ones((places, rows), dtype=bool))
     known = np.diag([*generator.uniform(0.2, 3, coefficients - 1), 0.0])
     columns = [generator.normal(size=(places, rows, 2, coefficients)) for _ in range(views)]
-    return Objective(visits, [View.scaled((str(i),), c, known) for i, c in enumerate(columns)])
+    return Objective(visits, [InformationMatrix.scaled((str(i),), c, known) for i, c in enumerate(columns)])
 
 
 def least(objective: Objective, plan) -> float:
@@ -80,7 +80,10 @@ def test_at_the_optimum_no_visit_is_more_sensitive_than_those_it_makes(views):
 
 def test_of_several_views_the_least_is_raised_and_views_that_are_well_told_do_not_count():
     objective = random_objective(3, places=20, rows=2, views=2)
-    strong = [objective.views[0], View("strong", 100 * objective.views[1].columns, objective.views[1].known)]
+    strong = [
+        objective.views[0],
+        InformationMatrix("strong", 100 * objective.views[1].columns, objective.views[1].known),
+    ]
     ideal = continuous(Objective(objective.visits, strong), 6, 3)
     assert ideal.weakest == pytest.approx([1.0, 0.0], abs=1e-6)
 

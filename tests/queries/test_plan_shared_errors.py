@@ -7,7 +7,7 @@ import torch
 from freelearn.data.accuracy import PAPER
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.queries.next_measurements.paths import Path
-from freelearn.queries.next_measurements.views import View, Visits, refitted, remaining, slope, value
+from freelearn.queries.next_measurements.views import InformationMatrix, Visits, refitted, remaining, slope, value
 
 
 def dense(columns: np.ndarray, shared: np.ndarray) -> np.ndarray:
@@ -93,6 +93,6 @@ def test_what_is_left_is_the_inverse_of_the_covariance_and_units_do_not_matter()
     moved = refitted(information, 2)
     assert moved.T @ information @ moved == pytest.approx(left)
     columns, units = generator.normal(size=(6, 1, 2, 4)), np.array([1e-6, 1e4, 1.0, 1.0])
-    plain = View.scaled(("a",), columns, information, 2)
-    odd = View.scaled(("a",), columns * units, information * units * units[:, None], 2)
+    plain = InformationMatrix.scaled(("a",), columns, information, 2)
+    odd = InformationMatrix.scaled(("a",), columns * units, information * units * units[:, None], 2)
     assert float(value(odd.known, 2)) == pytest.approx(float(value(plain.known, 2)), rel=1e-6)

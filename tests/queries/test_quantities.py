@@ -9,7 +9,7 @@ from freelearn.data.beds import BED, BEDS, DIAMETER, ELONGATION, FORCE, KINEMATI
 from freelearn.data.columns import with_members
 from freelearn.discovery.residuals.suspects import Suspect
 from freelearn.queries.curves.curve_panels import curve_numbers, measured_points, panels_of, read
-from freelearn.queries.curves.curve_rows import misses, plane, sweep, sweep_text, told, words
+from freelearn.queries.curves.curve_rows import measured_quantities, misses, plane, sweep, sweep_text, words
 from freelearn.queries.curves.shown_states import pick_states, squared_error, state_title
 from freelearn.records.suspected_readings import SuspectedReading, flagged, suspected_readings, suspects_frame
 from freelearn.report.tables.residual_tables import residual_table
@@ -24,7 +24,7 @@ def tables():
 
 def predicted(table: pd.DataFrame, **off: float) -> pd.DataFrame:
     """The table with predictions that are off by so much, in the columns' units."""
-    columns = {q.predicted: table[q.column] + off.get(q.name, 0.0) for q in told(table)}
+    columns = {q.predicted: table[q.column] + off.get(q.name, 0.0) for q in measured_quantities(table)}
     return table.assign(**columns, status="ok", split="train")
 
 
@@ -50,7 +50,7 @@ def test_a_picture_is_over_what_varies(tables):
 )
 def test_panels_are_of_what_was_measured(tables, bed, quantities, titles, heading):
     first = tables[bed][:8]
-    assert told(first) == quantities
+    assert measured_quantities(first) == quantities
     assert [panel.title for panel in panels_of(first)] == titles
     assert words(quantities) == heading
 

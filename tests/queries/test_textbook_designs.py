@@ -5,7 +5,7 @@ import pytest
 
 from freelearn.queries.next_measurements.continuous_plan import continuous
 from freelearn.queries.next_measurements.exact_plan import choose, exact
-from freelearn.queries.next_measurements.views import Objective, View, Visits
+from freelearn.queries.next_measurements.views import InformationMatrix, Objective, Visits
 
 X = np.linspace(-1, 1, 101)
 ROOT = float(np.sqrt(1 / 5))
@@ -17,7 +17,7 @@ def regression(degree: int, interest: int, keep: float = 1e-9) -> Objective:
     columns = np.zeros((len(X), 1, 2, degree + 1))
     columns[:, 0, 0] = X[:, None] ** np.arange(degree + 1)
     visits = Visits.from_masks(np.zeros((len(X), 1, 2, 2)), np.ones((len(X), 1), dtype=bool))
-    return Objective(visits, [View(("y",), columns, keep * np.eye(degree + 1), interest)])
+    return Objective(visits, [InformationMatrix(("y",), columns, keep * np.eye(degree + 1), interest)])
 
 
 def shares(objective: Objective, rows: int) -> dict[float, float]:
@@ -60,5 +60,5 @@ def test_rows_that_are_measured_already_count():
     objective = regression(1, 1)
     known = 1000 * np.outer([1.0, -1.0], [1.0, -1.0]) + 1e-9 * np.eye(2)
     (view,) = objective.views
-    asked = Objective(objective.visits, [View(("y",), view.columns, known, 1)])
+    asked = Objective(objective.visits, [InformationMatrix(("y",), view.columns, known, 1)])
     assert set(X[choose(asked, 6, None, 0.0, 0).visits]) == {1.0}

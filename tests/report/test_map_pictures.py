@@ -11,7 +11,7 @@ from matplotlib.contour import ContourSet
 from freelearn.data.beds import DEAD_LOAD, ELONGATION, FORCE, KINEMATIC, MOMENT, PRESSURE, TWIST
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.queries.curves.curve_rows import pressure_of
-from freelearn.queries.maps.map_scope import Reached
+from freelearn.queries.maps.map_scope import OperatingRange
 from freelearn.queries.maps.maps import Maps
 from freelearn.queries.maps.reach import PressureGrid, Reachable, crossed, reached_points
 from freelearn.queries.maps.stiffness_map import AXIAL, BACK, COUPLING, RATES, TORSIONAL, StiffnessMap
@@ -38,7 +38,7 @@ def made(samples=(3,), members=1, plane=(FORCE, MOMENT), lost=0, silent=False, p
     factors = [quantity.factor for quantity in plane]
     status = torch.tensor(np.where(np.arange(len(rows)) < lost, Status.NO_EQUILIBRIUM, Status.OK).astype(np.uint8))
     points = reached_points(rows, grid, plane, Prediction(torch.tensor(values * factors), status))
-    reached = Reached(elongation, (-500.0, 500.0), several, grid.levels[:, 0], grid.levels[:, -1])
+    reached = OperatingRange(elongation, (-500.0, 500.0), several, grid.levels[:, 0], grid.levels[:, -1])
     return Reachable(points, grid, imposed, plane, reached, (3,), ("A note.",))
 
 

@@ -44,24 +44,24 @@ def test_a_drawing_is_made_once_until_it_would_show_something_else(ahead, made):
 def test_the_next_ones_are_made_one_by_one_while_nobody_waits(ahead, made):
     document = Document()
     with set_curdoc(document):
-        ahead.come_to([7, 8, 9, 10, 11])
+        ahead.prefetch([7, 8, 9, 10, 11])
         assert made == []
         # Asked for again before the time has come: still one callback.
-        ahead.come_to([8, 9, 10, 11])
+        ahead.prefetch([8, 9, 10, 11])
         assert len(document.session_callbacks) == 1
         assert run_all(document) == AHEAD
         assert made == [8, 9]
-        ahead.come_to([8, 9])
+        ahead.prefetch([8, 9])
         assert not document.session_callbacks
         # What was to be drawn is no more.
-        ahead.come_to([10])
+        ahead.prefetch([10])
         ahead.clear()
         run_all(document)
     assert made == [8, 9]
 
 
 def test_without_a_page_nothing_is_made_ahead(ahead, made):
-    ahead.come_to([1, 2])
+    ahead.prefetch([1, 2])
     assert made == []
 
 

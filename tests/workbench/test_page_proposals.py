@@ -28,7 +28,7 @@ from freelearn.workbench.panels.outcome import Outcome
 from freelearn.workbench.panels.proposals import HINT, Proposals
 from freelearn.workbench.state.proposed import proposed, written_of
 from freelearn.workbench.state.question import Question
-from freelearn.workbench.state.session_store import Kept
+from freelearn.workbench.state.session_store import SessionStore
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
 pytestmark = pytest.mark.filterwarnings("ignore:.* will be removed in version 2:PendingDeprecationWarning")
@@ -108,7 +108,7 @@ def test_added_it_is_ticked_and_known_to_this_session_alone(session):
     # It is one of this session's, not of every one's, and nothing of its file was run.
     assert NAME not in EFFECTS
     assert not [name for name in set(sys.modules) - before if name.startswith("freelearn_own")]
-    assert Kept(session.folder).added == session.added
+    assert SessionStore(session.folder).added == session.added
 
 
 def test_what_was_found_is_adopted_as_the_search_fitted_it(session):

@@ -106,6 +106,14 @@ def _limits(value: Any) -> Any:
     raise ValueError("give {column: [lowest, highest]}, for example reach={elongation_mm:[-5,5]}")
 
 
+# What goals were called before.
+GOALS = {"split": "discriminate", "settle": "detect", "halve": "narrow"}
+
+
+def _by_old_name(goal: Any) -> Any:
+    return GOALS.get(goal, goal) if isinstance(goal, str) else goal
+
+
 # Readings of one plan: it is chosen visit by visit, and more than a day's tell little more than twice the half of them.
 MOST_ROWS = 1000
 Count = Annotated[int, Field(strict=True, ge=1, le=MOST_ROWS)]
@@ -120,13 +128,14 @@ class OwnPlan:
 
 @dataclass(frozen=True, config=STRICT)
 class PlanSettings:
-    """What one plan does. run: the folder of a run. rows: how many, None with a plan of one's own. goal: auto splits a
-    class where there is one, else halves the widest interval. per_state: rows of each mounting; None: the best for what
-    a mounting costs, mounting_rows rows. reach: of the bed, by column, where it is not what the table went to."""
+    """What one plan does. run: the folder of a run. rows: how many, None with a plan of one's own. goal: auto
+    discriminates the members of a class where there is one, else narrows the widest interval. per_state: rows of each
+    mounting; None: the best for what a mounting costs, mounting_rows rows. reach: of the bed, by column, where it is
+    not what the table went to."""
 
     run: RunPath
     rows: Count | None = None
-    goal: Literal["auto", "split", "settle", "halve"] = "auto"
+    goal: Annotated[Literal["auto", "discriminate", "detect", "narrow"], BeforeValidator(_by_old_name)] = "auto"
     effect: str | None = None
     parameter: str | None = None
     per_state: Count | None = None
@@ -137,7 +146,7 @@ class PlanSettings:
     figures: Switch = True
 
     def __post_init__(self) -> None:
-        for goal, name in (("settle", "effect"), ("halve", "parameter")):
+        for goal, name in (("detect", "effect"), ("narrow", "parameter")):
             given = getattr(self, name)
             if self.goal == goal and not given:
                 raise ValueError(f"goal={goal} needs to know which: add {name}=NAME")

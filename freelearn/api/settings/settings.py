@@ -69,7 +69,7 @@ EffectValues = dict[str, dict[str, float | tuple[float, ...]]]
 
 @dataclass(frozen=True, config=STRICT)
 class AccuracySettings:
-    """One standard deviation of the measuring in engineering units, as `data.accuracy` gives it."""
+    """One standard deviation of the measuring in engineering units, as `accuracy` gives it."""
 
     elongation_mm: Deviation
     twist_deg: Deviation

@@ -17,7 +17,7 @@ from freelearn.api.tasks.examine import examine
 from freelearn.api.tasks.loaded_table import job_key, load_table, seal
 from freelearn.api.tasks.preparation import Measuring, Mistakes, check_numbers, estimated, known_model, resolve_device
 from freelearn.api.tasks.search_task import Task, checked
-from freelearn.common.cores import made_ready
+from freelearn.common.cores import configure_runtime
 from freelearn.common.csv_text import csv_text
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
@@ -92,7 +92,7 @@ def discover(
     watch: told of each step.
     """
     console = console or Console(quiet=True)
-    made_ready()
+    configure_runtime()
     task = _prepared(settings, folder)
     provenance = task.loaded.provenance
     # The table of steps grows while the search runs.

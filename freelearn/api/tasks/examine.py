@@ -20,7 +20,7 @@ from freelearn.discovery.proposals.unknown_function import unknown
 from freelearn.discovery.residuals.failures import failures, inputs_of, split_errors
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
-from freelearn.discovery.residuals.residual_summary import remainder
+from freelearn.discovery.residuals.residual_summary import summarize_residuals
 from freelearn.discovery.search.before_after import errors_by_set
 from freelearn.discovery.search.measuring_order import DRIFT, telling_repeat
 from freelearn.discovery.search.next_states import next_states, telling
@@ -63,7 +63,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     proposed += repeats
     left = None
     if findings.verdict == "unexplained":
-        left = remainder(last.fit.residual, last.fit.jacobian, rows.states, last.whiten, last.left.scale)
+        left = summarize_residuals(last.fit.residual, last.fit.jacobian, rows.states, last.whiten, last.left.scale)
     notes = [*measured.notes, *assumptions(task.library, seen.columns), *task.loaded.warnings]
     if lost := len(seen) - len(kept):
         notes.append(f"{lost} of {len(seen)} rows have no answer from the base model and were left out")

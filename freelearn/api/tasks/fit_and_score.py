@@ -19,7 +19,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.sets import CONSTITUENT_SET, SHARES, TEST, TRAIN, VALIDATION, samples_of, set_names, split_rows
 from freelearn.fitting.options import NORMAL, PROFILE, FitOptions
 from freelearn.fitting.problem import Problem
-from freelearn.fitting.profiles import Told, profiled
+from freelearn.fitting.profiles import ProgressCallback, profiled
 from freelearn.fitting.store import FitOutcome, FitStore, Fitted, fit_key, timed
 from freelearn.fitting.uncertainty import Uncertainty, uncertainty
 from freelearn.physics.chain.model import Model
@@ -52,7 +52,7 @@ def run(
     constituents: Mapping[str, float] = CONSTITUENT,
     shares: tuple[float, float] = SHARES,
     device: str = "cpu",
-    told: Told | None = None,
+    told: ProgressCallback | None = None,
 ) -> Run:
     """Fits (options None: not at all) and evaluates; `tests` is one set's name or "every". Raises UserError.
 
@@ -115,7 +115,7 @@ def _fitted(
     progress: Progress | None,
     device: str,
     store: FitStore | None,
-    told: Told | None,
+    told: ProgressCallback | None,
 ) -> Fitted:
     """The fit, from the store or else made now; the model holds its parameters afterwards.
 

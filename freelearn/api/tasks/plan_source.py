@@ -26,7 +26,7 @@ from freelearn.physics.chain.parameters import Parameter
 from freelearn.physics.chain.prediction import usable
 from freelearn.physics.effects.registry import EFFECTS, missing_columns
 from freelearn.physics.models.build import build_model
-from freelearn.queries.next_measurements.goals import HALVE, SETTLE, SPLIT, Goal, Narrow, Split
+from freelearn.queries.next_measurements.goals import DETECT, DISCRIMINATE, NARROW, Discriminate, Goal, Narrow
 from freelearn.queries.next_measurements.known_rows import Known
 from freelearn.records.provenance import Provenance
 from freelearn.records.run_files import read_run
@@ -132,17 +132,19 @@ def _known(table: pd.DataFrame, model: Model[Any], accuracy: Accuracy) -> Known:
 
 def goal_of(settings: PlanSettings, source: Source) -> Goal:
     """The goal. Raises UserError where the run has nothing of the kind."""
-    if settings.goal == SETTLE:
-        return _settle(source, str(settings.effect))
-    if settings.goal == HALVE:
-        return _halve(source, str(settings.parameter))
+    if settings.goal == DETECT:
+        return _detect(source, str(settings.effect))
+    if settings.goal == NARROW:
+        return _narrow(source, str(settings.parameter))
     classes = source.classes()
     if classes:
-        return Split.from_fits(classes)
-    if settings.goal == SPLIT:
+        return Discriminate.from_fits(classes)
+    if settings.goal == DISCRIMINATE:
         what = "its verdict is " + str(source.content["verdict"]) if source.kind == "discover" else "it is one of train"
-        raise UserError(f"{source.folder} has no class of effects to split, {what}: choose goal=settle or goal=halve.")
-    return _halve(source, widest(source))
+        raise UserError(
+            f"{source.folder} has no class of effects to discriminate, {what}: choose goal=detect or goal=narrow."
+        )
+    return _narrow(source, widest(source))
 
 
 def widest(source: Source) -> str:
@@ -156,18 +158,18 @@ def widest(source: Source) -> str:
         if float(variance[place]) > 0 and (parameter.log or fit.values()[label] != 0):
             width[label] = float(variance[place]) ** 0.5 / size
     if not width:
-        raise UserError(f"{source.folder} has no parameter whose interval is known: choose goal=settle, effect=NAME.")
+        raise UserError(f"{source.folder} has no parameter whose interval is known: choose goal=detect, effect=NAME.")
     return max(width, key=lambda label: width[label])
 
 
-def _halve(source: Source, name: str) -> Goal:
+def _narrow(source: Source, name: str) -> Goal:
     fit = source.known.fit
     if name not in fit.model.declared:
         raise unknown("parameter", name, fit.model.declared)
-    return Narrow(HALVE, ((name,),), fit, (name,), (_size(fit.model.declared[name], fit, name),))
+    return Narrow(NARROW, ((name,),), fit, (name,), (_size(fit.model.declared[name], fit, name),))
 
 
-def _settle(source: Source, name: str) -> Goal:
+def _detect(source: Source, name: str) -> Goal:
     if name not in EFFECTS:
         raise unknown("effect", name, EFFECTS)
     known, model = source.known, source.model
@@ -185,7 +187,7 @@ def _settle(source: Source, name: str) -> Goal:
     # What is undefined without the effect is no sign of it.
     own = {label: p for label, p in own.items() if p.none is not None} or own
     sizes = tuple(_size(p, fit, label) for label, p in own.items())
-    return Narrow(SETTLE, ((name,),), fit, tuple(own), sizes)
+    return Narrow(DETECT, ((name,),), fit, tuple(own), sizes)
 
 
 def _size(parameter: Parameter, fit: WhiteFit, label: str) -> float:

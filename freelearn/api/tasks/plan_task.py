@@ -12,7 +12,7 @@ import pandas as pd
 
 from freelearn.api.settings.run_settings import PlanSettings
 from freelearn.api.tasks.plan_source import Source, goal_of, present_value, source_of
-from freelearn.common.cores import made_ready
+from freelearn.common.cores import configure_runtime
 from freelearn.common.csv_text import csv_text
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
@@ -27,7 +27,7 @@ from freelearn.discovery.search.next_states import TELLING
 from freelearn.queries.next_measurements.candidates import Candidates, candidates, ordered
 from freelearn.queries.next_measurements.continuous_plan import Continuous, continuous
 from freelearn.queries.next_measurements.exact_plan import choose, rows_for
-from freelearn.queries.next_measurements.goals import HALVE, SURE, Goal, Narrow, Score, Split, score
+from freelearn.queries.next_measurements.goals import NARROW, SURE, Discriminate, Goal, Narrow, Score, score
 from freelearn.queries.next_measurements.paths import MANY
 from freelearn.queries.next_measurements.views import Objective
 from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan, plan_table
@@ -99,7 +99,7 @@ def outside_reach(rows: pd.DataFrame, candidates: pd.DataFrame) -> list[str]:
 
 def planned(settings: PlanSettings) -> Plan:
     """The plan, or the user's own one scored. Raises UserError."""
-    made_ready()
+    configure_runtime()
     began = time.perf_counter()
     source = source_of(settings.run)
     known, notes = source.known, list(source.notes)
@@ -148,7 +148,7 @@ def _told(source: Source, goal: Goal, settings: PlanSettings, levels: int) -> tu
 
 def _without_twins(goal: Goal, there: Candidates, rows: int, mountings: int) -> tuple[Goal, Candidates, list[str]]:
     """The goal without pairs that no such plan would tell, where others are left, and a sentence for each of them."""
-    if not isinstance(goal, Split):
+    if not isinstance(goal, Discriminate):
         return goal, there, []
     objective = there.objective
     if float(continuous(objective, rows, mountings).bound) >= TELLING**2:
@@ -178,14 +178,14 @@ def _result(
 ) -> Plan:
     weakest = scored.weakest
     prior = weakest.prior
-    wanted = 4 * prior if goal.kind == HALVE else SURE**2
+    wanted = 4 * prior if goal.kind == NARROW else SURE**2
     certificate = Certificate(weakest.gain, ideal.bound - prior)
     mountings = len(_rows_of_states(table))
     return Plan(
         goal.kind,
         plan_table(table, weakest.shares.tolist()),
         source.known.table,
-        tuple(Expected(told.name, told.before, told.after) for told in scored.told),
+        tuple(Expected(one.name, one.before, one.after) for one in scored.gains),
         _narrowed(goal, scored) if isinstance(goal, Narrow) else (),
         certificate,
         mountings,
@@ -199,12 +199,12 @@ def _narrowed(goal: Narrow, scored: Score) -> tuple[Narrowed, ...]:
     """Standard errors of the goal's parameters, by what is measured and with the plan."""
     assert goal.fit is not None
     values = present_value(goal)
-    (told,) = scored.told
+    (gain,) = scored.gains
     out = []
     for i, (label, value) in enumerate(zip(goal.labels, values, strict=True)):
         declared = goal.fit.model.declared[label]
         unit = goal.sizes[i] * (value if declared.log else 1.0)
-        before, after = (unit * error[i] for error in (told.errors_before, told.errors_after))
+        before, after = (unit * error[i] for error in (gain.errors_before, gain.errors_after))
         out.append(Narrowed(label, declared.unit, float(value), float(before), float(after)))
     return tuple(out)
 

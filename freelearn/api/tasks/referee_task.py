@@ -11,7 +11,7 @@ import torch
 
 from freelearn.api.settings.run_settings import RefereeSettings
 from freelearn.api.tasks.plan_source import Source, source_of
-from freelearn.common.cores import limited, made_ready
+from freelearn.common.cores import configure_runtime, limited
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
 from freelearn.common.progress import tell
@@ -34,7 +34,7 @@ TABLES = "referee_tables.jsonl"
 
 def refereed_run(settings: RefereeSettings) -> RefereedRun:
     """The checks of a run, written into its folder. Raises UserError."""
-    made_ready()
+    configure_runtime()
     source = source_of(settings.run)
     question = question_of(source, settings.seed)
     final = _fitted(source, question)
@@ -166,7 +166,7 @@ def _done(path: Path, settings: RefereeSettings) -> dict[int, Searched]:
 
 def one_table(folder: Path, number: int, seed: int) -> Searched:
     """The search of one simulated table: every other one from the model without the effect that was found last."""
-    made_ready()
+    configure_runtime()
     torch.set_num_threads(1)
     source = source_of(folder)
     question = question_of(source, seed)

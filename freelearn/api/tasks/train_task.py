@@ -24,7 +24,7 @@ from freelearn.api.tasks.preparation import (
     own_values,
     resolve_device,
 )
-from freelearn.common.cores import give_back, made_ready
+from freelearn.common.cores import configure_runtime, give_back
 from freelearn.common.errors import UserError
 from freelearn.common.progress import watched
 from freelearn.data.columns import members_in
@@ -33,7 +33,7 @@ from freelearn.data.states import States
 from freelearn.discovery.residuals.failures import misfit
 from freelearn.discovery.search.testable import assumptions
 from freelearn.fitting.options import NORMAL
-from freelearn.fitting.profiles import Told
+from freelearn.fitting.profiles import ProgressCallback
 from freelearn.fitting.store import FitStore
 from freelearn.physics.chain.known_parameters import Known
 from freelearn.physics.chain.model import Model
@@ -91,7 +91,7 @@ def train(
     computed and written does not depend on it. command: the shell command that repeats the run, for the report.
     progress: makes what is told of epochs, instead of the console.
     """
-    made_ready()
+    configure_runtime()
     with _saying(console, "reading the table…"):
         task = _prepared(settings, folder)
     store = FitStore(settings.fits) if settings.fits else None
@@ -154,7 +154,7 @@ def _run(
     store: FitStore | None,
     with_effects: bool = True,
     by_states: bool | None = None,
-    told: Told | None = None,
+    told: ProgressCallback | None = None,
 ) -> Run:
     """One model, fitted and evaluated as the settings say. by_states: instead of the settings' split, for errors."""
     settings = task.settings

@@ -17,7 +17,7 @@ from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import Column, Condition, Recipe, Term
 
 
-def corrected(name: str, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray:
+def apply_corrections(name: str, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray:
     """A column's readings (N,) with those put right. name: of the file. record: tells what was done.
 
     Raises UserError where nothing reads what is to be corrected.
@@ -33,12 +33,12 @@ def corrected(name: str, column: Column, raw: np.ndarray, record: dict[str, Any]
     return right
 
 
-def described(term: Term) -> Any:
+def term_to_dict(term: Term) -> Any:
     """A term as plain values."""
     if term.number is not None:
         return term.number
     if term.thrust_on is not None:
-        return {"pressure_on": described(term.thrust_on)}
+        return {"pressure_on": term_to_dict(term.thrust_on)}
     return term.column if term.column is not None else {"from": term.source, "unit": term.unit}
 
 
@@ -89,7 +89,7 @@ class Evaluation:
         record: dict[str, Any] = {"from": self.raw.known(column.source), "unit": column.unit}
         if column.fill == "above":
             raw, record["filled"] = _as_above(raw), {"with": "above", "cells": int(np.isnan(raw).sum())}
-        raw = corrected(self.raw.name, column, raw, record)
+        raw = apply_corrections(self.raw.name, column, raw, record)
         change = conversion(column.unit, "" if column.times else unit_of(name))
         offset = self._offset(column, raw, record)
         values = change.factor * column.sign * column.scale * (raw - offset) + change.shift
@@ -101,7 +101,7 @@ class Evaluation:
         for key, sign, terms in (("plus", 1.0, column.plus), ("minus", -1.0, column.minus)):
             for term in terms:
                 values = values + sign * self._term(term, name)
-                record.setdefault(key, []).append(described(term))
+                record.setdefault(key, []).append(term_to_dict(term))
         self._blanks(name, column, values, record)
         self._check_size(name, values)
         if column.unit.strip().lower() == "psia" and not column.minus:

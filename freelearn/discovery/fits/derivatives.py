@@ -134,7 +134,7 @@ def _columns(
     present = {effect.name for effect in fit.model.effects}
     added = [effect for effect in model.effects if effect.name not in present]
     if carried is not None and all(effect.late for effect in added):
-        raw = _late_jacobian(model, vector, carried) * rows.readings.felt(fit.shown)[..., None]
+        raw = _late_jacobian(model, vector, carried) * rows.readings.informative_mask(fit.shown)[..., None]
     else:
         near = None if fit.near is None else fit.near.copy()
         raw = Problem(model, rows, ONE, near).jacobians(vector[None])[0].reshape(len(rows), 2, -1)

@@ -148,7 +148,7 @@ def _first_fit(model: Model, rows: Rows, start: Tensor, prior: RawPrior) -> Whit
     still, state = torch.zeros(len(rows), 2, 3, dtype=torch.float64), torch.as_tensor(rows.state)
     fit = evaluated(model, rows, start)
     for power in BOUNDED:
-        bounded = huber(fit.raw_residual, even, power, rows.states, rows.readings.felt(fit.shown))
+        bounded = huber(fit.raw_residual, even, power, rows.states, rows.readings.informative_mask(fit.shown))
         whiten = Whitener(still, state, even, bounded, bed, present)
         fit = white_fit(model, rows, whiten, fit.vector, prior, near=fit.near)
     return fit
@@ -156,18 +156,20 @@ def _first_fit(model: Model, rows: Rows, start: Tensor, prior: RawPrior) -> Whit
 
 def noise_about(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter | None = None) -> Noise:
     """What the measuring does to the rows of a fit, and the scatter about it. before: to go on from."""
-    sensitivity, state, felt = (
+    sensitivity, state, informative = (
         sensitivities(fit.model, rows.states),
         torch.as_tensor(rows.state),
-        rows.readings.felt(fit.shown),
+        rows.readings.informative_mask(fit.shown),
     )
     if rows.readings.count <= len(fit.vector):
         # As stated: the fit leaves nothing that could say otherwise.
-        return Noise(rows, accuracy, sensitivity, felt, huber(fit.raw_residual, accuracy, 1, rows.states, felt))
+        return Noise(
+            rows, accuracy, sensitivity, informative, huber(fit.raw_residual, accuracy, 1, rows.states, informative)
+        )
     found = scatter(
         fit.raw_residual, fit.raw_jacobian, fit.shown, sensitivity, rows.states, state, accuracy, before, rows.readings
     )
-    return Noise(rows, accuracy, sensitivity, felt, found)
+    return Noise(rows, accuracy, sensitivity, informative, found)
 
 
 def without(prepared: Prepared, step: Step, effect: str) -> Step | None:

@@ -80,23 +80,23 @@ def noise_floor(variance: Tensor, present: Tensor, scale: Tensor) -> float:
 class Noise:
     """What the measuring does to N rows, as a fitted model and the scatter about it say.
 
-    sensitivity: (N, 2, 2 + pressures), see `sensitivities`; felt: (N, 2) bool, see Readings.felt."""
+    sensitivity: (N, 2, 2 + pressures), see `sensitivities`; informative: (N, 2) bool, see Readings.informative_mask."""
 
     rows: Rows
     accuracy: Accuracy
     sensitivity: Tensor
-    felt: Tensor
+    informative: Tensor
     scatter: Scatter
 
     def whitener(self, doubt: Tensor | None = None, of: Tensor | None = None) -> Whitener:
         """Of all rows, or of some, (n,) int64. doubt: as for a Whitener."""
         rows, scatter = self.rows, self.scatter
-        sensitivity, felt = self.sensitivity, self.felt
+        sensitivity, informative = self.sensitivity, self.informative
         if of is not None:
-            rows, scatter, sensitivity, felt = rows[of], scatter.of(of), sensitivity[of], felt[of]
+            rows, scatter, sensitivity, informative = rows[of], scatter.of(of), sensitivity[of], informative[of]
         state, bed = torch.as_tensor(rows.state), rows.states.bed
         return Whitener(
-            sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, felt, doubt,
+            sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, informative, doubt,
             clock_of(rows.states),
         )  # fmt: skip
 
@@ -130,8 +130,9 @@ class Whitener:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
-        default: a push on a tube that hangs loose does not, see Readings.felt. doubt: (2,) SI, standard deviation
-        by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a memory."""
+        default: a push on a tube that hangs loose does not, see Readings.informative_mask. doubt: (2,) SI, standard
+        deviation by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a
+        memory."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)

@@ -110,7 +110,7 @@ def scatter(
     """
     bed = states.bed
     readings = readings or Readings.whole(raw)
-    told = readings.felt(loads)
+    told = readings.informative_mask(loads)
     noise = (sensors(like, bed) ** 2 + (sensitivity[:, :, 2:] * like.pressure).square().sum(-1)).sqrt()
     positions = sensitivity[:, :, :2] * shared(like, bed)
     samples = [

@@ -20,7 +20,7 @@ ALPHA = 0.004
 
 
 @dataclass(frozen=True)
-class Screen:
+class ResidualTest:
     """shows: whether what it looks for shows; None where the rows cannot tell, and then p_value is None too. p_value:
     chance that noise alone would look like this. says: in words. at_most: force [N] and moment [N·m] that a denial
     leaves possible, with 99 % confidence; None where it puts no figure on it."""

@@ -137,7 +137,7 @@ class Scan:
         for inputs in _sets(places, pushes, pairs):
             scaled = [pushes.scaled(i) for i in inputs]
             signed = all(pushes.signed(i) for i in inputs)
-            forms = told(ONE if len(inputs) == 1 else TWO, inputs, pushes)
+            forms = resolvable(ONE if len(inputs) == 1 else TWO, inputs, pushes)
             terms = Terms.of_forms(forms, signed, partial(_values, scaled))
             # What acts on an end block sees its own inputs: the mean of its actuators' pressures.
             whole = [x.mean(1, keepdim=True) for x in scaled]
@@ -161,7 +161,7 @@ class Scan:
         scaled = [pushes.scaled(i)[:, 0] for i in inputs]
         scales = [pushes.scales[i.name] for i in inputs]
         terms = Terms.of_forms(
-            told(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
+            resolvable(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
         )
         along, about = (pushes.by[f"parallel {where}"].sum(-1)[..., None] for where in ("axial", "torsional"))
         yield from self._best(place, inputs, terms, along * terms.values[:, :1] + about * terms.values[:, 1:], pushes)
@@ -225,7 +225,7 @@ def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
     ]  # fmt: skip
 
 
-def told(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
+def resolvable(forms: Sequence[Form], inputs: Inputs, pushes: Pushes) -> list[Form]:
     """The forms, no quicker than the inputs' levels tell, without those that these tell nothing about."""
     levels = [pushes.levels(i).tolist() for i in inputs]
     return [form for form in (form.told_by(levels) for form in forms) if form.has_room]

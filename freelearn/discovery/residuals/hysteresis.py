@@ -12,7 +12,7 @@ from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.shapes import monomials
-from freelearn.discovery.noise.structure import ALPHA, Screen, f_test
+from freelearn.discovery.noise.structure import ALPHA, ResidualTest, f_test
 
 NAME = "rising against falling pressure"
 # Why nothing can be compared on an end block.
@@ -70,7 +70,7 @@ def _shares(at: np.ndarray, where: float) -> np.ndarray:
     return shares if np.isfinite(shares).all() else np.eye(len(at))[0]
 
 
-def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: Whitener) -> Screen:
+def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: Whitener) -> ResidualTest:
     """Residuals at falling against rising pressure, at the same pressure of the same kinematic state.
 
     raw: predicted − measured (N, 2). What a row's state and pressure decide cancels in the difference, a position
@@ -78,7 +78,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     and those of a tube that hangs loose (whiten.told).
     """
     if states.members:
-        return Screen(NAME, None, None, f"on one end block {ALONE}")
+        return ResidualTest(NAME, None, None, f"on one end block {ALONE}")
     pairs = comparisons(states, state)
     if whiten.scatter is not None:
         right = (whiten.scatter.good > PROBABLY).all(-1).numpy()
@@ -89,7 +89,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     told = [i for i, quantity in readings if quantity in states.bed.measured and there[:, i].sum() >= FEWEST]
     if not told:
         few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
-        return Screen(NAME, None, None, few)
+        return ResidualTest(NAME, None, None, few)
     noise = whiten.own.numpy()
     residual = raw.numpy()
     place = np.array([pair.falling for pair in pairs])
@@ -118,13 +118,13 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
             f"{what} between falling and rising pressure (by {amounts(-mean, '+.3g')} on average, measured): "
             "friction_hysteresis, relaxation or stress_softening takes part"
         )
-        return Screen(NAME, True, p_value, says)
+        return ResidualTest(NAME, True, p_value, says)
     most = np.zeros(2)
     most[told] = [abs(v.mean()) + QUANTILE * v.std(ddof=1) / np.sqrt(len(v)) for v in compared]
     says = f"no difference beyond the noise; on average it is at most {amounts(most, '.2g')}"
     if states.bed.loads:
         says += ", so friction_hysteresis is at most half of that"
-    return Screen(NAME, False, p_value, says, (float(most[0]), float(most[1])))
+    return ResidualTest(NAME, False, p_value, says, (float(most[0]), float(most[1])))
 
 
 def _p_value(z: np.ndarray, basis: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import clear, orthonormal, summed_products
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
 from freelearn.discovery.noise.shapes import bins, both_loads, elongation, monomials, rows_of_samples, scaled
-from freelearn.discovery.noise.structure import ALPHA, Screen, f_test
+from freelearn.discovery.noise.structure import ALPHA, ResidualTest, f_test
 
 NAME = "reciprocity"
 # Degrees of the polynomial potentials, of pressure in them and in the bins, and of the free loads.
@@ -30,7 +30,7 @@ BROKEN_AT_MOST, BROKEN_AT_LEAST = 0.1, 0.01
 QUANTILE = 2.33
 
 
-def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Screen:
+def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> ResidualTest:
     """Whether the residuals can come from a potential, ∂F/∂φ = ∂M/∂l at fixed pressure.
 
     residual (N, 2) and jacobian (N, 2, p): whitened. Loads that derive from a potential are fitted first: polynomials
@@ -40,11 +40,13 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     the rows of a state. Both have to agree.
     """
     if states.bed.measured != (FORCE, MOMENT):
-        return Screen(NAME, None, None, "this bed does not measure force and moment, which reciprocity ties together")
+        return ResidualTest(
+            NAME, None, None, "this bed does not measure force and moment, which reciprocity ties together"
+        )
     parts = [_examine(residual, jacobian, states, whiten, rows) for rows in rows_of_samples(states)]
     freedom, rank = sum(p.freedom for p in parts), sum(p.extra for p in parts)
     if freedom < FEWEST_FREE or not rank:
-        return Screen(NAME, None, None, "too few rows to test reciprocity")
+        return ResidualTest(NAME, None, None, "too few rows to test reciprocity")
     kept, broken, left = sum(p.kept for p in parts), sum(p.broken for p in parts), sum(p.left for p in parts)
     variance = max(left, 1e-300) / freedom
     flipped = float((1 + (np.sum([p.flipped for p in parts], axis=0) >= broken).sum()) / (DRAWS + 1))
@@ -52,7 +54,7 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
     systematic = max(broken - rank * variance, 0.0)
     whole = kept - sum(p.conservative for p in parts) * variance + systematic
     if p_value < ALPHA and systematic > BROKEN_AT_LEAST * whole:
-        return Screen(
+        return ResidualTest(
             NAME,
             True,
             p_value,
@@ -61,14 +63,14 @@ def reciprocity(residual: Tensor, jacobian: Tensor, states: States, whiten: Whit
         )
     most = systematic + QUANTILE * (2 * rank * variance**2 + 4 * systematic * variance) ** 0.5
     if most < BROKEN_AT_MOST * whole:
-        return Screen(
+        return ResidualTest(
             NAME,
             False,
             p_value,
             f"the residuals keep ∂F/∂φ = ∂M/∂l, but for {100 * most / whole:.2g} % of what is systematic at most: an "
             "energy, geometry or boundary effect, or a zero offset, may explain them",
         )
-    return Screen(NAME, None, None, "the residuals cannot tell whether ∂F/∂φ = ∂M/∂l is broken")
+    return ResidualTest(NAME, None, None, "the residuals cannot tell whether ∂F/∂φ = ∂M/∂l is broken")
 
 
 @dataclass(frozen=True)

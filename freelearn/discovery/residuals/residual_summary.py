@@ -16,7 +16,7 @@ DIRECTION = "direction of the pressure change"
 
 
 @dataclass(frozen=True)
-class Remainder:
+class ResidualSummary:
     """share: of the squared whitened residual that is systematic. inputs: share of that which functions of one input
     alone explain. hint: the one term that explains most of it, and how much; a hint, not a finding."""
 
@@ -26,7 +26,9 @@ class Remainder:
     hint_share: float
 
 
-def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener, scale: float) -> Remainder:
+def summarize_residuals(
+    residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener, scale: float
+) -> ResidualSummary:
     """Describes whitened residuals (N, 2), predicted − measured, of a fit with whitened Jacobian (N, 2, p).
 
     scale: standard deviation of the noise that was measured, in units of the stated one (see `Structure`). k columns
@@ -42,7 +44,7 @@ def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     inputs_named = (*imposed(states), DIRECTION)
     everything = explained(whitened_basis(dense(bases(states)[-1], len(states)), whiten))
     if everything <= 0:
-        return Remainder(0.0, dict.fromkeys(inputs_named, 0.0), "none", 0.0)
+        return ResidualSummary(0.0, dict.fromkeys(inputs_named, 0.0), "none", 0.0)
     terms, names = monomials(states, 3)
     terms = torch.cat([terms, states.direction[:, None]], dim=1)
     names = [*names, DIRECTION]
@@ -58,4 +60,4 @@ def remainder(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     for name in inputs_named:
         own = [i for i, n in enumerate(names) if n == name or (n.startswith(f"{name}^") and "×" not in n)]
         inputs[name] = max(explained(whitened_basis(terms[:, own], whiten)) / everything, 0.0)
-    return Remainder(everything / float(flat.square().sum()), inputs, best, share)
+    return ResidualSummary(everything / float(flat.square().sum()), inputs, best, share)

@@ -15,7 +15,7 @@ from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.shapes import rows_of_samples
 from freelearn.discovery.noise.structure import structure
 from freelearn.discovery.residuals.suspects import Suspect
-from freelearn.discovery.thresholds import BLOCK, LEFT
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE, BLOCK
 
 ZERO, SCALE = "zero", "scale"
 MOST = 4
@@ -71,7 +71,7 @@ class Blocks:
     @property
     def explain(self) -> bool:
         """Whether nothing systematic remains with them."""
-        return bool(self.found) and self.left >= LEFT
+        return bool(self.found) and self.left >= ALPHA_STRUCTURE
 
 
 def blocks(step: Step, rows: Rows) -> Blocks:

@@ -119,7 +119,7 @@ TAKES, FAR = 0.6, 4.0
 MOST = 0.05
 
 
-def misplaced(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
+def state_outliers(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
     """The states (of what a bed imposes on one) that seem to have been elsewhere, the clearest first.
 
     For either quantity of each state the whitened residuals are regressed on how its rows answer to it, cleared of what
@@ -128,7 +128,9 @@ def misplaced(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
     scatter, whiten, bed = step.whiten.scatter, step.whiten, rows.states.bed
     if scatter is None:
         return []
-    answers = sensitivities(step.fit.model, rows.states)[:, :, :2] * rows.readings.felt(step.fit.shown)[..., None]
+    answers = (
+        sensitivities(step.fit.model, rows.states)[:, :, :2] * rows.readings.informative_mask(step.fit.shown)[..., None]
+    )
     columns, span = whiten(answers), orthonormal(step.fit.jacobian.flatten(0, 1)).reshape(len(rows), 2, -1)
     flat = span.flatten(0, 1)
     rest = step.fit.residual - (span @ (flat.T @ step.fit.residual.reshape(-1)))

@@ -17,10 +17,10 @@ from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.search.stages import Explored
 from freelearn.discovery.thresholds import (
-    BETTER,
+    ALPHA_STRUCTURE,
     FORMS,
-    LEFT,
-    LITTLE,
+    MIN_PAIRED_Z,
+    MIN_SHARE,
     MOST_KEPT,
     NOTHING,
     SURE,
@@ -146,7 +146,7 @@ class Ending:
         """Whether nothing systematic is left."""
         return (
             not self.known.share
-            and self.final.left.p_value >= LEFT
+            and self.final.left.p_value >= ALPHA_STRUCTURE
             and self.final.fit.converged
             and self.final.E_heldout <= NOTHING
         )
@@ -189,7 +189,7 @@ class Models:
         out = []
         for other in close:
             gain, error = paired(self.step(best).heldout, self.step(other).heldout)
-            if other is not best and gain > BETTER * error and self.step(other).worse(self.step(best)):
+            if other is not best and gain > MIN_PAIRED_Z * error and self.step(other).worse(self.step(best)):
                 out.append(other.key)
         return out
 
@@ -232,4 +232,4 @@ def _helps(reduced: Step, step: Step) -> bool:
     gain, error = paired(step.heldout, reduced.heldout)
     unexplained = max(float(step.heldout.loss.sum()) - step.whiten.expected, 0.0)
     whole = float(reduced.heldout.loss.sum() - step.heldout.loss.sum())
-    return gain > BETTER * error and whole > LITTLE * unexplained and not step.worse(reduced)
+    return gain > MIN_PAIRED_Z * error and whole > MIN_SHARE * unexplained and not step.worse(reduced)

@@ -21,7 +21,7 @@ from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.referee.case import Case, Check
 from freelearn.discovery.referee.referee import CLAIMS, Referee, refereed
 from freelearn.discovery.residuals.slipped_blocks import Block, blocks
-from freelearn.discovery.residuals.suspects import Suspect, misplaced, suspects
+from freelearn.discovery.residuals.suspects import Suspect, state_outliers, suspects
 from freelearn.discovery.search.answer import Answer, Ending, ended, standing
 from freelearn.discovery.search.beyond import beyond
 from freelearn.discovery.search.hypotheses import Hypotheses
@@ -31,7 +31,7 @@ from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
-from freelearn.discovery.thresholds import EVEN, IDLE, LEFT, MANY, MODELS_TOLD, MOST_ALIKE
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE, EVEN, IDLE, MANY, MODELS_TOLD, MOST_ALIKE
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -162,8 +162,8 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     ordered = in_order_of(rows.states) if together else []
     pointed_out = [block.suspect(rows, kept, ordered) for block in together] + suspects(final, rows, kept)
     # Of a model that lacks something, any state may look misplaced.
-    if not together and final.left.p_value >= LEFT:
-        pointed_out += misplaced(final, rows, kept)
+    if not together and final.left.p_value >= ALPHA_STRUCTURE:
+        pointed_out += state_outliers(final, rows, kept)
     effects = prepared.question.added(final.effects)
     order = list(dict.fromkeys(name for step in steps for name in step.effects if name in effects))
     # Of what was written only what is in the answer has a file; its other forms are told as its twins.
@@ -301,7 +301,7 @@ def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step
     """Blocks of readings that explain what is left, or more than a drift does, and the last model: then without the
     drift, and without other effects that only mended what the blocks explain."""
     drifts = DRIFT in prepared.question.added(final.effects)
-    if not drifts and final.left.p_value >= LEFT:
+    if not drifts and final.left.p_value >= ALPHA_STRUCTURE:
         return [], final
     step = without(prepared, final, DRIFT) if drifts else final
     found = blocks(step, prepared.rows) if step else None

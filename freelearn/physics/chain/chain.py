@@ -12,7 +12,7 @@ from torch import Tensor
 from freelearn.common.errors import UserError
 from freelearn.data.beds import DEAD_LOAD, INFLATION
 from freelearn.data.states import States
-from freelearn.physics.chain.dead_load import hang
+from freelearn.physics.chain.dead_load import solve_dead_load
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.chain.history import along
 from freelearn.physics.chain.mount import Settled, settle
@@ -97,7 +97,7 @@ class Chain(RawVector):
     def steady(self, states: States, values: Values) -> Prediction:
         """`chain` of every row by itself, without effects of the history."""
         if states.bed is DEAD_LOAD:
-            return hang(states, values, self.carried, self.rows_of)
+            return solve_dead_load(states, values, self.carried, self.rows_of)
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone, marked
+from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.physics.chain.row_derivatives import divide, mended, recorded_with_rate, rows_jacobian
@@ -39,7 +39,7 @@ Loads = Callable[[States, Values], Prediction]
 RowsOf = Callable[[Values, Tensor], Values]
 
 
-def hang(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Prediction:
+def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Prediction:
     """Elongation [m] and twist [rad] at which the chain gives the loads imposed, (N, 2), with exact first derivatives.
 
     Solves τ(q, P) = (F, M) for q = (l, φ) from the reference state, by Newton's method with bounded steps that follow
@@ -124,7 +124,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, loads)
-            left = marked(~at.settled)
+            left = indices_if_known(~at.settled)
             if left is not None:
                 if len(left):
                     rest = _newton(states[left], q[left], rows_of(values, left), loads, MAX_ITERATIONS)
@@ -132,7 +132,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
                 return at._replace(rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, loads, EARLY)
-    left = marked(~at.settled)
+    left = indices_if_known(~at.settled)
     if left is None:  # inside vmap
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
     if len(left):
@@ -169,7 +169,7 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads:
     for _ in range(CHORDS):
         step = divide(excess, stiffness)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if everyone(settled):
+        if all_if_known(settled):
             break
         q, before = q + step, excess
         excess = loads(_moved(states, q), values).loads - hung
@@ -191,7 +191,7 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
         followed, stable = _positive(stiffness)
         step = divide(excess, followed)
         settled = (step.abs() <= TOLERANCE).all(-1) & stable
-        if everyone(settled):
+        if all_if_known(settled):
             break
         far = excess.norm(dim=-1)
         if before is not None:
@@ -204,7 +204,7 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
         moved = size * torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
         held = (moved == q).all(-1) | ~far.isfinite() | (idle >= PATIENCE)
         q = torch.where(settled[:, None], q, moved)
-        if everyone(settled | held):
+        if all_if_known(settled | held):
             # What the bounds hold would go on beyond; and of what comes no nearer nothing is to be hoped.
             break
     return _Rest(q, -rate, settled)

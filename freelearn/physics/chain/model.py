@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Generic, Protocol
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.physics.chain.chain import BLOCK, Chain
@@ -81,7 +81,7 @@ class Model(Chain, Generic[P]):
             return said
         loads = said.loads if isinstance(said, Prediction) else said
         lost = ~loads.isfinite().all(-1)
-        if everyone(~lost):
+        if all_if_known(~lost):
             status = torch.zeros(loads.shape[:-1], dtype=torch.uint8, device=loads.device)
             return said if isinstance(said, Prediction) else Prediction(loads, status)
         # Only a second look at a harmless state keeps what is not finite out of every derivative.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone, marked
+from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.physics.chain.row_derivatives import determinant, divide, mended, recorded_with_rate, rows_jacobian
@@ -93,7 +93,7 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, impose, loads)
-            left = marked(~at.settled)
+            left = indices_if_known(~at.settled)
             if left is not None:
                 if len(left):
                     rest = _newton(states[left], q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS)
@@ -101,7 +101,7 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
                 return at._replace(settled=at.settled & (determinant(at.jacobian) > 0), rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, impose, loads, EARLY)
-    left = marked(~at.settled)
+    left = indices_if_known(~at.settled)
     if left is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
     elif len(left):
@@ -144,7 +144,7 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose
         jacobian = _identity(size) - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if everyone(settled):
+        if all_if_known(settled):
             break
         q, before = q + step, carried
         carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
@@ -175,7 +175,7 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
         jacobian = identity - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if everyone(settled):
+        if all_if_known(settled):
             break
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone, marked
+from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction
 from freelearn.physics.chain.row_derivatives import rows_jacobian
@@ -56,7 +56,7 @@ def take_up(states: States, width: Tensor, values: Values, carried: Carried, row
         inside = (bracketed | (start * behind <= 0)) & (reach > 0)
         turned = ~inside & (behind.abs() < ahead.abs())
     band = _Band(start, ahead, behind, driven, inside)
-    rows = marked(inside | turned)
+    rows = indices_if_known(inside | turned)
     if rows is None:
         loads, status = _rest(states, width, band, values, carried)
         elsewhere = inside | turned
@@ -99,7 +99,7 @@ def _behind(
 
     Rows with a zero on the other side do not need it: they have what a straight line through that side would give.
     """
-    rows, straight = marked(~bracketed), 2 * start - ahead
+    rows, straight = indices_if_known(~bracketed), 2 * start - ahead
     if rows is None:
         return carried(states.replace(twist=states.twist - reach), values).loads[:, 1]
     if not len(rows):
@@ -163,7 +163,7 @@ def _zero(
         target = torch.where(value == 0, at, target)
         left = wanted & ((target - at).abs() > TOLERANCE)
         at = target
-        if everyone(~left):
+        if all_if_known(~left):
             break
     return at
 

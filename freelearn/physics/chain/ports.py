@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
 from freelearn.physics.chain.effect import Effect
@@ -294,7 +294,7 @@ class EffectEnergy(Energy):
     def idle(self) -> bool:
         """Whether every parameter that can stand for no effect does; False inside vmap, where nobody can know."""
         telling = [p for p in self.effect.declared_parameters() if p.none is not None]
-        return bool(telling) and all(everyone(getattr(self.p, p.name) == p.none) for p in telling)
+        return bool(telling) and all(all_if_known(getattr(self.p, p.name) == p.none) for p in telling)
 
     def psi(self, *invariants: Tensor) -> Tensor:
         """The effect's strain energy [Pa]."""

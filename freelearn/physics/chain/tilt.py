@@ -9,7 +9,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.physics.chain.row_derivatives import recorded_with_rate, rows_jacobian
@@ -106,7 +106,7 @@ def _solve(states: States, count: int, compliance: Tensor, values: Values, carri
             before = travel, push
         step = _solved(_matrix(_each(slope[:, 0], count), compliance), compliance[:, None] * (push @ shared) - travel)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if everyone(settled):
+        if all_if_known(settled):
             break
         step = torch.minimum(torch.maximum(step, -LARGEST * size), LARGEST * size)
         # A row that has settled stays, so that its slopes remain those at its state.

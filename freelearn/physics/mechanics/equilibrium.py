@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, addcmul
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.states import States
 from freelearn.physics.mechanics.energy import EnergySum
 from freelearn.physics.mechanics.tube import Tube
@@ -123,7 +123,7 @@ def _halley(
         if i or near:
             # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
             settled = (target - u).abs() <= tolerance * u
-            all_settled = everyone(settled)
+            all_settled = all_if_known(settled)
         u = target
         if all_settled:
             break
@@ -140,9 +140,9 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: 
         target = u - (value - pressure) / slope
         target = torch.minimum(torch.clamp(target, u / NEWTON_GROWTH, u * NEWTON_GROWTH), ceiling)
         settled = (target - u).abs() <= tolerance * u
-        all_settled = everyone(settled)
+        all_settled = all_if_known(settled)
         u = target
-        if all_settled and everyone(softest > 0):
+        if all_settled and all_if_known(softest > 0):
             return u, settled
         if all_settled is None:
             break
@@ -168,7 +168,7 @@ def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, press
         target = torch.maximum(torch.minimum(target, high), low)
         done = lost | ((target - u).abs() <= NEWTON_TOLERANCE * u)
         u = target
-        if everyone(done):
+        if all_if_known(done):
             break
     balanced = done & ~lost
     return torch.where(balanced, u, ceiling), balanced

@@ -13,7 +13,7 @@ from freelearn.common.formats import number
 from freelearn.data.beds import FORCE, MOMENT, PRESSURE, Quantity, bed_of
 from freelearn.data.columns import SLACK, usable_rows
 from freelearn.data.states import pressure_direction
-from freelearn.queries.curves.curve_rows import pressures, sweep, told
+from freelearn.queries.curves.curve_rows import measured_quantities, pressures, sweep
 from freelearn.queries.curves.model_curves import ends
 from freelearn.records.suspected_readings import mark
 
@@ -55,7 +55,7 @@ PANELS = panels_over(PRESSURE, (FORCE, MOMENT))
 
 def panels_of(measured: pd.DataFrame) -> tuple[CurvePanel, ...]:
     """The panels of a state's rows: of what was measured there, or where nothing was, of what its bed measures."""
-    return panels_over(sweep(measured).over, told(measured) or bed_of(measured).measured)
+    return panels_over(sweep(measured).over, measured_quantities(measured) or bed_of(measured).measured)
 
 
 def measured_points(measured: pd.DataFrame) -> pd.DataFrame:

@@ -17,7 +17,7 @@ from freelearn.data.rows import Readings
 # Which quantities of a table its pictures and tables show.
 
 
-def told(table: pd.DataFrame) -> tuple[Quantity, ...]:
+def measured_quantities(table: pd.DataFrame) -> tuple[Quantity, ...]:
     """What the bed measures and the table has a number of."""
     return tuple(q for q in bed_of(table).measured if q.column in table and table[q.column].notna().any())
 

@@ -69,7 +69,7 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
             residual = _without_own(problem, vector, residual, seen, group)
     residual = residual * problem.scale
     shown = problem.readings(vector)
-    known = some.readings.present & some.readings.felt(shown)
+    known = some.readings.present & some.readings.informative_mask(shown)
     system = System.placed(model, some.states, shown)
     _, slopes = system.slopes(system.x)
     under_load = some.states.bed is DEAD_LOAD and system.mechanical

@@ -24,7 +24,7 @@ Ends = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Reached:
+class OperatingRange:
     """Lowest and highest of all samples' rows, as the bed's reach (next_states). elongation: mm; twist:
     °; low, high: of each actuator's pressure, (k,) kPa; quantities: these pressures."""
 
@@ -35,7 +35,7 @@ class Reached:
     high: np.ndarray
 
     @classmethod
-    def from_predictions(cls, predictions: pd.DataFrame) -> Reached:
+    def from_predictions(cls, predictions: pd.DataFrame) -> OperatingRange:
         """Of a run's rows: columns of predictions.csv. What was neither imposed nor measured is as predicted."""
         several = pressures(predictions)
         imposed = predictions[[quantity.column for quantity in several]].to_numpy(np.float64)
@@ -61,7 +61,7 @@ def _ends(predictions: pd.DataFrame, quantity: Quantity) -> Ends:
 WAY = ("direction", "clock", "dwell", "moved_length", "moved_twist")
 
 
-def settled(fitted: FittedModel, rows: pd.DataFrame, bed: Bed) -> States:
+def steady_states(fitted: FittedModel, rows: pd.DataFrame, bed: Bed) -> States:
     """States of a run's actuators as they are once the bed has stood still: no friction, no drift, nothing relaxed.
 
     Their rubber is worn as the run left it: the worst that an actuator has been to is the worst of the run's rows, or

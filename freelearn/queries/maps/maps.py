@@ -11,19 +11,19 @@ import torch
 
 from freelearn.data.beds import DEAD_LOAD, ELONGATION, FORCE, KINEMATIC, MOMENT, TWIST
 from freelearn.data.states import States
-from freelearn.physics.chain.dead_load import hang
+from freelearn.physics.chain.dead_load import solve_dead_load
 from freelearn.physics.chain.model import BLOCK
 from freelearn.physics.chain.prediction import Prediction
 from freelearn.queries.fitted_model import FittedModel
 from freelearn.queries.maps.map_scope import (
     Ends,
-    Reached,
+    OperatingRange,
     fitted_samples,
     load_notes,
     lost_note,
     refused,
     samples_known,
-    settled,
+    steady_states,
     tells_loads,
     tells_poses,
 )
@@ -48,7 +48,7 @@ def load_polygon(
     if not tells_loads(fitted):
         raise refused(fitted)
     table = fitted.table()
-    reached = Reached.from_predictions(table)
+    reached = OperatingRange.from_predictions(table)
     grid = PressureGrid.between(reached.quantities, reached.low, reached.high)
     places = np.stack(np.broadcast_arrays(np.atleast_1d(elongation_mm), np.atleast_1d(twist_deg)), axis=1)
     cases = pd.DataFrame(
@@ -57,7 +57,7 @@ def load_polygon(
     )
     rows = crossed(grid, cases)
     with torch.no_grad():
-        found = fitted.model(settled(fitted, rows, KINEMATIC))
+        found = fitted.model(steady_states(fitted, rows, KINEMATIC))
     points = reached_points(rows, grid, (FORCE, MOMENT), found)
     notes = (*load_notes(fitted), *lost_note(points, "no equilibrium"))
     return Reachable(points, grid, KINEMATIC.state, (FORCE, MOMENT), reached, fitted_samples(fitted, table), notes)
@@ -76,11 +76,11 @@ def reachable_poses(
     if not tells_poses(fitted):
         raise refused(fitted)
     table = fitted.table()
-    reached = Reached.from_predictions(table)
+    reached = OperatingRange.from_predictions(table)
     grid = PressureGrid.between(reached.quantities, reached.low, reached.high)
     cases = pd.DataFrame({"sample": samples_known(fitted, samples), "force_n": force_n, "moment_nmm": moment_nmm})
     rows = crossed(grid, cases)
-    states = settled(fitted, rows.assign(elongation_mm=0.0, twist_deg=0.0), DEAD_LOAD)
+    states = steady_states(fitted, rows.assign(elongation_mm=0.0, twist_deg=0.0), DEAD_LOAD)
     points = reached_points(rows, grid, (ELONGATION, TWIST), _rest(fitted, states))
     notes = (*load_notes(fitted), *lost_note(points, "no stable equilibrium"))
     return Reachable(points, grid, DEAD_LOAD.state, (ELONGATION, TWIST), reached, fitted_samples(fitted, table), notes)
@@ -95,7 +95,7 @@ def _rest(fitted: FittedModel, states: States) -> Prediction:
             return model.forward(states)
         values = model.values()
         parts = [
-            hang(
+            solve_dead_load(
                 states[rows], values, lambda at, v: model.chain(at.replace(bed=KINEMATIC), v),
                 model.rows_of,
             )
@@ -133,7 +133,7 @@ def maps(fitted: FittedModel) -> Maps:
     return Maps(load_polygon(fitted, elongation, twist), poses, stiffness_map(fitted))
 
 
-def _places(fitted: FittedModel, reached: Reached) -> list[tuple[float, float]]:
+def _places(fitted: FittedModel, reached: OperatingRange) -> list[tuple[float, float]]:
     """Rest, or the nearest place to it that the bed went to; of a single sample also the plane's ends from there, or
     where the bed moved in one way alone, even steps along it."""
     rest = reached.nearest(0.0, 0.0)

@@ -13,7 +13,7 @@ from torch import Tensor
 from freelearn.common.errors import UserError
 from freelearn.data.beds import ELONGATION, Pair, Quantity
 from freelearn.physics.chain.prediction import Prediction, Status
-from freelearn.queries.maps.map_scope import Reached
+from freelearn.queries.maps.map_scope import OperatingRange
 
 # The convex hull of points in a plane.
 
@@ -146,7 +146,7 @@ class Reachable:
     grid: PressureGrid
     imposed: Pair
     plane: Pair
-    reached: Reached
+    reached: OperatingRange
     fitted: tuple[int, ...]
     notes: tuple[str, ...]
 

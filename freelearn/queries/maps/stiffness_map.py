@@ -20,13 +20,13 @@ from freelearn.queries.curves.curve_rows import pressures
 from freelearn.queries.fitted_model import FittedModel
 from freelearn.queries.maps.map_scope import (
     Ends,
-    Reached,
+    OperatingRange,
     fitted_samples,
     load_notes,
     lost_note,
     refused,
     samples_known,
-    settled,
+    steady_states,
     tells_loads,
 )
 
@@ -154,7 +154,7 @@ def stiffness_map(
     if not tells_loads(fitted):
         raise refused(fitted)
     predictions = fitted.table()
-    reached = Reached.from_predictions(predictions)
+    reached = OperatingRange.from_predictions(predictions)
     over, lengths, twists, pressed = _grid(reached, float(fitted.design["length_mm"].min()))
     if PRESSURE not in over:
         pressed = _asked(reached, pressure_kpa)
@@ -173,7 +173,7 @@ def stiffness_map(
     return replace(found, notes=(*notes, "Elongation and twist are not coupled here.")) if found.uncoupled else found
 
 
-def _grid(reached: Reached, length_mm: float) -> tuple[Pair, np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+def _grid(reached: OperatingRange, length_mm: float) -> tuple[Pair, np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """The plane, elongations [mm] and twists [°], and the pressures (p, k) kPa where these are one of its axes."""
     pressed = {"within reach": np.linspace(reached.low, reached.high, PLACES)}
     lengths, twists = _steps(reached.elongation), _steps(reached.twist)
@@ -193,7 +193,7 @@ def _steps(ends: Ends) -> np.ndarray:
     return np.unique(np.linspace(*ends, PLACES))
 
 
-def _asked(reached: Reached, pressure_kpa: float | Sequence[float] | None) -> dict[str, np.ndarray]:
+def _asked(reached: OperatingRange, pressure_kpa: float | Sequence[float] | None) -> dict[str, np.ndarray]:
     """Pressures (1, k) kPa by what they are called."""
     if pressure_kpa is None and not (reached.low < reached.high).any():
         return {"within reach": reached.low[None]}
@@ -205,7 +205,7 @@ def _asked(reached: Reached, pressure_kpa: float | Sequence[float] | None) -> di
     return {"given": np.broadcast_to(given, reached.low.shape)[None]}
 
 
-def _plane(reached: Reached, pressed: np.ndarray, lengths: np.ndarray, twists: np.ndarray) -> pd.DataFrame:
+def _plane(reached: OperatingRange, pressed: np.ndarray, lengths: np.ndarray, twists: np.ndarray) -> pd.DataFrame:
     """Every combination of elongations, twists and pressures (p, k), the first changing last."""
     length, twist, step = (
         axis.ravel() for axis in np.meshgrid(lengths, twists, np.arange(len(pressed)), indexing="ij")
@@ -215,7 +215,7 @@ def _plane(reached: Reached, pressed: np.ndarray, lengths: np.ndarray, twists: n
 
 
 def _rates(fitted: FittedModel, rows: pd.DataFrame) -> pd.DataFrame:
-    states = settled(fitted, rows, KINEMATIC)
+    states = steady_states(fitted, rows, KINEMATIC)
     stiffness, status = _stiffness(fitted, states)
     ok = (status == Status.OK).numpy()
     each = {

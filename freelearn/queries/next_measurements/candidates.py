@@ -13,10 +13,10 @@ from freelearn.data.beds import bed_of
 from freelearn.data.columns import Columns
 from freelearn.data.states import States
 from freelearn.discovery.search.next_states import PRESSURES, reach
-from freelearn.queries.next_measurements.goals import Goal, Telling
+from freelearn.queries.next_measurements.goals import Contrast, Goal
 from freelearn.queries.next_measurements.known_rows import Known, standing
 from freelearn.queries.next_measurements.paths import Path
-from freelearn.queries.next_measurements.views import Objective, View, Visits
+from freelearn.queries.next_measurements.views import InformationMatrix, Objective, Visits
 
 # The rows that a plan may choose from: places and pressures within the bed's reach.
 
@@ -60,7 +60,10 @@ def candidates(
         path, rising = Path.both(levels), _rounded(reach(known.table, levels, limits), limits)
     looked = _looked(known, goal, rising, levels, path)
     visits = Visits(looked.shared, looked.usable, path.subsets(per_state))
-    views = [View.scaled(t.name, c, t.known, t.interest) for t, c in zip(looked.tellings, looked.columns, strict=True)]
+    views = [
+        InformationMatrix.scaled(t.name, c, t.known, t.interest)
+        for t, c in zip(looked.contrasts, looked.columns, strict=True)
+    ]
     return Candidates(looked.table, Objective(visits, views))
 
 
@@ -69,7 +72,7 @@ class _Looked:
     """Rows of whole paths: what they tell, and how noisily, by place and row of the path."""
 
     table: pd.DataFrame
-    tellings: list[Telling]
+    contrasts: list[Contrast]
     columns: list[np.ndarray]
     shared: np.ndarray
     usable: np.ndarray
@@ -78,13 +81,13 @@ class _Looked:
 def _looked(known: Known, goal: Goal, rising: pd.DataFrame, levels: int, path: Path) -> _Looked:
     starts = np.arange(0, len(rising), levels)
     table = rising.iloc[(starts[:, None] + path.level).reshape(-1)].reset_index(drop=True)
-    states = standing(path.told(States.from_table(table)), known.rows.states)
-    tellings, answered = goal.tellings(known, states)
+    states = standing(path.directed(States.from_table(table)), known.rows.states)
+    contrasts, answered = goal.contrasts(known, states)
     whiten = known.noise(states, torch.arange(len(states)))
     shape = (len(starts), len(path.level))
-    columns = [whiten.apart(t.columns).numpy().reshape(*shape, 2, t.columns.shape[-1]) for t in tellings]
+    columns = [whiten.apart(t.columns).numpy().reshape(*shape, 2, t.columns.shape[-1]) for t in contrasts]
     return _Looked(
-        table, tellings, columns, whiten.shared.numpy().reshape(*shape, 2, 2), answered.numpy().reshape(shape)
+        table, contrasts, columns, whiten.shared.numpy().reshape(*shape, 2, 2), answered.numpy().reshape(shape)
     )
 
 

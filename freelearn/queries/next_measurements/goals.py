@@ -14,17 +14,17 @@ from torch import Tensor
 from freelearn.data.states import States, kinematic_state
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.queries.next_measurements.known_rows import Ahead, Known, ahead, standing
-from freelearn.queries.next_measurements.views import View, refitted, remaining, value
+from freelearn.queries.next_measurements.views import InformationMatrix, refitted, remaining, value
 
-# What a plan is for: to split effects that look alike, to settle whether one is there, to narrow a parameter.
+# What a plan is for: to discriminate effects that look alike, to detect whether one is there, to narrow a parameter.
 
-SPLIT, SETTLE, HALVE = "split", "settle", "halve"
+DISCRIMINATE, DETECT, NARROW = "discriminate", "detect", "narrow"
 # Standard deviations by which a difference counts as told: chance then leaves it undecided in one of fifty cases.
 SURE = 5.0
 
 
 @dataclass(frozen=True)
-class Telling:
+class Contrast:
     """One thing that rows tell. columns: (n, 2, k) derivatives of what the rows show, SI, by coefficients that are
     refitted and then by those of interest, which are one where the thing is as large as it is thought to be. known:
     (k, k), what is told already."""
@@ -37,33 +37,34 @@ class Telling:
 
 @dataclass(frozen=True)
 class Goal:
-    """kind: split, settle or halve. names: the pairs of effects (that which is there, and its rival), the effect or the
+    """kind: discriminate, detect or narrow. names: the pairs of effects (that which is there, and its rival), the
+    effect or the
     parameter."""
 
     kind: str
     names: tuple[tuple[str, ...], ...]
 
-    def tellings(self, known: Known, states: States) -> tuple[list[Telling], Tensor]:
+    def contrasts(self, known: Known, states: States) -> tuple[list[Contrast], Tensor]:
         """What rows at n states tell, and which of them have an answer, (n,) bool."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
-class Split(Goal):
+class Discriminate(Goal):
     """fits: of every member of every class, by class and effect."""
 
     fits: Sequence[Mapping[str, WhiteFit]] = ()
 
     @classmethod
-    def from_fits(cls, fits: Sequence[Mapping[str, WhiteFit]]) -> Split:
+    def from_fits(cls, fits: Sequence[Mapping[str, WhiteFit]]) -> Discriminate:
         """Every member against every other of its class, whichever of them is there."""
-        return cls(SPLIT, tuple(pair for members in fits for pair in permutations(members, 2)), fits)
+        return cls(DISCRIMINATE, tuple(pair for members in fits for pair in permutations(members, 2)), fits)
 
-    def without(self, pairs: Sequence[tuple[str, ...]]) -> Split:
+    def without(self, pairs: Sequence[tuple[str, ...]]) -> Discriminate:
         """Without pairs that cannot be told."""
-        return Split(SPLIT, tuple(pair for pair in self.names if pair not in pairs), self.fits)
+        return Discriminate(DISCRIMINATE, tuple(pair for pair in self.names if pair not in pairs), self.fits)
 
-    def tellings(self, known: Known, states: States) -> tuple[list[Telling], Tensor]:
+    def contrasts(self, known: Known, states: States) -> tuple[list[Contrast], Tensor]:
         """For each pair the difference of what they show, beside the rival's own parameters, which are refitted to what
         is measured and what will be. What is measured shows no difference: the members explain it equally well."""
         out, answered = [], torch.ones(len(states), dtype=torch.bool)
@@ -73,18 +74,18 @@ class Split(Goal):
             for one in there.values():
                 answered &= one.answered
             for pair in asked:
-                out.append(self._telling(known, members, there, pair))
+                out.append(self._contrast(known, members, there, pair))
         return out, answered
 
-    def _telling(
+    def _contrast(
         self, known: Known, members: Mapping[str, WhiteFit], there: Mapping[str, Ahead], pair: tuple[str, ...]
-    ) -> Telling:
+    ) -> Contrast:
         true, rival = pair
         difference = (there[true].shown - there[rival].shown)[..., None]
-        told = known.told(members[rival])
-        grown = np.zeros((len(told) + 1, len(told) + 1))
-        grown[:-1, :-1] = told
-        return Telling(pair, torch.cat([there[rival].by_vector, difference], dim=-1), grown, 1)
+        informed = known.information(members[rival])
+        grown = np.zeros((len(informed) + 1, len(informed) + 1))
+        grown[:-1, :-1] = informed
+        return Contrast(pair, torch.cat([there[rival].by_vector, difference], dim=-1), grown, 1)
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class Narrow(Goal):
         kept = [i for i, label in enumerate(self.labels) if label not in labels]
         return replace(self, labels=tuple(self.labels[i] for i in kept), sizes=tuple(self.sizes[i] for i in kept))
 
-    def tellings(self, known: Known, states: States) -> tuple[list[Telling], Tensor]:
+    def contrasts(self, known: Known, states: States) -> tuple[list[Contrast], Tensor]:
         """The parameters beside all others of the model."""
         assert self.fit is not None
         place = list(self.fit.model.labels())
@@ -109,21 +110,21 @@ class Narrow(Goal):
         order = [i for i in range(len(place)) if i not in own] + own
         size = np.ones(len(order))
         size[len(order) - len(own) :] = self.sizes
-        told = known.told(self.fit)[np.ix_(order, order)] * size * size[:, None]
+        informed = known.information(self.fit)[np.ix_(order, order)] * size * size[:, None]
         there = ahead(self.fit, states)
         columns = there.by_vector[..., order] * torch.as_tensor(size)
-        return [Telling(self.names[0], columns, told, len(own))], there.answered
+        return [Contrast(self.names[0], columns, informed, len(own))], there.answered
 
 
 # What rows are expected to tell, a plan's or a user's own: from their table alone, so that both are judged alike.
 
 
 @dataclass(frozen=True)
-class Told:
+class InformationGain:
     """One thing that rows tell, in σ. name: what. before: by what is measured; after: with the rows. gain, and prior:
-    what the rows add to the criterion and what it was before (view.View). errors_before, errors_after: standard errors
-    of the coefficients of interest, (q,), in their own unit. shares: σ that every row adds, (n,), squares of which add
-    up."""
+    what the rows add to the criterion and what it was before (InformationMatrix). errors_before, errors_after: standard
+    errors of the coefficients of interest, (q,), in their own unit. shares: σ that every row adds, (n,), squares of
+    which add up."""
 
     name: tuple[str, ...]
     before: float
@@ -137,27 +138,28 @@ class Told:
 
 @dataclass(frozen=True)
 class Score:
-    """told: of every view. answered: (n,) bool, rows of which all models have an answer; the others tell nothing."""
+    """gains: of every contrast. answered: (n,) bool, rows of which all models have an answer; the others tell
+    nothing."""
 
-    told: list[Told]
+    gains: list[InformationGain]
     answered: np.ndarray
 
     @property
-    def weakest(self) -> Told:
+    def weakest(self) -> InformationGain:
         """What is told least."""
-        return min(self.told, key=lambda told: told.gain)
+        return min(self.gains, key=lambda one: one.gain)
 
 
 def score(known: Known, goal: Goal, table: pd.DataFrame) -> Score:
     """Of a table's rows, in the order in which they would be measured."""
     states = standing(States.from_table(table), known.rows.states)
-    tellings, answered = goal.tellings(known, states)
+    contrasts, answered = goal.contrasts(known, states)
     whiten = known.noise(states, torch.as_tensor(kinematic_state(table)))
-    told = []
-    for telling in tellings:
-        heard = torch.where(answered[:, None, None], telling.columns, 0.0)
+    gains = []
+    for contrast in contrasts:
+        heard = torch.where(answered[:, None, None], contrast.columns, 0.0)
         columns = whiten(heard).numpy()
-        view = View.scaled(telling.name, columns[:, None], telling.known, telling.interest)
+        view = InformationMatrix.scaled(contrast.name, columns[:, None], contrast.known, contrast.interest)
         flat = view.columns.reshape(-1, view.columns.shape[-1])
         total = view.known + flat.T @ flat
         direction = refitted(total, view.interest).sum(1)
@@ -168,5 +170,5 @@ def score(known: Known, goal: Goal, table: pd.DataFrame) -> Score:
         # What refitting to the rows costs in what was measured before is theirs too.
         shares *= (max(after**2 - before**2, 0.0) / max(float(np.square(shares).sum()), 1e-300)) ** 0.5
         errors = [np.sqrt(np.diagonal(np.linalg.pinv(m, hermitian=True)).clip(0)) for m in left]
-        told.append(Told(telling.name, before, after, prior, now - prior, errors[0], errors[1], shares))
-    return Score(told, answered.numpy())
+        gains.append(InformationGain(contrast.name, before, after, prior, now - prior, errors[0], errors[1], shares))
+    return Score(gains, answered.numpy())

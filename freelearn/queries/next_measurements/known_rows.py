@@ -50,7 +50,7 @@ class Known:
         at = evaluated(model, self.rows, vector)
         return replace(at, residual=self.whiten(at.raw_residual), jacobian=self.whiten(at.raw_jacobian))
 
-    def told(self, fit: WhiteFit) -> np.ndarray:
+    def information(self, fit: WhiteFit) -> np.ndarray:
         """What the rows tell of a fit's raw parameters, (p, p); heavy tails hold less than a normal error."""
         flat = fit.jacobian.flatten(0, 1)
         return np.asarray((flat.T @ flat * self.whiten.efficiency).numpy())

@@ -57,21 +57,21 @@ class Path:
         """Every level once, rising, (L,) bool."""
         return np.asarray((self.direction > 0) | ((self.direction == 0) & (self.level == 0)))
 
-    def told(self, states: States) -> States:
+    def directed(self, states: States) -> States:
         """States of whole paths, with their directions and the time since each place was come to."""
         since = np.where(
             self.direction == 0, 0, np.where(self.direction > 0, self.level, 2 * self.level.max() - self.level)
         )
         dwell = torch.as_tensor(np.tile(SECONDS_PER_ROW * since, len(states) // len(since)))
 
-        def directed(part: States) -> States:
+        def with_direction(part: States) -> States:
             pressure = part.pressure.reshape(-1, len(since))
             # Of several actuators some are not inflated.
             changes = (pressure != pressure[:, :1]).any(1, keepdim=True)
             direction = torch.as_tensor(self.direction, dtype=torch.float64) * changes
             return part.replace(direction=direction.reshape(-1), dwell=dwell)
 
-        return directed(states).replace(members=tuple(map(directed, states.members)))
+        return with_direction(states).replace(members=tuple(map(with_direction, states.members)))
 
 
 def _visits(levels: int, most: int) -> list[tuple[int, ...]]:

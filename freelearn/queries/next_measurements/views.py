@@ -15,7 +15,7 @@ RIDGE = 1e-9
 
 
 @dataclass(frozen=True)
-class View:
+class InformationMatrix:
     """columns: (P, L, 2, k), derivatives of the readings by k coefficients at every candidate row, in units of its own
     errors: those refitted first, then the `interest` that are asked for. known: (k, k), what the rows that are
     measured already tell. name: what it tells.
@@ -31,7 +31,9 @@ class View:
     interest: int = 1
 
     @classmethod
-    def scaled(cls, name: tuple[str, ...], columns: np.ndarray, known: np.ndarray, interest: int = 1) -> View:
+    def scaled(
+        cls, name: tuple[str, ...], columns: np.ndarray, known: np.ndarray, interest: int = 1
+    ) -> InformationMatrix:
         """A view whose refitted coefficients are in units of which what is known and a usual row tell about one, so
         that no unit decides what counts as told. Those of interest keep theirs."""
         usual = np.square(columns).sum((0, 1, 2)) / max(columns.shape[0] * columns.shape[1], 1)
@@ -176,7 +178,7 @@ class Objective:
     """Visits, and what is to be told by some of them."""
 
     visits: Visits
-    views: Sequence[View]
+    views: Sequence[InformationMatrix]
 
     @property
     def known(self) -> Matrices:

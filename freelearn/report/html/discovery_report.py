@@ -7,7 +7,7 @@ from typing import Any
 
 from freelearn.data.beds import bed_of
 from freelearn.discovery.checks.table_check import FAIL
-from freelearn.queries.curves.curve_rows import plane, told
+from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.records.claims import checks_table, models_table, shares_table
 from freelearn.records.discovery import Discovery, trail_numbers
 from freelearn.records.provenance import Provenance
@@ -30,8 +30,8 @@ from freelearn.report.tables.discovery_tables import (
 )
 from freelearn.report.tables.lab_notes import discovery_note
 from freelearn.report.tables.ranking_tables import (
-    TWINS,
-    likeness_table,
+    COLLINEAR,
+    cosine_table,
     ranking_numbers,
     ranking_table,
     staircase_table,
@@ -67,7 +67,7 @@ def report_discovery(discovery: Discovery, folder: Path, command: str, figures: 
         sections += [curve_section(*shown, "before and after") for shown in discovery.curves]
         # One scale: on scales of their own noise looks like what was there before.
         both = list(discovery.trusted.values())
-        limits = scale_limits(both, plane(both[0]), told(both[0]))
+        limits = scale_limits(both, plane(both[0]), measured_quantities(both[0]))
         sections += [residual_section(table, when, limits) for when, table in discovery.trusted.items()]
     facts = {"seed": content["seed"], "rows": content["rows"], "accuracy, one standard deviation": _accuracy(discovery)}
     provenance = Provenance.from_plain(content["data"])
@@ -173,14 +173,14 @@ def _ranking(discovery: Discovery, figures: bool) -> list[Section]:
 
 
 def _likeness(discovery: Discovery) -> list[Section]:
-    alike = likeness_table(*discovery.findings.cosines)
+    alike = cosine_table(*discovery.findings.cosines)
     if len(alike) < 2:
         return []
-    from freelearn.report.html.ranking_charts import likeness_chart
+    from freelearn.report.html.ranking_charts import cosine_chart
 
-    said = f"The cosine of what two effects change, after refitting; = where it is above {TWINS:g}: these data "
+    said = f"The cosine of what two effects change, after refitting; = where it is above {COLLINEAR:g}: these data "
     said += "hardly tell the two apart."
-    chart = likeness_chart(alike)
+    chart = cosine_chart(alike)
     return [Section("Effects that look alike on these data", [said], charts=[chart], numbers={"likeness.csv": alike})]
 
 

@@ -13,7 +13,7 @@ from bokeh.plotting import figure
 from freelearn.common.display import COLORS
 from freelearn.discovery.thresholds import CLEAR
 from freelearn.report.html.chart_canvas import chart, hover, legend_below, source
-from freelearn.report.tables.ranking_tables import NO_MORE, STANDS_OUT, TWINS, staircase
+from freelearn.report.tables.ranking_tables import COLLINEAR, NO_MORE, STANDS_OUT, staircase
 
 # How alike the effects' traces are in these data.
 
@@ -21,14 +21,14 @@ from freelearn.report.tables.ranking_tables import NO_MORE, STANDS_OUT, TWINS, s
 CELL, NAMES = 17, 170
 
 
-def likeness_chart(table: pd.DataFrame) -> figure:
+def cosine_chart(table: pd.DataFrame) -> figure:
     """Every effect against every other, dark where they look alike. table: of ranking_tables.likeness_table."""
     names = table["effect"].tolist()
     cosine = table[names].to_numpy(dtype=np.float64)
     side = CELL * len(names) + NAMES
     panel = chart("", "", "", side + 70, side, x_range=names, y_range=names[::-1])
     one, other = np.meshgrid(names, names, indexing="ij")
-    mark = np.where((cosine > TWINS) & (one != other), "=", "")
+    mark = np.where((cosine > COLLINEAR) & (one != other), "=", "")
     columns = {"one": one.ravel(), "other": other.ravel(), "cosine": cosine.ravel(), "mark": mark.ravel()}
     cells = source(pd.DataFrame(columns))
     mapper = LinearColorMapper(Viridis256[::-1], low=0, high=1)

@@ -9,7 +9,7 @@ import pandas as pd
 from freelearn.common.formats import sentence
 from freelearn.data.beds import bed_of
 from freelearn.queries.curves.curve_panels import LOOSE, SUSPECTED, curve_numbers, panels_of
-from freelearn.queries.curves.curve_rows import plane, pressures, sweep, told, words
+from freelearn.queries.curves.curve_rows import measured_quantities, plane, pressures, sweep, words
 from freelearn.queries.curves.model_curves import StateCurves, has_band
 from freelearn.queries.curves.shown_states import state_title
 from freelearn.report.html.curve_charts import CurveCharts
@@ -27,7 +27,7 @@ def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves]) -> list[Sect
     curves = [curve_section(measured, lines, f"at the {rank} predicted state") for (measured, lines), rank in ranks]
     numbers = parity_numbers(own)
     imposed = [*bed_of(own).state, *pressures(own)]
-    charts = parity_charts(numbers, told(own), imposed)
+    charts = parity_charts(numbers, measured_quantities(own), imposed)
     parity = Section("Predicted against measured", charts=charts, numbers={"parity.csv": numbers})
     return [*curves, residual_section(own), parity]
 
@@ -37,7 +37,7 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], wh
     model_curve, by the model's name. when: of the heading, behind what is shown."""
     charts = CurveCharts(list(curves), shown=panels_of(measured))
     charts.show(measured, curves)
-    where, heading = state_title(measured), f"{words(told(measured))} {when}"
+    where, heading = state_title(measured), f"{words(measured_quantities(measured))} {when}"
     plain = {",": "", "°": "deg", " ": "_", "·": ""}
     name = "curves_" + "".join(plain.get(letter, letter) for letter in where) + ".csv"
     numbers = curve_numbers(measured, curves)
@@ -58,7 +58,7 @@ def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], wh
 def residual_section(predictions: pd.DataFrame, when: str = "", limits: Limits | None = None) -> Section:
     """Maps of the mean residual. when: a word before the heading, such as before or after. limits: ends of the scales
     that they share with other maps, of scale_limits; by default their own."""
-    over, shown = plane(predictions), told(predictions)
+    over, shown = plane(predictions), measured_quantities(predictions)
     ends = scale_limits([predictions], over, shown) if limits is None else limits
     table = residual_table(predictions, over)
     samples, note = shown_samples(table)

@@ -15,7 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from freelearn.common.display import COLORS
 from freelearn.discovery.thresholds import CLEAR
 from freelearn.queries.curves.curve_panels import curve_numbers
-from freelearn.queries.curves.curve_rows import plane, told
+from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.queries.curves.shown_states import state_title
 from freelearn.records.discovery import Discovery, trail_numbers
 from freelearn.records.written_effects import ProposalCurve
@@ -24,11 +24,11 @@ from freelearn.report.plots.curve_plots import curves
 from freelearn.report.plots.residual_plots import residual_map
 from freelearn.report.tables.lab_notes import discovery_story
 from freelearn.report.tables.ranking_tables import (
+    COLLINEAR,
     NO_MORE,
     STANDS_OUT,
-    TWINS,
     Staircase,
-    likeness_table,
+    cosine_table,
     ranking_numbers,
 )
 from freelearn.report.tables.ranking_tables import staircase as stairs_of
@@ -78,13 +78,13 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
     if len(ranked["before"]):
         numbers = pd.concat([part.assign(when=when) for when, part in ranked.items()], ignore_index=True)
         figures["ranking"] = ranking(ranked["before"], ranked.get("after"), simulated), numbers
-    alike = likeness_table(*findings.cosines)
+    alike = cosine_table(*findings.cosines)
     if len(alike) > 1:
-        figures["likeness"] = likeness(alike, simulated), alike
+        figures["likeness"] = cosine_matrix(alike, simulated), alike
     both = list(discovery.trusted.values())
     over = plane(both[0])
     # One scale: on scales of their own noise looks like what was there before.
-    limits = scale_limits(both, over, told(both[0]))
+    limits = scale_limits(both, over, measured_quantities(both[0]))
     for when, step in (("before", findings.steps[0]), ("after", findings.final)):
         table = discovery.trusted[when]
         effects = " + ".join(step.effects) or "no effect"
@@ -195,7 +195,7 @@ def draw_ranking(axes: Axes, before: pd.DataFrame, after: pd.DataFrame | None) -
     )
 
 
-def likeness(table: pd.DataFrame, simulated: bool) -> Figure:
+def cosine_matrix(table: pd.DataFrame, simulated: bool) -> Figure:
     """How alike the effects' traces are in these data. table: of ranking_tables.likeness_table."""
     names = table["effect"].tolist()
     cosine = table[names].to_numpy(dtype=np.float64)
@@ -203,7 +203,7 @@ def likeness(table: pd.DataFrame, simulated: bool) -> Figure:
     figure = new_figure(side + 0.8, side)
     axes = figure.add_axes((2.0 / (side + 0.8), 1.75 / side, 0.3 * len(names) / (side + 0.8), 0.3 * len(names) / side))
     image = axes.imshow(cosine, cmap="viridis_r", vmin=0, vmax=1)
-    for i, j in zip(*np.nonzero(cosine > TWINS), strict=True):
+    for i, j in zip(*np.nonzero(cosine > COLLINEAR), strict=True):
         if i != j:
             axes.text(j, i, "=", ha="center", va="center", color="white", fontsize=9, weight="bold")
     axes.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
@@ -211,5 +211,5 @@ def likeness(table: pd.DataFrame, simulated: bool) -> Figure:
     axes.tick_params(length=0)
     figure.suptitle(heading("Effects that look alike on these data", simulated), fontsize=10.5)
     bar = figure.colorbar(image, ax=axes, fraction=0.046, pad=0.03)
-    bar.set_label(f"cosine after refitting (= above {TWINS:g})", fontsize=8)
+    bar.set_label(f"cosine after refitting (= above {COLLINEAR:g})", fontsize=8)
     return figure

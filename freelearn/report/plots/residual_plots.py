@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from freelearn.data.beds import PRESSURE, Quantity
-from freelearn.queries.curves.curve_rows import plane, told
+from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.report.plots.canvas import heading, new_figure
 from freelearn.report.tables.residual_tables import (
     Limits,
@@ -94,7 +94,7 @@ def residual_map(predictions: pd.DataFrame, title: str, simulated: bool, limits:
     predictions: columns of predictions.csv. limits: ends of the scales that this map shares with others, of
     scale_limits; by default its own, and with them each field says how large its own residuals are.
     """
-    over, shown = plane(predictions), told(predictions)
+    over, shown = plane(predictions), measured_quantities(predictions)
     ends = scale_limits([predictions], over, shown) if limits is None else limits
     samples, note = shown_samples(predictions)
     alone = len(samples) <= 1

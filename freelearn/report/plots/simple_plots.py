@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from freelearn.common.display import COLORS
 from freelearn.data.beds import ELONGATION, TWIST, Quantity
 from freelearn.queries.curves.curve_panels import LOOSE
-from freelearn.queries.curves.curve_rows import plane, told
+from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.report.plots.canvas import finish, heading, new_figure
 from freelearn.report.plots.residual_plots import frame, marker_area
 from freelearn.report.tables.picture_numbers import (
@@ -39,7 +39,7 @@ def parity(predictions: pd.DataFrame, title: str, simulated: bool) -> Figure:
 
     predictions: columns of predictions.csv.
     """
-    quantities = told(predictions)
+    quantities = measured_quantities(predictions)
     width = 4.75 * len(quantities)
     figure = new_figure(width, 4.6)
     figure.suptitle(heading(title, simulated))

@@ -62,7 +62,7 @@ def _cell(row: Any, name: str) -> str:
     return f"{number(value, 4)} ± {number(value - low, 2)}"
 
 
-def told(answers: Answers, fitted: FittedModel) -> list[str]:
+def answer_lines(answers: Answers, fitted: FittedModel) -> list[str]:
     """Sentences on all answers: how many are no good, and why; extrapolated ones; bands."""
     table, sentences = answers.table(), []
     counts = answers.counts()

@@ -12,7 +12,7 @@ from freelearn.data.columns import SLACK, usable_rows
 from freelearn.data.sets import TEST, TRAIN, VALIDATION
 from freelearn.data.states import kinematic_state
 from freelearn.physics.chain.prediction import usable
-from freelearn.queries.curves.curve_rows import pressures, told
+from freelearn.queries.curves.curve_rows import measured_quantities, pressures
 from freelearn.queries.curves.shown_states import fields, places
 
 # Predicted against measured quantities, as numbers.
@@ -31,7 +31,7 @@ def parity_numbers(predictions: pd.DataFrame) -> pd.DataFrame:
     """
     rows = usable(predictions)
     imposed = [q.column for q in (*bed_of(predictions).state, *pressures(predictions))]
-    both = [name for q in told(predictions) for name in (q.column, q.predicted)]
+    both = [name for q in measured_quantities(predictions) for name in (q.column, q.predicted)]
     marks = [SLACK] if SLACK in predictions else []
     shown = [_thinned(np.flatnonzero(rows["split"] == split)) for split in SPLITS]
     columns = ["sample", *imposed, "split", *both, *marks]

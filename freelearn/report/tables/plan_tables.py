@@ -62,9 +62,12 @@ def plan_lines(plan: Plan) -> list[str]:
     return [*lines, *(sentence(note) for note in plan.notes)]
 
 
+PURPOSES = {"discriminate": "To discriminate the class", "detect": "To detect it", "narrow": "To halve the interval"}
+
+
 def needed_line(plan: Plan) -> str:
     """How many rows reach the goal."""
-    what = {"split": "To split the class", "settle": "To settle it", "halve": "To halve the interval"}[plan.goal]
+    what = PURPOSES[plan.goal]
     if not math.isfinite(plan.rows_needed):
         return f"{what}, no number of rows within the bed's reach will do."
     if plan.rows_needed <= 0:

@@ -14,10 +14,10 @@ from freelearn.common.formats import RUN_AWAY, error_percent, fixed, known_floor
 from freelearn.discovery.thresholds import CLEAR
 
 # Effects more alike than this can hardly be told apart.
-TWINS = 0.95
+COLLINEAR = 0.95
 
 
-def likeness_table(names: list[str], cosine: np.ndarray) -> pd.DataFrame:
+def cosine_table(names: list[str], cosine: np.ndarray) -> pd.DataFrame:
     """Largest cosine between the traces of each two effects after refitting, 1 for twins: column `effect`, and one for
     each effect that left a trace. cosine: (k, k), of the k effects named."""
     table = pd.DataFrame(cosine, columns=names)

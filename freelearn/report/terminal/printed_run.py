@@ -15,7 +15,7 @@ from freelearn.queries.fitted_model import FittedModel
 from freelearn.records.plan_record import Plan
 from freelearn.records.provenance import Origin
 from freelearn.records.run import Run, comparison_table
-from freelearn.report.tables.answer_tables import answers_table, told
+from freelearn.report.tables.answer_tables import answer_lines, answers_table
 from freelearn.report.tables.plan_tables import expected_table, mounting_table, parameter_rows, plan_lines
 from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
 from freelearn.report.terminal.printed_tables import rich_table
@@ -61,7 +61,7 @@ def show_answers(
     for warning in warnings:
         console.print(f"! {warning}", markup=False, highlight=False)
     console.print(rich_table(answers_table(answers)))
-    for line in told(answers, fitted):
+    for line in answer_lines(answers, fitted):
         console.print(f"  · {line}", markup=False, highlight=False)
     console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
 

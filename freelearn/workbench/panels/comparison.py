@@ -47,7 +47,7 @@ class Ahead:
             self.kept[curve] = self.make(curve)
         return self.kept[curve]
 
-    def come_to(self, curves: Sequence[int]) -> None:
+    def prefetch(self, curves: Sequence[int]) -> None:
         """Has the drawings of these curves made soon, the first ones of those that are missing."""
         self.next = curves[:AHEAD]
         document = pn.state.curdoc
@@ -59,7 +59,7 @@ class Ahead:
         missing = [curve for curve in self.next if curve not in self.kept]
         if missing:
             self.drawing(missing[0])
-            self.come_to(self.next)
+            self.prefetch(self.next)
 
 
 # Model against measurement: error map over what is imposed, and curves at any kinematic state.
@@ -194,7 +194,7 @@ class Comparison:
             self._draw_curves()
         self.chosen = self._chosen()
         curves = list(self.labels)
-        self.ahead.come_to(curves[new + 1 :] if new > old else curves[:new][::-1])
+        self.ahead.prefetch(curves[new + 1 :] if new > old else curves[:new][::-1])
 
     def _draw_curves(self) -> None:
         curve = self._curve()

@@ -10,7 +10,7 @@ import panel as pn
 from freelearn.data.accuracy import PAPER
 from freelearn.data.beds import BEDS, INFLATION, Quantity
 from freelearn.data.intake.template import members_template, template
-from freelearn.workbench.panels.doubts import Doubts
+from freelearn.workbench.panels.unit_warnings import UnitWarnings
 from freelearn.workbench.panels.widgets import Dropper, Part, download, say, words
 from freelearn.workbench.state.question import DATA, OWN, Stated
 from freelearn.workbench.state.session import Session
@@ -153,7 +153,7 @@ class Given(Part):
         self.block = EndBlock(session, width)
         self.file = Dropper(width, self.session.upload)
         self.template = download("Empty template of the table", width, content=self._template)
-        self.doubts, self.accuracy = Doubts(session, width), AccuracyChoice(session, width)
+        self.doubts, self.accuracy = UnitWarnings(session, width), AccuracyChoice(session, width)
         for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.bed, "bed")):
             widget.param.watch(lambda event, name=name: self.chosen(name, event.new), "value")
         self.view = pn.Column(

@@ -11,7 +11,7 @@ from freelearn.workbench.state.question import FITS, SPLITS
 from freelearn.workbench.state.session import Session
 
 
-class Further(Part):
+class AdvancedOptions(Part):
     """Folded up until somebody asks for it."""
 
     def __init__(self, session: Session, width: int) -> None:
@@ -60,7 +60,7 @@ class Steps(Part):
         self.given = Given(session, WIDTH - 24)
         self.model = pn.widgets.Select(name="model", options=models(), **wide)
         self.train = pn.widgets.Select(name="training set", options=[], **wide)
-        self.further = Further(session, WIDTH - 24)
+        self.further = AdvancedOptions(session, WIDTH - 24)
         self.per_sample = Tick("each sample has its own mounting", WIDTH - 24, lambda on: self.chosen("per_sample", on))
         self.effects = words()
         self.fit = pn.widgets.Button(name="Fit", button_type="primary", **wide)

@@ -20,7 +20,7 @@ from freelearn.physics.chain.prediction import usable
 from freelearn.physics.effects.registry import lent
 from freelearn.physics.models.build import load_model
 from freelearn.physics.written.source import effect_class
-from freelearn.queries.curves.curve_rows import curves_of, misses, plane, sweep_text, told
+from freelearn.queries.curves.curve_rows import curves_of, measured_quantities, misses, plane, sweep_text
 from freelearn.queries.curves.model_curves import model_curve, taut_rows
 from freelearn.queries.curves.shown_states import ROWS_FOR_A_CURVE, fields, place_text, places
 from freelearn.queries.inverse.bands import Bands
@@ -48,7 +48,7 @@ class Fitted:
         self.curve = curves_of(self.table, state)
         first = np.unique(self.curve, return_index=True)[1]
         self.place = places(self.table).iloc[state[first]].set_index(np.arange(len(first)))
-        self.bed, self.told = bed_of(self.table), told(self.table)
+        self.bed, self.told = bed_of(self.table), measured_quantities(self.table)
         self.missed = misses(usable(self.table))
         # Of a bed that held an elongation or a twist throughout, the map shows the pressure in its place.
         self.over = plane(self.table)
@@ -61,7 +61,7 @@ class Fitted:
 
     def told_of(self, sample: int) -> tuple[Quantity, ...]:
         """What was measured of a sample."""
-        return told(self.table[self.table["sample"] == sample]) or self.told
+        return measured_quantities(self.table[self.table["sample"] == sample]) or self.told
 
     def labels(self, sample: int) -> dict[int, str]:
         """The sample's curves that have usable rows, by their place, and what each is called."""

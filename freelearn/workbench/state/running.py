@@ -10,10 +10,10 @@ from typing import Any
 
 from freelearn.workbench.state.job import Job
 from freelearn.workbench.state.question import ASIDES, VIRTUAL_SETS, Question, as_on_the_page
-from freelearn.workbench.state.session_store import Kept
+from freelearn.workbench.state.session_store import SessionStore
 
 
-class Running(Kept):
+class Running(SessionStore):
     """job: the latest. asked: its question. then: the kind of job that follows when it is done. goal: the one that is
     to follow once a table was made, and was read without doubts."""
 

@@ -60,7 +60,7 @@ class _State:
     asides: dict[str, _Run] = field(default_factory=dict)
 
 
-class Kept:
+class SessionStore:
     """Kept in `folder`/state.json. version counts up at every change, so that a page sees when to draw anew.
 
     question: what is chosen. table: what table.json says of the data. raw: a laboratory's file that is no table: its

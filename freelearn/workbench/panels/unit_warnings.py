@@ -20,7 +20,7 @@ MEASURED = (
 SCROLLED = {"max-height": "260px", "overflow-y": "auto"}
 
 
-class Doubts(Part):
+class UnitWarnings(Part):
     """Fit waits until the doubts about units are answered: by a yes, or by other units."""
 
     def __init__(self, session: Session, width: int) -> None:
