@@ -11,6 +11,8 @@ from freelearn.common.display import Column, DisplayTable
 from freelearn.common.errors import UserError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from freelearn.api.compared import Compared
 
 # States whose curves are drawn: those at which the runs differ most.
@@ -34,7 +36,7 @@ def main() -> None:
         compare(asked.a, asked.b, asked.out)
 
 
-def compare(a: Path, b: Path, out: Path) -> None:
+def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None:
     """Prints the comparison and writes its page. Raises UserError."""
     from rich.console import Console
 
@@ -45,7 +47,7 @@ def compare(a: Path, b: Path, out: Path) -> None:
 
     runs = [FittedRun.from_folder(folder) for folder in (a, b)]
     found = compared(runs)
-    console = Console()
+    console = console or Console()
     tables = [errors_table(found), parameters_table(found)]
     for table in tables:
         console.print(rich_table(table))

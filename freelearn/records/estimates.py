@@ -25,8 +25,9 @@ from freelearn.physics.chain.parameters import Parameter
 VANISHED = 1e-8
 # A correlation above this is worth a warning.
 STRONG_CORRELATION = 0.95
-# Standard errors larger than so many times the value tell nothing of a positive parameter.
-UNTOLD = 10.0
+# Standard errors larger than so many times the value tell nothing of a positive parameter: 95 % of its logarithm is
+# then a factor of fifty to both sides.
+UNTOLD = 2.0
 
 
 def notes(model: Model[Any], start: Tensor) -> list[str]:

@@ -109,7 +109,8 @@ def _labels(table: pd.DataFrame) -> pd.Series:
 def read_gathered(path: Path) -> pd.DataFrame:
     """A heatmap.csv as the table that it was written from. Raises UserError."""
     try:
-        table = pd.read_csv(path)
-        return table.assign(error=table["error"].fillna(""), label=table["label"].astype(str))
+        # A column that is blank throughout would be read as one of numbers.
+        table = pd.read_csv(path, dtype={"error": "string", "label": "string"})
+        return table.assign(error=table["error"].fillna("").astype(object), label=table["label"].astype(object))
     except (OSError, ValueError, KeyError) as problem:
         raise UserError(f"{path} is not a gathered sweep: {problem}") from None

@@ -25,6 +25,8 @@ from freelearn.workbench.state.job import warm_up
 from freelearn.workbench.state.own_code import load_named_code
 from freelearn.workbench.state.session import Sessions
 
+# What a keyboard and a screen reader need of Bokeh's own widgets and do not find: names, and tabs that are some.
+
 # What is drawn later has to be named too; looking through the page takes a millisecond.
 _CODE = """
 const named = {".noUi-handle": "kinematic state", ".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
@@ -32,8 +34,23 @@ function name(root) {
   for (const element of root.querySelectorAll("*")) {
     for (const [selector, label] of Object.entries(named))
       if (element.matches(selector) && !element.hasAttribute("aria-label")) element.setAttribute("aria-label", label);
+    if (element.matches(".bk-tab")) turnable(element);
     if (element.shadowRoot) name(element.shadowRoot);
   }
+}
+function turnable(tab) {
+  tab.setAttribute("aria-selected", String(tab.classList.contains("bk-active")));
+  if (tab.getAttribute("role") === "tab") return;
+  tab.setAttribute("role", "tab");
+  tab.parentElement.setAttribute("role", "tablist");
+  tab.addEventListener("keydown", event => {
+    const all = [...tab.parentElement.querySelectorAll(".bk-tab")];
+    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    if (step) all[(all.indexOf(tab) + step + all.length) % all.length].focus();
+    else if (event.key === "Enter" || event.key === " ") tab.click();
+    else return;
+    event.preventDefault();
+  });
 }
 const main = document.body.querySelector("div");
 if (main) main.setAttribute("role", "main");

@@ -1,6 +1,7 @@
 """What is asked of a finished run on the page is what the commands answer."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,6 +14,8 @@ import freelearn
 from freelearn.workbench.panels.asides import Planning
 from freelearn.workbench.panels.predicting import Predicting
 from freelearn.workbench.panels.rubber_panel import Rubber
+from freelearn.workbench.panels.sides import Sides
+from freelearn.workbench.panels.sweeps import Sweeps
 from freelearn.workbench.state import job_work
 from freelearn.workbench.state.session import Sessions
 
@@ -193,3 +196,51 @@ def test_a_table_of_questions_is_answered_at_once(session):
     assert not page.laboratory.view.visible
     assert len(pd.read_csv(page.save.file)) == 3
     assert page.picture.visible
+
+
+def test_two_fits_stand_side_by_side(session):
+    page = Sides(session)
+    page.refresh()
+    assert page.go.disabled
+    model = folders.continuum()
+    folders.folder_of(session.folder / "train_y", model, folders.shown(model, folders.grid()))
+    session.runs = [
+        *session.runs,
+        {"folder": "train_y", "question": replace(session.question, effects=("end_clamps",))},
+    ]
+    page.refresh()
+    assert list(page.one.options) == ["1  continuum, on sample3", "2  continuum + end_clamps, on sample3"]
+    assert (page.one.value, page.other.value) == ("train_x", "train_y")
+    page.other.value = "train_x"
+    page.asked()
+    assert "the same fit" in page.wrong.object
+    page.other.value = "train_y"
+    page.asked()
+    session.poll()
+    page.refresh()
+    assert "Errors on the same rows" in page.answer.object
+    assert Path(page.save.file).name == "comparison.html"
+    assert "python -m freelearn compare" in page.lines.object
+
+
+@pytest.mark.slow
+def test_a_study_is_run_and_shown(session, tmp_path):
+    page = Sweeps(tmp_path / "nothing", session)
+    page.refresh()
+    assert page.studying.trains.value == session.sets
+    page.studying.trains.value = []
+    page.studying.asked()
+    assert "Tick a model" in page.studying.wrong.object
+    page.studying.models.value, page.studying.trains.value = ["linear"], ["sample3", "sample6"]
+    page.studying.asked()
+    session.poll()
+    page.refresh()
+    table = pd.read_csv(page.choice.value)
+    assert set(table["train"]) == {"sample3", "sample6"}
+    assert set(table["test"]) >= {"sample1", "even", "all"}
+    assert len(page.maps.objects) == 1
+    assert "python train.py -m model=linear train=sample3,sample6" in page.studying.lines.object
+    # What was fitted is found again.
+    alone = json.loads(next(page.choice.value.parent.glob("linear_sample3*/results.json")).read_text())
+    fitted = freelearn.fit("virtual", model="linear", train="sample3", split="states", progress=False)
+    assert alone["tests"]["sample6"]["E"] == pytest.approx(fitted.errors.loc["sample6", "E"], rel=1e-12)

@@ -124,6 +124,11 @@ def button(tab, name):
     return tab.get_by_role("button", name=name, exact=True)
 
 
+def turn(tab, name):
+    """Turns to one of the page's tabs."""
+    tab.get_by_role("tab", name=name, exact=True).click()
+
+
 def faults(page):
     """What axe finds that keeps somebody from using the page; colors are looked at as they are before dark mode."""
     found = Axe().run(page).response["violations"]
@@ -185,8 +190,10 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     tab.get_by_text("continuum + friction_hysteresis, fitted on").wait_for()
     assert tab.url == address
     # Off again: the error is the first one's.
+    turn(tab, "What is missing")
     tab.get_by_label(re.compile("^friction_hysteresis:")).click()
     tab.get_by_text("no effect added").wait_for()
+    turn(tab, "Compare")
     button(tab, "Fit").click()
     tab.get_by_text(re.compile("^continuum, fitted on")).wait_for()
     with tab.expect_download() as download:
@@ -251,8 +258,10 @@ def test_what_the_search_wrote_is_added_and_saved_and_fitted(tab, copied):
     assert download.value.suggested_filename == f"proposed_{CABLE.name}.py"
     assert Path(download.value.path()).read_bytes() == (again / search / f"proposed_{CABLE.name}.py").read_bytes()
     button(tab, "Add it").click()
+    turn(tab, "What is missing")
     box.wait_for()
     assert box.is_checked()
+    turn(tab, "Compare")
     assert not button(tab, "Add it").is_visible()
     button(tab, "Fit").click()
     tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
@@ -477,3 +486,39 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     with tab.expect_download() as download:
         tab.get_by_text("Empty template of the table").click()
     assert Path(download.value.path()).read_text().startswith("sample,gamma_deg,")
+
+
+def test_every_tab_is_turned_with_the_keyboard_and_can_be_used_by_everybody(tab, copied):
+    session, place = copied
+    searched(session)
+    tab.goto(place)
+    tab.get_by_text("Where it fails, worst first").wait_for()
+    tabs = tab.get_by_role("tab")
+    names = tabs.all_inner_texts()
+    assert names == ["Compare", "What is missing", "Predict and command", "Plan", "Rubber", "Study"]
+    tabs.first.focus()
+    assert not faults(tab)
+    for name in names[1:]:
+        tab.keyboard.press("ArrowRight")
+        tab.keyboard.press("Enter")
+        tab.wait_for_timeout(1300)  # what was drawn last has its names within a second
+        assert tab.get_by_role("tab", selected=True).inner_text() == name
+        assert not faults(tab), name
+
+
+def test_an_endless_row_of_fields_is_not_needed_to_reach_a_button(tab):
+    """With the Tab key alone: every field and button of the first page gets the focus, and shows it."""
+    tab.get_by_text("Choose data and a model on the left").wait_for()
+    seen = []
+    for _ in range(40):
+        tab.keyboard.press("Tab")
+        focus = tab.evaluate(
+            """() => { let e = document.activeElement;
+            while (e?.shadowRoot?.activeElement) e = e.shadowRoot.activeElement;
+            const s = getComputedStyle(e);
+            return [e.getAttribute('aria-label') || e.innerText || e.closest('label')?.innerText || e.tagName,
+                    s.outlineStyle !== 'none' || s.boxShadow !== 'none' || s.borderColor]; }"""
+        )
+        assert focus[1]
+        seen.append(focus[0].strip())
+    assert {"Fit", "Find what is missing", "Compare", "Study"} <= set(seen)

@@ -66,9 +66,9 @@ def test_checks_sets_and_shares_are_shown_and_what_stands_against_the_claim_firs
     assert names == sorted(names)
     assert "<td>0.12</td><td>0.08</td>" in page.checks.object
     assert ">cannot tell<" in page.checks.object
-    assert ">end_clamps + twist_offset</td><td>75.0</td><td>1.230</td>" in page.models.object
+    assert ">end_<wbr>clamps + twist_<wbr>offset</td><td>75.0</td><td>1.230</td>" in page.models.object
     assert ">no effect</td><td>25.0</td>" in page.models.object
-    assert ">twist_offset</td><td>70.0</td>" in page.shares.object
+    assert ">twist_<wbr>offset</td><td>70.0</td>" in page.shares.object
     # One in ten million is nothing to tell.
     assert "force_gain" not in page.shares.object
 

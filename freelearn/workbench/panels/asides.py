@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 import panel as pn
 
+from freelearn.workbench.panels.python_lines import python_lines
 from freelearn.workbench.panels.widgets import Part, download, heading, say, table, words
 from freelearn.workbench.state.question import Question
 from freelearn.workbench.state.session import Session
@@ -73,7 +74,7 @@ class Aside(Part):
 
     def lines_of(self, question: Question) -> list[str]:
         """The command, and the lines of Python, with the same answer."""
-        return [question.command(self.kind), question.python(self.kind)]
+        return [question.command(self.kind), "\n".join(python_lines(question, self.kind))]
 
     def _show(self, run: str, folder: Path) -> None:
         # Pandas' table and torch come with it: not before there is an answer.

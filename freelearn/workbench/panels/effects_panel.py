@@ -13,14 +13,13 @@ from freelearn.discovery.search.next_states import NextState
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.report.tables.discovery_tables import next_state_lines
 from freelearn.report.tables.ranking_tables import ranking_numbers
-from freelearn.workbench.panels.widgets import Part, beside, heading, say, words
+from freelearn.workbench.panels.widgets import Part, heading, say, words
 from freelearn.workbench.state.question import as_on_the_page
 from freelearn.workbench.state.session import Session
+from freelearn.workbench.state.session_store import NO_HINT
 
 MOST_STATES = 3
 NOWHERE = "No region stands out."
-# What is missing has more to say.
-COLUMNS = "minmax(0, 2fr) minmax(0, 3fr)"
 # Reasons are long: they go on below.
 WRAPPED = "label { white-space: normal; overflow-wrap: anywhere; } .bk-input-group { flex-wrap: nowrap; }"
 
@@ -40,18 +39,16 @@ class Effects(Part):
         self.absent = pn.widgets.CheckBoxGroup(name="known to be absent", options=[], inline=False)
         self.boxes.param.watch(self._ticked, "value")
         self.absent.param.watch(lambda event: self.chosen("ruled_out", tuple(event.new)), "value")
-        absent = pn.Card(
-            self.absent,
-            title="Known to be absent: not tried by the search",
-            collapsed=True,
-            sizing_mode="stretch_width",
+        wide = {"sizing_mode": "stretch_width"}
+        title = "Known to be absent: not tried by the search"
+        absent = pn.Card(self.absent, title=title, collapsed=True, **wide)
+        self.reasons = words()
+        self.untold = pn.Card(
+            self.reasons, title="Of these the rows cannot tell", collapsed=True, visible=False, **wide
         )
-        self.view = beside(
-            pn.Column(heading("Where it fails, worst first"), self.where, sizing_mode="stretch_width"),
-            pn.Column(
-                heading("What is missing"), self.hints, self.ranking, self.boxes, absent, sizing_mode="stretch_width"
-            ),
-            columns=COLUMNS,
+        self.failures = pn.Column(heading("Where it fails, worst first"), self.where, **wide)
+        self.view = pn.Column(
+            heading("What is missing"), self.hints, self.ranking, self.boxes, self.untold, absent, **wide
         )
 
     def _ticked(self, event: Any) -> None:
@@ -70,6 +67,9 @@ class Effects(Part):
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._rankings(search)
         options = self._labels(search)
+        reasons = _untestable(search, self.ranking.value or 0, chosen=set(options.values())) if search else []
+        say(self.reasons, reasons)
+        self.untold.visible = bool(reasons)
         self._hinted(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
         # What is in the model is not absent.
@@ -98,7 +98,7 @@ class Effects(Part):
         hints = [f"{s['name']}: {s['says']}" for s in search["screens"]]
         hints += [f"cannot be told apart: {', '.join(c)}" for c in search["classes"] if len(c) > 1]
         hints += next_state_lines([NextState(**p) for p in search["next_experiment"]], MOST_STATES)
-        if search["remainder"]:
+        if search["remainder"] and search["remainder"]["hint"] != NO_HINT:
             hints.append(f"remaining misfit, a hint only: {search['remainder']['hint']}")
         say(self.hints, [as_on_the_page(hint) for hint in (*hints, *search["notes"])])
 
@@ -154,11 +154,17 @@ def _ranked(search: dict[str, Any], step: int) -> dict[str, str]:
     for name in search["trail"][step]["effects"]:
         labels.setdefault(f"{name}: in the model", name)
     for name in search["given_effects"]:
-        labels.setdefault(f"{name}: in the model from the start", name)
+        if name not in search["trail"][step]["effects"]:
+            labels[f"{name}: in the model from the start"] = name
     for c in search["candidates"]:
-        if c["step"] in (None, step) and c["effect"] not in labels.values():
-            labels[f"{c['effect']}: {c['status'].replace('_', ' ')}, {c['reason']}"] = c["effect"]
-    for name in sorted(EFFECTS):
-        if name not in labels.values():
-            labels[name] = name
+        failed = c["step"] in (None, step) and c["status"] == "failed"
+        if failed and c["effect"] not in labels.values():
+            labels[f"{c['effect']}: {c['status']}, {c['reason']}"] = c["effect"]
     return labels
+
+
+def _untestable(search: dict[str, Any], step: int, chosen: set[str]) -> list[str]:
+    """Why the rows cannot tell of the other effects."""
+    reasons = {c["effect"]: c["reason"] for c in search["candidates"] if c["step"] in (None, step)}
+    others = [name for name in sorted({*EFFECTS, *reasons}) if name not in chosen]
+    return [f"{name}: {reasons.get(name, 'no candidate of this table')}" for name in others]

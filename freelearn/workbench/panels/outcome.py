@@ -13,7 +13,7 @@ from freelearn.common.formats import error_in_words
 from freelearn.records.estimates import Estimate, parameter_table
 from freelearn.report.html.ranking_charts import StaircaseChart
 from freelearn.report.tables.run_tables import beside as learned_beside
-from freelearn.workbench.panels.widgets import beside, say, table, wide, words
+from freelearn.workbench.panels.widgets import GOOD, beside, say, table, wide, words
 from freelearn.workbench.state.session import Session
 
 
@@ -66,7 +66,7 @@ class Outcome:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.verdict, self.title, self.parameters = words(), words(), words()
-        self.use = pn.widgets.Button(name=FOUND, button_type="success", visible=False, width=260)
+        self.use = pn.widgets.Button(name=FOUND, button_type="success", stylesheets=[GOOD], visible=False, width=260)
         self.use.on_click(lambda _: session.adopt())
         self.answer = Answer(session)
         self.staircase = StaircaseChart(width=360, height=290, what="error where it was not fitted")

@@ -31,12 +31,15 @@ WELCOME = (
 )
 
 
+NOTHING = "Fit a model first: then effects can be added by hand, or a search says which are missing."
+
+
 class Page:
     """What one browser tab shows of a session. Draws anew when the session's version changes, never waits."""
 
     def __init__(self, session: Session, sweeps: Path) -> None:
         self.session, self.shown = session, -1
-        self.steps, self.sweeps = Steps(session), Sweeps(sweeps)
+        self.steps, self.sweeps = Steps(session), Sweeps(sweeps, session)
         self.results: Results | None = None
         self.mapping, self.made = Mapping(session), Made(session)
         self.welcome, self.problem = words(), words()
@@ -44,8 +47,12 @@ class Page:
         wide = {"sizing_mode": "stretch_width"}
         self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
         self.predicting, self.planning, self.rubber = Predicting(session), Planning(session), Rubber(session)
+        self.nothing = words()
+        say(self.nothing, [NOTHING], "quiet")
+        self.missing = pn.Column(self.nothing, **wide)
         self.tabs = pn.Tabs(
-            ("Model and measurement", self.main),
+            ("Compare", self.main),
+            ("What is missing", self.missing),
             ("Predict and command", self.predicting.view),
             ("Plan", self.planning.view),
             ("Rubber", self.rubber.view),
@@ -76,6 +83,7 @@ class Page:
             self.predicting.refresh()
             self.planning.refresh()
             self.rubber.refresh()
+            self.sweeps.refresh()
         except Exception as problem:
             # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
             log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))
@@ -84,9 +92,10 @@ class Page:
     def _show(self) -> None:
         fitted = bool(self.session.comparable())
         self.welcome.visible = not (fitted or self.session.mapping)
+        self.nothing.visible = not fitted
         if self.results is not None:
             # Of other data than those that are chosen now.
-            self.results.view.visible = fitted
+            self.results.view.visible = self.results.missing.visible = fitted
         if not fitted:
             return
         if self.results is None:
@@ -96,6 +105,7 @@ class Page:
             self.results = Results(self.session)
             self.results.refresh()
             self.main.append(self.results.view)
+            self.missing.append(self.results.missing)
         else:
             self.results.refresh()
 

@@ -125,7 +125,7 @@ class Predicting(Aside):
         say(drop, [DROP], "quiet")
         self.asking.objects = [about, self.row]
         self.laboratory = AskedFile(session)
-        self.recipe = download("Recipe (YAML)", 220, "recipe.yaml")
+        self.recipe = download("Recipe of the questions (YAML)", 220, "recipe.yaml")
         self.picture = pn.pane.PNG(
             None, max_width=760, sizing_mode="scale_width", visible=False, alt_text="What was given, and the answers"
         )

@@ -15,7 +15,7 @@ from freelearn.common.formats import sentence
 from freelearn.physics.written.written_effect import Written
 from freelearn.records.written_effects import PROPOSED, ProposalCurve, proposal_lines
 from freelearn.report.html.parity_chart import proposal_chart
-from freelearn.workbench.panels.widgets import download, heading, say, words
+from freelearn.workbench.panels.widgets import GOOD, download, heading, say, words
 from freelearn.workbench.state.proposed import proposed, written_of
 from freelearn.workbench.state.session import Session
 
@@ -36,7 +36,7 @@ class ProposalBlock:
         self.name = str(entry["name"]) if NAME.fullmatch(str(entry["name"])) else ""
         self.path = folder / f"{PROPOSED}_{self.name}.py"
         self.says, self.told, self.problem = words(), words(), words()
-        self.add = pn.widgets.Button(name="Add it", button_type="success", width=BUTTON)
+        self.add = pn.widgets.Button(name="Add it", button_type="success", stylesheets=[GOOD], width=BUTTON)
         self.save = download("Save the file", BUTTON, self.path.name)
         self.add.on_click(lambda _: self._add())
         self.offered = not hint and self._offered()

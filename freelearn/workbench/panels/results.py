@@ -10,6 +10,8 @@ from freelearn.workbench.panels.comparison import Comparison
 from freelearn.workbench.panels.effects_panel import Effects
 from freelearn.workbench.panels.outcome import Outcome
 from freelearn.workbench.panels.proposals import Proposals
+from freelearn.workbench.panels.python_lines import python_lines
+from freelearn.workbench.panels.sides import Sides
 from freelearn.workbench.panels.widgets import heading, say, table, words
 from freelearn.workbench.state.fitted import written
 from freelearn.workbench.state.question import OWN, as_on_the_page
@@ -90,7 +92,7 @@ class Suspects:
 
 
 # What there is to see once something is fitted: what came out, whether it stands, comparison, suspected readings,
-# what the search wrote, effects.
+# what the search wrote, two fits side by side; and, on a tab of their own, the effects.
 
 
 class Results:
@@ -102,8 +104,13 @@ class Results:
         self.claim = Claim(session)
         self.effects, self.suspects, self.proposals = Effects(session), Suspects(session), Proposals(session)
         self.drawn: list[tuple[str, float]] = []
-        parts = (self.outcome, self.claim, self.comparison, self.suspects, self.proposals, self.effects)
-        self.view = pn.Column(*(part.view for part in parts), sizing_mode="stretch_width")
+        self.sides = Sides(session)
+        parts = (self.outcome, self.claim, self.comparison, self.suspects, self.proposals)
+        wide = {"sizing_mode": "stretch_width"}
+        self.lines, self.missing_lines = words(), words()
+        shown = [part.view for part in parts]
+        self.view = pn.Column(*shown, self.effects.failures, self.sides.view, self.lines, **wide)
+        self.missing = pn.Column(self.effects.view, self.missing_lines, **wide)
 
     def refresh(self) -> None:
         """Shows the session as it is; there is at least one run."""
@@ -118,3 +125,8 @@ class Results:
         self.effects.refresh()
         self.suspects.refresh()
         self.proposals.refresh()
+        self.sides.refresh()
+        last, search = self.session.comparable()[-1]["question"], self.session.search
+        asked = search["question"] if search else last
+        for place, question, kind in ((self.lines, last, "train"), (self.missing_lines, asked, "discover")):
+            say(place, [question.command(kind), "\n".join(python_lines(question, kind))], code=True)

@@ -52,8 +52,8 @@ class Rubber(Aside):
         self.questions = OpenQuestions(self._offer)
         self.effects = pn.widgets.CheckBoxGroup(name="energies", options=list(ENERGIES))
         self.effects.param.update(value=list(latest["question"].effects) if latest else [])
-        self.report = download("Report", 220, "report.html")
-        self.recipe = download("Recipe (YAML)", 220, "recipe.yaml")
+        self.report = download("Report of the rubber", 220, "report.html")
+        self.recipe = download("Recipe of the tests (YAML)", 220, "recipe.yaml")
         self.picture = pn.pane.PNG(
             None,
             max_width=1100,

@@ -48,6 +48,8 @@ DOING |= {
     "plan": "Planning",
     "rubber": "Fitting the rubber",
     "tests": "Reading the tests",
+    "compare": "Setting them side by side",
+    "study": "Studying",
 }
 
 
@@ -71,10 +73,7 @@ class Steps(Part):
         self.report = download("Report", WIDTH - 24, "report.html")
         self.checkpoint = download("Fitted model", WIDTH - 24, "checkpoint.ckpt")
         self.search_report = download("Report of the search", WIDTH - 24, "report.html")
-        self.command = words()
-        self.take = pn.Column(
-            heading("Take it with you"), self.report, self.checkpoint, self.search_report, self.command
-        )
+        self.take = pn.Column(heading("Take it with you"), self.report, self.checkpoint, self.search_report)
         self._watch()
         self.view = pn.Column(
             heading("1  Data"), self.given.view,
@@ -143,12 +142,11 @@ class Steps(Part):
 
     def _refresh_take(self) -> None:
         runs, search = self.session.comparable(), self.session.search
+        # Of other data than those that are chosen now.
+        search = search if search and self.session.question.same_data(search["question"]) else None
         self.take.visible = bool(runs) or search is not None
         last = runs[-1] if runs else None
         for button, run in ((self.report, last), (self.checkpoint, last), (self.search_report, search)):
             button.visible = run is not None
             if run is not None:
                 button.file = str(self.session.folder / run["folder"] / button.filename)
-        commands = [runs[-1]["question"].command("train")] if runs else []
-        commands += [search["question"].command("discover")] if search else []
-        say(self.command, commands, code=True)

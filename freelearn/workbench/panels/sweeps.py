@@ -8,16 +8,22 @@ import panel as pn
 
 from freelearn.common.errors import UserError
 from freelearn.records.provenance import read_document
+from freelearn.workbench.panels.studying import Studying
 from freelearn.workbench.panels.widgets import heading, say, table, words
+from freelearn.workbench.state.session import Session
 
 MOST_MAPS = 6
 
 
 class Sweeps:
-    """The second tab. Looks for sweeps under a folder when asked, because new ones end at any time."""
+    """The tab of studies: one to run, and those that are finished. Looks for these under a folder when asked, because
+    new ones end at any time."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, session: Session) -> None:
+        self.folder, self.session = folder, session
+        self.studying = Studying(session)
+        # The study of the session that was shown last.
+        self.latest: Path | None = None
         self.choice = pn.widgets.Select(name="finished sweep", options=[], width=560)
         self.again = pn.widgets.Button(name="Look again", width=120, align="end")
         self.note = words()
@@ -27,13 +33,24 @@ class Sweeps:
         self.again.on_click(lambda _: self.look())
         self.choice.param.watch(lambda _: self._draw(), "value")
         self.view = pn.Column(
-            pn.Row(self.choice, self.again), self.note, self.maps, self.published, sizing_mode="stretch_width"
-        )
+            self.studying.view, heading("Finished studies and sweeps"), pn.Row(self.choice, self.again), self.note,
+            self.maps, self.published, sizing_mode="stretch_width",
+        )  # fmt: skip
+
+    def refresh(self) -> None:
+        """Shows the session as it is: a study that has ended meanwhile comes first."""
+        self.studying.refresh()
+        latest = self.studying.latest
+        if latest is not None and latest != self.latest:
+            self.latest = latest
+            self.look()
+            self.choice.value = latest
 
     def look(self) -> None:
         """Looks for finished sweeps anew."""
+        own = {"run here": self.latest} if self.latest else {}
         sweeps = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
-        options = {str(path.parent.relative_to(self.folder)): path for path in sweeps}
+        options = own | {str(path.parent.relative_to(self.folder)): path for path in sweeps if path != self.latest}
         if not options:
             say(
                 self.note,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import panel as pn
 from bokeh.models import CustomJSTickFormatter
 from bokeh.plotting import figure
-from markupsafe import escape
+from markupsafe import Markup, escape
 
 from freelearn.workbench.state.session import LARGEST_CSV, MEGABYTE, Session
 
@@ -54,7 +55,8 @@ h3 { font-size: 14px; margin: 4px 0 0; }
 table { border-collapse: collapse; font-size: 13px; margin: 4px 0; }
 th, td { padding: 2px 10px 2px 0; text-align: right; white-space: nowrap; }
 th { font-weight: 600; border-bottom: 1px solid #999; }
-th.left, td.left { text-align: left; white-space: normal; overflow-wrap: anywhere; min-width: 5.5em; }
+th.left, td.left { text-align: left; min-width: 5.5em; }
+td.left { white-space: normal; overflow-wrap: break-word; }
 pre { background: #f4f4f4; padding: 6px; white-space: pre-wrap; margin: 2px 0; overflow-wrap: anywhere; }
 """
 
@@ -78,12 +80,17 @@ def table(place: pn.pane.HTML, shown: DisplayTable | None) -> None:
     if shown is not None:
         sides = [' class="left"' if column.words else "" for column in shown.columns]
         head = "".join(f"<th{s}>{escape(c.heading)}</th>" for s, c in zip(sides, shown.columns, strict=True))
-        rows = ["".join(f"<td{s}>{escape(c)}</td>" for s, c in zip(sides, row, strict=True)) for row in shown.rows]
+        rows = ["".join(f"<td{s}>{_broken(c)}</td>" for s, c in zip(sides, row, strict=True)) for row in shown.rows]
         body = "".join(f"<tr>{row}</tr>" for row in rows)
         text = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
         text += f'<p class="quiet">{escape(shown.caption)}</p>' if shown.caption else ""
     if place.object != text:
         place.object = text
+
+
+def _broken(cell: str) -> Markup:
+    """A cell, whose long names may break between their parts."""
+    return Markup(re.sub(r"(?<=\w)([_.])(?=[A-Za-z])", r"\1<wbr>", str(escape(cell))))
 
 
 def say(place: pn.pane.HTML, lines: Sequence[str], kind: str = "", code: bool = False) -> None:
@@ -140,6 +147,10 @@ READABLE = """
 .filepond--item-panel.filepond--item-panel { background-color: #1e5c34; }
 .filepond--file-info *, .filepond--file-status * { opacity: 1 !important; color: #fff; }
 """
+
+
+# White on Bokeh's own green is hard to read.
+GOOD = ".bk-btn.bk-btn-success, .bk-btn.bk-btn-success:hover { background-color: #1b6e3c; border-color: #1b6e3c; }"
 
 
 class Dropper(pn.widgets.FileDropper):

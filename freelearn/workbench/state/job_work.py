@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import traceback
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,18 @@ import lightning as L
 import pandas as pd
 from rich.console import Console
 
+from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.run_settings import PredictSettings, QuestionsData, plan_settings
 from freelearn.api.tasks.discover_task import discover
 from freelearn.api.tasks.intake_task import actuators_of, asked_of, run_rows
 from freelearn.api.tasks.plan_task import planned, write_plan
 from freelearn.api.tasks.rubber_intake import rubber_taken_in
 from freelearn.api.tasks.train_task import train
+from freelearn.cli.comparing import compare
+from freelearn.cli.gathering import gather_folders
 from freelearn.cli.run_commands import predict
 from freelearn.cli.specimen_fits import compare_specimens, fit_specimens
+from freelearn.cli.sweep_job import sweep_job
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
 from freelearn.common.formats import error_in_words
@@ -32,8 +36,9 @@ from freelearn.data.intake.rubber.rubber_guess import guess_tests, plain_tests
 from freelearn.data.specimen_table import read_specimens
 from freelearn.data.table.questions import read_questions
 from freelearn.discovery.fits.step import Step
+from freelearn.records.sweep_records import collect
 from freelearn.workbench.state.proposed import proposed
-from freelearn.workbench.state.question import Question, named
+from freelearn.workbench.state.question import Question, named, quoted_value
 from freelearn.workbench.state.reading import check, convert, discover_settings, train_settings
 
 # Imported here so that the process from which jobs are forked has them: a fit then starts at once.
@@ -147,7 +152,30 @@ def _rubber(question: Question, folder: Path, fits: Path, pipe: Connection) -> N
             compare_specimens(data, folder, console, best=True)
 
 
+def _compare(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    with open(folder / "compare.txt", "w", encoding="utf-8") as file:
+        compare(Path(question.run), Path(question.beside), folder / "comparison.html", Console(file=file, width=110))
+
+
+def _study(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
+    """As a multirun: each job in a folder of its own, which is found again; then all are gathered."""
+    pairs = [(m, t) for m in question.models for t in question.trains if m == "continuum" or t != "constituent"]
+    command = question.command("study")
+    with open(folder / "study.txt", "w", encoding="utf-8") as file:
+        for number, (model, train) in enumerate(pairs):
+            share = {"share": number / len(pairs)}
+            pipe.send(("progress", {"text": f"{model} on {train}, {number + 1} of {len(pairs)} fits", **share}))
+            one = replace(question, model=model, train=train)
+            words = [*one.overrides("train"), "figures=false", f"fits={quoted_value(str(fits))}"]
+            place = folder / str(number)
+            place.mkdir(exist_ok=True)
+            sweep_job(composed("train", words), number, place, command)
+        failed = gather_folders([folder], folder, Console(file=file, width=110), command)
+    if failed == len(pairs):
+        raise UserError(str(collect([folder])["error"].iloc[0]))
+
+
 JOBS = {
     "check": check, "convert": convert, "train": _train, "discover": _discover, "predict": _predict, "plan": _plan,
-    "asks": _asks, "tests": _tests, "rubber": _rubber,
+    "asks": _asks, "compare": _compare, "study": _study, "tests": _tests, "rubber": _rubber,
 }  # fmt: skip

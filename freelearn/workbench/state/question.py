@@ -68,7 +68,7 @@ KINEMATIC = "kinematic"
 LM = "levenberg_marquardt"
 FITS = {LM: "Levenberg–Marquardt", "adam": "Adam", "adamw": "AdamW", "nadam": "NAdam"}
 # Kinds of jobs that ask something of a finished run, or of rubber alone.
-ASIDES = ("asks", "predict", "plan", "tests", "rubber")
+ASIDES = ("asks", "predict", "plan", "tests", "rubber", "compare", "study")
 SPLITS = {"states": "whole kinematic states", "rows": "single rows"}
 
 # Standard deviations that differ from the paper's bed, by their option; None: to be estimated from the data.
@@ -83,8 +83,9 @@ class Question:
     recipe: of a laboratory's file that is still to be converted; split: what a fit holds out, whole kinematic states
     or rows; fit: how it is made, see FITS; fit_seed: of the split and of what a fit begins with; own: files of the
     effects that a search of the session wrote, as far as these are in the model; run, asks, rows: of what is asked of a
-    finished run: its folder, the file of a table with blanks, and how many rows to plan; sheets: of tests of rubber
-    alone, each file by the name that the user gives it, and as stored."""
+    finished run: its folder, the file of a table with blanks, and how many rows to plan; beside: the folder of another
+    run, to be set beside it; sheets: of tests of rubber alone, each file by the name that the user gives it, and as
+    stored; models, trains: of a study, every one of them on every one."""
 
     data: str = "virtual"
     seed: int = SEED
@@ -107,6 +108,9 @@ class Question:
     asks: str = ""
     rows: int = 0
     sheets: tuple[tuple[str, str], ...] = ()
+    beside: str = ""
+    models: tuple[str, ...] = ()
+    trains: tuple[str, ...] = ()
 
     @property
     def measured(self) -> bool:
@@ -119,7 +123,7 @@ class Question:
         if self.data == MUSCLE:
             chosen.append("data=dmsp20")
         elif self.data == OWN:
-            chosen += ["data=csv", f"data.path={_quoted(self.path)}", *self._of_the_bed()]
+            chosen += ["data=csv", f"data.path={quoted_value(self.path)}", *self._of_the_bed()]
         elif self.data == "hidden":
             chosen += ["data.hidden=random", f"data.seed={self.seed}"]
         if kind == "train":
@@ -134,7 +138,7 @@ class Question:
 
     def _of_the_bed(self) -> list[str]:
         chosen = [f"data.bed={self.bed}"] if self.bed != KINEMATIC else []
-        chosen += [f"data.members={_quoted(self.members)}"] if self.members else []
+        chosen += [f"data.members={quoted_value(self.members)}"] if self.members else []
         if self.accuracy is None:
             return [*chosen, "data.accuracy=estimate"]
         return [*chosen, *(f"data.accuracy.{name}={value!r}" for name, value in self.accuracy)]
@@ -142,41 +146,49 @@ class Question:
     def command(self, kind: str) -> str:
         """The shell command with the same result."""
         if kind == "intake":
-            options = [f"data.path={_quoted(self.path)}", f"recipe={_quoted(self.recipe)}"]
+            options = [f"data.path={quoted_value(self.path)}", f"recipe={quoted_value(self.recipe)}"]
             return command_line(["python", "intake.py"], options)
         if kind == "rubber":
             # In the user's own names: the recipe is there to download.
             names = [name for name, _ in self.sheets]
             options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
             return command_line(["python", "-m", "freelearn", "start"], options)
+        if kind == "compare":
+            return command_line(["python", "-m", "freelearn", "compare"], [self.run, self.beside])
+        if kind == "study":
+            with named(self.own):
+                return command_line(["python", "train.py", "-m"], self._sweep())
         if kind == "predict" and self.recipe:
             # As above, for a file that asks something of a run.
             options = [self.name, "--recipe", f"{Path(self.name).stem}_recipe.yaml", "--run", self.run]
             with named(self.own):
                 return command_line(["python", "-m", "freelearn", "start"], options)
         if kind in ASIDES:
-            options = [f"run={_quoted(self.run)}"]
-            options.append(f"data.path={_quoted(self.asks)}" if kind == "predict" else f"rows={self.rows}")
+            options = [f"run={quoted_value(self.run)}"]
+            options.append(f"data.path={quoted_value(self.asks)}" if kind == "predict" else f"rows={self.rows}")
             with named(self.own):
                 return command_line(["python", f"{kind}.py"], options)
         with named(self.own):
             return command_line(["python", f"{kind}.py"], self.overrides(kind))
 
-    def python(self, kind: str) -> str:
-        """The lines of Python with the same result, for a question to a finished run."""
-        if kind == "predict":
-            lines = ["import freelearn as fl, pandas as pd", f"blanks = pd.read_csv({self.asks!r})"]
-            return "\n".join([*lines, f"fl.load({self.run!r}).invert(blanks).frame()"])
-        return f"import freelearn as fl\nfl.plan({self.run!r}, rows={self.rows}).frame()"
+    def _sweep(self) -> list[str]:
+        """The overrides of a multirun."""
+        chosen = {"model": ",".join(self.models), "train": ",".join(self.trains)}
+        words = [word for word in self.overrides("train") if word.split("=")[0] not in chosen]
+        several = [f"{name}={values}" for name, values in chosen.items()]
+        return [*several, *words, "figures=false", "hydra.sweep.dir=outputs/study"]
 
     def about(self, kind: str) -> Question:
         """The part of the question that a job of this kind depends on; a `check` reads the data only."""
         if kind in ("check", "convert"):
             return Question(self.data, self.seed, self.path, bed=self.bed, members=self.members, recipe=self.recipe)
+        if kind == "study":
+            return replace(self, name="", train="", ruled_out=())
         if kind in ASIDES:
             energies = self.effects if kind == "rubber" else ()
             asked = Question(own=self.own, run=self.run, asks=self.asks, rows=self.rows)
-            return replace(asked, effects=energies, sheets=self.sheets, recipe=self.recipe, name=self.name)
+            asked = replace(asked, sheets=self.sheets, recipe=self.recipe, name=self.name)
+            return replace(asked, effects=energies, beside=self.beside)
         return replace(self, name="", ruled_out=self.ruled_out if kind == "discover" else ())
 
     def same_data(self, other: Question) -> bool:
@@ -192,7 +204,7 @@ class Question:
         return asdict(self)
 
 
-def _quoted(path: str) -> str:
+def quoted_value(path: str) -> str:
     """As Hydra's grammar wants a value with blanks or signs in it."""
     plain = all(c.isalnum() or c in "/._-" for c in path)
     return path if plain else "'" + path.replace("'", "\\'") + "'"

@@ -194,6 +194,19 @@ class Session(Running):
             path = self.stored(recipe, "recipe", ".yaml")
             self.begin("rubber", Question(sheets=sheets, effects=tuple(effects), recipe=path))
 
+    def set_beside(self, one: str, other: str) -> None:
+        """Sets two fits side by side. one, other: their folders."""
+        if not self.busy:
+            a, b = (str((self.folder / folder).resolve()) for folder in (one, other))
+            own = [name for run in self.runs if run["folder"] in (one, other) for name in run["question"].own]
+            self.begin("compare", Question(run=a, beside=b, own=tuple(dict.fromkeys(own))))
+
+    def study(self, models: Collection[str], trains: Collection[str]) -> None:
+        """Fits every one of these models to every one of the training sets, of the data and with the effects chosen."""
+        if self.ready:
+            asked = self.with_added(self.question)
+            self.begin("study", replace(asked, models=tuple(models), trains=tuple(trains)))
+
     def adopt(self) -> None:
         """Goes on with the model that the latest search found, as the search fitted it: with the error it promised."""
         effects = self.found()

@@ -17,6 +17,8 @@ from freelearn.common.formats import known_floor
 from freelearn.workbench.state.question import Question, stored_csv
 
 Run = dict[str, Any]
+# What a search says of a remaining misfit in which it sees nothing.
+NO_HINT = "none"
 _Nothing = Annotated[dict[str, Any], Len(0, 0)]
 
 
@@ -164,6 +166,10 @@ class SessionStore:
         runs = [r for r in self.runs if self.question.same_data(r["question"])]
         return [r for r in runs if runs[-1]["question"].same_but_effects(r["question"])]
 
+    def same_table(self) -> list[Run]:
+        """All fits to the data that are chosen, whatever their model and training set, in order."""
+        return [r for r in self.runs if self.question.same_data(r["question"])]
+
     def discovery(self) -> dict[str, Any] | None:
         """discovery.json of the latest discovery, where it is about what is chosen."""
         if self.search is None or not self.question.same_but_effects(self.search["question"]):
@@ -187,7 +193,8 @@ class SessionStore:
                 "noise_floor": known_floor(error.get("noise_floor")),
                 "rows": f"on {search['rows']} rows, each state left out in turn" if "rows" in search else "",
                 "as_good_as_noise": False, "learned": 0,
-                "parameters": search.get("parameters", {}), "failures": [left["hint"]] if left else [],
+                "parameters": search.get("parameters", {}),
+                "failures": [left["hint"]] if left and left["hint"] != NO_HINT else [],
             }  # fmt: skip
         results = self.read(run, "results.json") or {}
         test, floor = results.get("tests", {}).get(run["question"].train, {}), known_floor(results.get("noise_floor"))

@@ -1,0 +1,65 @@
+"""A study from the page: every model on every training set, and heat maps of their errors on every test set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import panel as pn
+
+from freelearn.workbench.panels.python_lines import python_lines
+from freelearn.workbench.panels.widgets import Part, heading, say, words
+from freelearn.workbench.state.own_code import models
+from freelearn.workbench.state.session import Session
+
+ABOUT = (
+    "Every model that is ticked is fitted to every training set, of the data, effects and choices on the left, and "
+    "tested on every test set: the paper's heat maps. Linear and continuum models take about a second a fit, networks "
+    "many times as long. What was fitted once is taken from there again."
+)
+FIRST = ("linear", "continuum")
+
+
+class Studying(Part):
+    """Models and training sets to tick."""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        about = words()
+        say(about, [ABOUT], "quiet")
+        self.models = pn.widgets.CheckBoxGroup(name="models", options=models(), value=list(FIRST), inline=True)
+        self.trains = pn.widgets.CheckBoxGroup(name="training sets", options=[], value=[], inline=True)
+        self.go = pn.widgets.Button(name="Run the study", button_type="primary", width=220)
+        self.go.on_click(lambda _: self.asked())
+        self.wrong, self.lines = words(), words()
+        self.view = pn.Column(
+            heading("Run a study"), about, heading("Models", 3), self.models, heading("Training sets", 3), self.trains,
+            self.go, self.wrong, self.lines, sizing_mode="stretch_width",
+        )  # fmt: skip
+
+    def asked(self) -> None:
+        """Runs it."""
+        if self.models.value and self.trains.value:
+            self.session.study(self.models.value, self.trains.value)
+        else:
+            say(self.wrong, ["Tick a model and a training set at least."], "bad")
+
+    def refresh(self) -> None:
+        """Shows the session as it is."""
+        sets, busy = self.session.sets, self.session.busy
+        if self.trains.options != sets:
+            with self.shown():
+                self.trains.param.update(options=sets, value=list(sets))
+        self.go.disabled = busy or not self.session.ready
+        job, latest = self.session.job, self.session.asides.get("study")
+        failed = job is not None and job.kind == "study" and job.status == "failed"
+        say(self.wrong, [job.text] if job is not None and failed else [], "bad")
+        asked = latest["question"] if latest else None
+        lines = [asked.command("study"), "\n".join(python_lines(asked, "study"))] if asked else []
+        say(self.lines, lines, code=True)
+
+    @property
+    def latest(self) -> Path | None:
+        """The table of the study that was run last."""
+        done = self.session.asides.get("study")
+        path = self.session.folder / done["folder"] / "heatmap.csv" if done else None
+        return path if path and path.exists() else None

@@ -1,0 +1,66 @@
+"""The lines of Python that the page shows ask for what its command asks for."""
+
+from dataclasses import replace
+
+import beds
+import freelearn.api.tasks.discover
+import freelearn.api.tasks.train
+import pytest
+
+from freelearn.api.settings.configuration import settings
+from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
+from freelearn.workbench.panels.python_lines import python_lines
+from freelearn.workbench.state.question import Question
+
+KINDS = {"train": TrainSettings, "discover": DiscoverSettings}
+QUESTIONS = {
+    "first": Question(),
+    "hidden": Question("hidden", 4, effects=("end_clamps",), fit_seed=3),
+    "muscle": Question("dmsp20", train="all", bed="isometric", ruled_out=("force_gain",), split="rows"),
+    "network": Question(model="mlp", fit="adam", per_sample=False),
+    "own": Question("csv", train="all", bed="isometric", accuracy=None),
+    "accurate": Question("csv", train="all", bed="isometric", accuracy=(("force_n", 0.5),), split="rows"),
+}
+
+
+class Asked(Exception):
+    """The settings that a function was about to use."""
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The settings that lines of Python come to."""
+
+    def told(chosen, *_, **__):
+        raise Asked(chosen)
+
+    monkeypatch.setattr(freelearn.api.tasks.train, "train", told)
+    monkeypatch.setattr(freelearn.api.tasks.discover, "discover", told)
+
+    def of(lines):
+        with pytest.raises(Asked) as found:
+            exec("\n".join(lines), {})
+        return found.value.args[0]
+
+    return of
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_the_lines_ask_what_the_command_asks(kind, name, asked, tmp_path):
+    question = QUESTIONS[name]
+    if question.data == "csv":
+        path = tmp_path / "mine.csv"
+        beds.TABLES["isometric"]({}).to_csv(path, index=False)
+        question = replace(question, path=str(path))
+    command = settings(KINDS[kind], question.overrides(kind))
+    lines = asked(python_lines(question, kind))
+    # Where files are kept and which pictures are written is no part of the question.
+    same = {"fits": None, "figures": False, "bands": True}
+    own = {name: value for name, value in same.items() if hasattr(command, name)}
+    assert replace(lines, **own) == replace(command, **own)
+
+
+def test_the_lines_of_a_study_ask_for_each_of_its_fits(asked):
+    question = Question(models=("linear", "continuum"), trains=("sample3", "even"))
+    assert asked(python_lines(question, "study")).train == "sample3"
