@@ -5,10 +5,10 @@ and writes that port's one method; a model derives from `Model` and writes `stru
 named by FREELEARN_EFFECTS or FREELEARN_MODELS.
 """
 
-from freelearn.data.recordings import Recording
+from freelearn.data.recordings import Recording, followed
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
-from freelearn.physics.chain.lags import delayed, held, lag
+from freelearn.physics.chain.lags import delayed, held, lag, rung
 from freelearn.physics.chain.material import Material
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.parameters import Parameters, Prior, parameter
@@ -36,5 +36,5 @@ __all__ = [
     "BoundaryEffect", "Continuum", "DissipationEffect", "EndEffect", "Energy", "EnergyEffect", "EvasionEffect",
     "GeometryEffect", "Helix", "HistoryEffect", "Material", "MeasurementEffect", "Model", "MountEffect", "NeoHookean",
     "Parameters", "PlayEffect", "Prediction", "Prior", "Recording", "Rows", "StandardFiber", "States", "Status",
-    "TiltEffect", "WallEffect", "columns", "delayed", "held", "helix", "lag", "parameter",
+    "TiltEffect", "WallEffect", "columns", "delayed", "followed", "held", "helix", "lag", "parameter", "rung",
 ]  # fmt: skip

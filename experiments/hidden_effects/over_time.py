@@ -23,11 +23,21 @@ SIZED = {
     "supply_lag": ("time",),
     "dead_time": ("delay",),
     "sensor_lag": ("force", "moment"),
+    "valve_flow": ("squared_resistance",),
+    "inertia": ("force", "moment"),
 }
 MOST = 0.95
 # Rounds of sizing, and by how much one may change the amount.
 ROUNDS, STRIDE = 6, 30.0
-TIMES = ("creep.time", "supply_lag.time", "dead_time.delay", "sensor_lag.force", "sensor_lag.moment")
+TIMES = (
+    "creep.time",
+    "supply_lag.time",
+    "dead_time.delay",
+    "sensor_lag.force",
+    "sensor_lag.moment",
+    "inertia.force",
+    "inertia.moment",
+)
 
 
 def over_time(seeds: int) -> list[dict]:

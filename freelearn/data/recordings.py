@@ -12,6 +12,7 @@ import pandas as pd
 import torch
 from torch import Tensor
 
+from freelearn.common.vmapped import everyone
 from freelearn.data.logs import TIME, run_numbers
 
 # Recurrences along a log without a loop over its samples: their steps compose, so a tree of compositions does them.
@@ -20,6 +21,8 @@ from freelearn.data.logs import TIME, run_numbers
 # Of torch operations alone, so that every derivative follows.
 
 Steps = tuple[Tensor, ...]
+# Rounds of a nonlinear recurrence where nobody can know whether it has settled, and the share by which it may move yet.
+ROUNDS, CLOSE = 30, 1e-12
 
 
 def scanned(compose: Callable[[Steps, Steps], Steps], steps: Steps) -> Steps:
@@ -92,6 +95,45 @@ def _clamped(moved: Tensor, low: Tensor, high: Tensor) -> Tensor:
 
 def _between(value: Tensor, low: Tensor, high: Tensor) -> Tensor:
     return torch.minimum(torch.maximum(value, low), high)
+
+
+def turned(matrix: tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]], added: tuple[Tensor, Tensor]) -> Steps:
+    """Pairs z with zₙ = Aₙ zₙ₋₁ + bₙ, z before the first sample 0: A 2 × 2 and b, each entry (N, …). A = 0 begins anew.
+
+    >>> still, quarter = torch.tensor([0.0, 0.0]), torch.tensor([0.0, 1.0])
+    >>> [z.tolist() for z in turned(((still, -quarter), (quarter, still)), (torch.tensor([2.0, 0.0]), still))]
+    [[2.0, -0.0], [0.0, 2.0]]
+    """
+
+    def compose(one: Steps, two: Steps) -> Steps:
+        a, b, c, d, x, y = one
+        e, f, g, h, u, v = two
+        return (
+            e * a + f * c, e * b + f * d, g * a + h * c, g * b + h * d, e * x + f * y + u, g * x + h * y + v,
+        )  # fmt: skip
+
+    steps = torch.broadcast_tensors(*matrix[0], *matrix[1], *added)
+    return scanned(compose, tuple(steps))[4:]
+
+
+def followed(step: Callable[[Tensor], Tensor], anew: Tensor, begins: Tensor, guess: Tensor) -> Tensor:
+    """x with xₙ = fₙ(xₙ₋₁), whatever f, differentiable: Newton's method on all samples at once (Lim et al. 2024).
+
+    step: x before every sample → f, each (N, …), row by row. anew: (N, …) bool, samples whose x is begins (N, …) and
+    not f's. guess: (N, …), from where the search begins. Each round solves the linear recurrence of the slopes; for a
+    contraction few are needed from a guess at which it forgets nothing at once, and never more than N.
+    """
+    ones = torch.ones_like(guess)
+    found = guess
+    for turn in range(max(len(guess), ROUNDS)):
+        before = torch.cat([found[:1], found[:-1]])
+        value, slope = torch.func.jvp(step, (before,), (ones,))  # type: ignore[misc]
+        slope = torch.where(anew, 0.0, slope)
+        last, found = found, recurred(slope, torch.where(anew, begins, value - slope * before))
+        settled = everyone((found - last).abs() <= CLOSE * (1 + found.abs()))
+        if settled or (settled is None and turn >= ROUNDS):
+            break
+    return found
 
 
 # Recordings: the rows of a log in the order of time, which what has a memory follows from sample to sample.

@@ -50,7 +50,7 @@ def factor(unit: str) -> float:
     value = 1.0
     for side, sign in ((above, 1), (below.strip("()"), -1)):
         for part in filter(None, side.split("·")):
-            match = re.fullmatch(r"([A-Za-z1]+?)(⁻?[²³¹])?", part)
+            match = re.fullmatch(r"([A-Za-z1]+?)(⁻?[²³¹⁶])?", part)
             assert match, f"{unit!r} is no unit that can be changed: use {', '.join(UNITS)}"
             assert match[1] in UNITS, f"{match[1]!r} in {unit!r} is no unit that can be changed: use {', '.join(UNITS)}"
             power = sign * _power(match[2] or "")
@@ -60,7 +60,7 @@ def factor(unit: str) -> float:
 
 
 def _power(text: str) -> int:
-    size = {"": 1, "¹": 1, "²": 2, "³": 3}[text.lstrip("⁻")]
+    size = {"": 1, "¹": 1, "²": 2, "³": 3, "⁶": 6}[text.lstrip("⁻")]
     return -size if text.startswith("⁻") else size
 
 
@@ -102,16 +102,26 @@ def parameter_derivatives(model: Model[Any], states: States, steps: Mapping[str,
 
 
 def state_derivatives(model: Model[Any], states: States) -> None:
-    """Derivatives by length, twist and pressure agree with differences."""
+    """Derivatives by length, twist and pressure agree with differences: along a log by those of whole recordings, and
+    by the pressure of a row by itself."""
     slopes = sensitivities(model, states)
     for i, (name, h) in enumerate(STEPS.items()):
-        here = getattr(states, name)
         with torch.no_grad():
-            up, down = (model(states.replace(**{name: here + s * h})).loads for s in (1, -1))
+            up, down = (model(_moved(states, name, s * h, name != "pressure")).loads for s in (1, -1))
         expected = (up - down) / (2 * h)
         torch.testing.assert_close(
             slopes[:, :, i], expected, rtol=1e-5, atol=1e-6 * float(expected.abs().max()) + 1e-12
         )
+
+
+def _moved(states: States, name: str, by: float, whole: bool) -> States:
+    """States (N,) of which one quantity is another. whole: with the recordings that they belong to."""
+    moved = states.replace(**{name: getattr(states, name) + by})
+    if states.recording is None or not whole:
+        return moved
+    recording = states.recording
+    behind = _moved(recording.states, name, by, False)
+    return moved.replace(recording=Recording(behind, recording.run, recording.time))
 
 
 def batch_is_rows(model: Model[Any], states: States) -> None:

@@ -158,7 +158,7 @@ class EffectContract:
             parameter_derivatives(model, self.states(), steps)
 
     def test_derivatives_by_the_state_are_those_of_differences(self) -> None:
-        """By length, twist and pressure; along a log, of the steady change that a row by itself would show."""
+        """By length, twist and pressure."""
         states = self.states()
         for model in self.models():
             state_derivatives(model, states)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from freelearn.data.recordings import recurred, stopped
+from freelearn.data.recordings import followed, recurred, stopped, turned
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13, 1000])
@@ -48,3 +48,36 @@ def test_the_derivative_of_a_stop_is_that_of_differences():
         step = torch.zeros(3, dtype=torch.float64)
         step[k] = 1e-6
         torch.testing.assert_close(forward[:, k], (of(at + step) - of(at - step)) / 2e-6, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 64, 301])
+def test_pairs_that_turn_are_the_loops(count):
+    generator = np.random.default_rng(count)
+    matrix, added = generator.normal(size=(count, 2, 2)) / 2, generator.normal(size=(count, 2))
+    value, expected = np.zeros(2), []
+    for a, b in zip(matrix, added, strict=True):
+        value = a @ value + b
+        expected.append(value)
+    entries = [[torch.tensor(matrix[:, i, j]) for j in (0, 1)] for i in (0, 1)]
+    found = turned((tuple(entries[0]), tuple(entries[1])), tuple(torch.tensor(added).unbind(1)))
+    np.testing.assert_allclose(torch.stack(found, dim=1), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_whatever_is_followed_is_the_loop_with_its_derivatives():
+    """Through a saturating map of each sample's own, begun anew in the middle; by a parameter, against differences."""
+    drive = torch.tensor(np.random.default_rng(2).normal(size=80))
+    anew = torch.zeros(80, dtype=torch.bool)
+    anew[0] = anew[50] = True
+
+    def of(a):
+        return followed(lambda x: torch.tanh(a * x + drive), anew, drive, 0 * drive)
+
+    value, expected = 0.0, []
+    for u, new in zip(drive.tolist(), anew.tolist(), strict=True):
+        value = u if new else np.tanh(0.8 * value + u)
+        expected.append(value)
+    a = torch.tensor(0.8, dtype=torch.float64)
+    np.testing.assert_allclose(of(a), expected, rtol=1e-12)
+    forward, backward = torch.func.jacfwd(of)(a), torch.func.jacrev(of)(a)
+    torch.testing.assert_close(forward, (of(a + 1e-6) - of(a - 1e-6)) / 2e-6, rtol=1e-7, atol=1e-9)
+    torch.testing.assert_close(forward, backward)

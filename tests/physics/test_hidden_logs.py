@@ -11,8 +11,10 @@ from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
 
 OPTIONS = FitOptions("levenberg_marquardt", max_epochs=60, restarts=1, patience=6)
-# A distribution of five elements is not one of sixty.
-WITHIN = {"maxwell_slip": 0.15, "contact_slip": 0.15}
+# A distribution of five elements is not one of sixty; five rows a swing, or two while a valve is wide open, are few.
+WITHIN = {"maxwell_slip": 0.15, "contact_slip": 0.15, "inertia": 0.1, "valve_flow": 0.2}
+# No pressure here comes to the speed of sound.
+UNTOLD = ["valve_flow.critical"]
 
 
 @pytest.mark.parametrize("name", UNIT)
@@ -23,7 +25,7 @@ def test_a_fit_finds_what_small_steps_have_hidden(name):
     fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
     found = model.scalars()
     for label, value in UNIT[name].items():
-        if value:
+        if value and f"{name}.{label}" not in UNTOLD:
             assert found[f"{name}.{label}"] == pytest.approx(value, rel=WITHIN.get(name, 0.05)), label
     left, lost = (Problem(m, rows).residual(m.vector()).detach().square().mean() ** 0.5 for m in (model, bare))
     assert left < 0.2 * lost

@@ -1,14 +1,17 @@
 """Effects of the history against fine-step integration by SciPy, and rows against their recordings."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.fitting.problem import Problem
-from freelearn.physics.chain.lags import THRESHOLDS, delayed, lag
+from freelearn.physics.chain.lags import THRESHOLDS, delayed, lag, rung
+from freelearn.physics.effects.history.valve_flow import ATMOSPHERE, filled
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import build_model
 from freelearn.testing.effects import TRUTH, labels_of
@@ -124,3 +127,64 @@ def test_a_dead_load_creeps_to_where_it_would_hang_in_the_end():
     assert float(crept[1] / elastic[1]) == pytest.approx(1 / 1.5, rel=1e-4)
     assert float(crept[-1] / elastic[-1]) == pytest.approx(1.0, rel=1e-6)
     assert bool((crept[1:].diff() >= -1e-12).all())
+
+
+@pytest.mark.parametrize(("period", "damping"), [(0.3, 0.05), (2.0, 0.3), (0.8, 0.9)])
+def test_what_swings_is_exact_between_samples(recording, period, damping):
+    x, omega = recording.states.pressure, 2 * np.pi / period
+    both = torch.tensor([period, period], dtype=torch.float64)
+    y = rung(torch.stack([x, x], dim=1), recording, both, torch.tensor(damping, dtype=torch.float64))[:, 0]
+    own = recording.run == 0
+    time, signal = recording.time[own].numpy(), x[own].numpy()
+    found = solve_ivp(
+        lambda t, z: (z[1], omega**2 * (np.interp(t, time, signal) - z[0]) - 2 * damping * omega * z[1]),
+        (time[0], time[-1]), [signal[0], 0.0], t_eval=time, rtol=1e-10, atol=1e-6, max_step=0.01,
+    )  # fmt: skip
+    np.testing.assert_allclose(y[own], found.y[0], rtol=1e-5, atol=1e-5 * np.abs(signal).max())
+
+
+@pytest.mark.parametrize("resistance", [1e4, 1e5, 3e5])
+def test_a_valve_lets_through_what_iso_6358_says(resistance):
+    """Against fine steps of the flow itself, up and down again, past the speed of sound."""
+    table = recordings((3,))[:14]
+    time = np.linspace(0, 3, 150)
+    fine = pd.concat([table.iloc[[0]]] * len(time), ignore_index=True).assign(time_s=time, elongation_mm=0.0)
+    fine["pressure_kpa"] = np.interp(time, [0, 0.3, 1.5, 1.8, 3], [0, 600, 600, 50, 50])
+    states = States.from_table(fine)
+    effect = EFFECTS["valve_flow"]()
+    p = effect.own(
+        {
+            "valve_flow.squared_resistance": torch.tensor(resistance**2, dtype=torch.float64),
+            "valve_flow.critical": torch.tensor(0.3, dtype=torch.float64),
+        }
+    )
+    found = effect.carry(states.pressure[:, None], states.recording, p)[:, 0]
+    volume = np.pi * float(states.inner_radius[0]) ** 2 * float(states.reference_length[0])
+
+    def rate(t, p):
+        command = np.interp(t, time, states.pressure.numpy()) + 101_325.0
+        high, low = max(p[0], command), min(p[0], command)
+        sonic = max(low / high - 0.3, 0.0) / 0.7
+        return [np.sign(command - p[0]) * high * np.sqrt(max(1 - sonic**2, 0.0)) / (resistance * volume)]
+
+    expected = solve_ivp(rate, (0, 3), [101_325.0], t_eval=time, rtol=1e-8, atol=1.0, max_step=1e-3).y[0] - 101_325.0
+    np.testing.assert_allclose(found, expected, atol=0.01 * 6e5)
+
+
+def test_a_muscle_fills_as_a_valve_lets_it(shared_data):
+    """Measured from a constant supply: the flow at the speed of sound, and then less; a lag is three times off."""
+    raw = pd.read_csv(shared_data / "time/festo_fill/Experiment2Fill.csv")
+    time, pressure = torch.tensor(raw["time_s"].to_numpy()), raw["pressure_kpa"].to_numpy() * 1e3
+    start = [2.0, 6.2, 0.2]
+
+    def left(slow, supply, begun):
+        one = torch.ones_like(time)
+        shown = filled((begun + ATMOSPHERE) * one, (supply + ATMOSPHERE) * one, time / slow, torch.tensor(0.07))
+        return (shown - ATMOSPHERE).numpy() - pressure
+
+    fit = least_squares(lambda p: left(p[0], 1e5 * p[1], 1e5 * p[2]), start)
+    lag = least_squares(
+        lambda p: 1e5 * (p[1] - (p[1] - p[2]) * np.exp(-time.numpy() / p[0])) - pressure, [1.0, 6.2, 0.2]
+    )
+    assert np.sqrt(np.mean(fit.fun**2)) < 0.01 * 6.2e5
+    assert fit.cost < lag.cost / 9

@@ -114,10 +114,14 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
         rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
     whole, by = torch.cat(loads), torch.cat(rates)
 
-    def tail(of: Tensor) -> Tensor:
-        return _carried(chain, recording, of, values)
+    first, second, *others = recording.states.inputs()
 
-    columns = [torch.func.jvp(tail, (whole,), (by[:, :, i],))[1] for i in range(2)]
+    def tail(of: Tensor, shift: Tensor) -> Tensor:
+        moved = recording.states.with_inputs([first + shift[0], second + shift[1], *others])
+        return _carried(chain, Recording(moved, recording.run, recording.time), of, values)
+
+    still, unit = whole.new_zeros(2), torch.eye(2, dtype=whole.dtype)
+    columns = [torch.func.jvp(tail, (whole, still), (by[:, :, i], unit[i]))[1] for i in range(2)]
     return torch.stack(columns, dim=-1)[place]
 
 

@@ -7,7 +7,7 @@ import math
 import torch
 from torch import Tensor
 
-from freelearn.data.recordings import Recording, recurred, stopped
+from freelearn.data.recordings import Recording, recurred, stopped, turned
 from freelearn.data.states import States
 
 # No lag is shorter [s]; below it nothing is left of one.
@@ -24,12 +24,39 @@ THRESHOLDS = tuple(middle * ELEMENTS / sum(_MIDDLES) for middle in _MIDDLES)
 def lag(signal: Tensor, recording: Recording[States], time: Tensor) -> Tensor:
     """By how much x is ahead of y with τ y' = x − y, (M, c): exact where x is a straight line from sample to sample.
 
-    signal: x (M, c); time: τ [s], () or (c,). At a recording's first sample y = x: it had stood still.
+    signal: x (M, c); time: τ [s], (), (c,) or (M, 1). At a recording's first sample y = x: it had stood still.
     """
     first, step = recording.first[:, None], recording.step[:, None]
     step = torch.where(first, 1.0, step)
     left = torch.where(first, 0.0, torch.exp(-step / time.clamp_min(SHORTEST)))
     return recurred(left, (1 - left) * (time / step) * recording.change(signal))
+
+
+def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: Tensor) -> Tensor:
+    """y with y'' + 2ζω y' + ω² (y − x) = 0, (M, c): exact where x is a straight line from sample to sample.
+
+    signal: x (M, c); period: 2π/ω [s], (c,), and damping: 0 < ζ < 1, (), of the ringing. At a recording's first sample
+    y = x stands still.
+    """
+    first, step = recording.first[:, None], recording.step[:, None]
+    omega = 2 * math.pi / period.clamp_min(SHORTEST)
+    slope = recording.change(signal) / torch.where(first, 1.0, step)
+    ringing = omega * (1 - damping**2).sqrt()
+    fades = torch.where(first, 0.0, torch.exp(-damping * omega * step))
+    cosine, sine = torch.cos(ringing * step), torch.sin(ringing * step) / ringing
+    across = damping * omega * sine
+    turn = (
+        (fades * (cosine + across), fades * sine),
+        (-fades * omega**2 * sine, fades * (cosine - across)),
+    )
+    # What y − x and y' are where x has gone on as it does for long.
+    lasting = -2 * damping / omega * slope, slope
+    added = tuple(
+        last - row[0] * lasting[0] - row[1] * lasting[1] for last, row in zip(lasting, turn, strict=True)
+    )  # fmt: skip
+    behind, _ = turned(turn, (added[0], added[1]))
+    # Without a period: the signal itself, whose slope by the period is that of short swings.
+    return signal + torch.where(period > 0, behind, -damping / math.pi * period * slope)
 
 
 def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor) -> Tensor:

@@ -33,8 +33,11 @@ UNIT: dict[str, dict[str, float]] = {
     "supply_lag": {"time": 0.15},
     "dead_time": {"delay": 0.15},
     "sensor_lag": {"force": 0.15, "moment": 0.15},
+    "valve_flow": {"squared_resistance": 1e10, "critical": 0.3},
+    "inertia": {"force": 0.5, "moment": 0.5, "damping": 0.2},
 }
-# Noticeable effects without a memory, and what is in no library: a gauge that rings, as so large a share of the force.
+# Noticeable effects without a memory, and what is in no library: a wall that softens as it is worked, by a share where
+# the pressure has changed by RATE [kPa/s] for long, and gets over it in COOLS [s].
 STATIC: dict[str, dict[str, float]] = {
     "pressure_gain": {"gain": 0.02},
     "length_offset": {"length": 2e-4},
@@ -42,9 +45,8 @@ STATIC: dict[str, dict[str, float]] = {
     "force_gain": {"gain": 0.02},
     "moment_gain": {"gain": 0.02},
 }
-UNKNOWN: dict[str, dict[str, float]] = {"ringing": {"share": 0.5}}
-# Its period [s], and its damping in units of the critical one.
-PERIOD, DAMPING = 1.5, 0.1
+UNKNOWN: dict[str, dict[str, float]] = {"warming": {"share": 0.1}}
+RATE, COOLS = 20.0, 4.0
 
 
 def log(
@@ -129,6 +131,10 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
         pressure = _late(pressure, effects["supply_lag"]["time"], dt)
     if "dead_time" in effects:
         pressure = np.interp(time - effects["dead_time"]["delay"], time, pressure)
+    if "valve_flow" in effects:
+        volume = np.pi * (inner * MM) ** 2 * length * MM
+        p = effects["valve_flow"]
+        pressure = _through_a_valve(pressure, p["squared_resistance"] ** 0.5 * volume, p["critical"], dt)
     balanced = pressure
     if "creep" in effects:
         balanced = _crept(pressure, effects["creep"]["share"], effects["creep"]["time"], dt)
@@ -156,9 +162,13 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
         loads = loads - p["share"] * _sticking(loads, -bound, bound)
     gain = np.array([known("force_gain", "gain"), known("moment_gain", "gain")])
     loads = loads * (1 + gain) + np.array([known("force_offset", "force"), 0.0])
-    if "ringing" in effects:
-        share = effects["ringing"]["share"]
-        loads = np.stack([loads[:, 0] + share * (_ringing(loads[:, 0], dt) - loads[:, 0]), loads[:, 1]], axis=1)
+    if "warming" in effects:
+        worked = np.abs(np.gradient(pressure, dt)) / (RATE * KPA)
+        loads = loads * (1 - effects["warming"]["share"] * (_late(worked, COOLS, dt) - worked[0]))[:, None]
+    if "inertia" in effects:
+        p = effects["inertia"]
+        each = p["force"], p["moment"]
+        loads = np.stack([_swung(x, period, p["damping"], dt) for x, period in zip(loads.T, each, strict=True)], axis=1)
     if "sensor_lag" in effects:
         each = effects["sensor_lag"]["force"], effects["sensor_lag"]["moment"]
         loads = np.stack([_late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
@@ -166,25 +176,57 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
 
 
 def _late(signal: Array, tau: float, dt: float) -> Array:
-    """τ y' = x − y by Heun's method."""
+    """τ y' = x − y by Heun's method, in as many steps as a short lag needs."""
     y, found = float(signal[0]), np.empty_like(signal)
     found[0] = y
+    parts = max(int(np.ceil(2 * dt / tau)), 1)
+    h = dt / parts
     for n in range(1, len(signal)):
-        slope = (signal[n - 1] - y) / tau
-        there = (signal[n] - (y + dt * slope)) / tau
-        y += dt * (slope + there) / 2
+        for k in range(parts):
+            x0, x1 = (signal[n - 1] + (signal[n] - signal[n - 1]) * (k + i) / parts for i in (0, 1))
+            slope = (x0 - y) / tau
+            there = (x1 - (y + h * slope)) / tau
+            y += h * (slope + there) / 2
         found[n] = y
     return found
 
 
-def _ringing(signal: Array, dt: float) -> Array:
-    """y with y'' + 2 ζ ω y' + ω² y = ω² x, by the semi-implicit Euler rule."""
-    omega = 2 * np.pi / PERIOD
-    y, speed, found = float(signal[0]), 0.0, np.empty_like(signal)
-    for n, x in enumerate(signal):
-        speed += dt * (omega**2 * (x - y) - 2 * DAMPING * omega * speed)
-        y += dt * speed
+def _swung(signal: Array, period: float, damping: float, dt: float) -> Array:
+    """y with y'' + 2 ζ ω y' + ω² (y − x) = 0, by Heun's method in as many steps as a swing needs."""
+    omega = 2 * np.pi / period
+    parts = int(np.ceil(dt / (0.01 * period)))
+    h = dt / parts
+    y, v, found = float(signal[0]), 0.0, np.empty_like(signal)
+    found[0] = y
+    for n in range(1, len(signal)):
+        for k in range(parts):
+            x0, x1 = (signal[n - 1] + (signal[n] - signal[n - 1]) * (k + i) / parts for i in (0, 1))
+            a0 = omega**2 * (x0 - y) - 2 * damping * omega * v
+            y1, v1 = y + h * v, v + h * a0
+            a1 = omega**2 * (x1 - y1) - 2 * damping * omega * v1
+            y, v = y + h * (v + v1) / 2, v + h * (a0 + a1) / 2
         found[n] = y
+    return found
+
+
+def _through_a_valve(command: Array, time: float, critical: float, dt: float) -> Array:
+    """Gauge pressure behind a valve with the flow of ISO 6358, by the midpoint rule. time: r V [s]."""
+    air = 101_325.0
+
+    def rate(p: float, u: float) -> float:
+        high, low = max(p, u), min(p, u)
+        sonic = max(low / high - critical, 0.0) / (1 - critical)
+        return float(np.sign(u - p) * high * np.sqrt(max(1 - sonic**2, 0.0)) / time)
+
+    parts = max(int(np.ceil(dt / (0.02 * time))), 1)
+    h = dt / parts
+    p, found = float(command[0]) + air, np.empty_like(command)
+    found[0] = command[0]
+    for n in range(1, len(command)):
+        for k in range(parts):
+            u = float(command[n - 1] + (command[n] - command[n - 1]) * (k + 0.5) / parts) + air
+            p += h * rate(p + h / 2 * rate(p, u), u)
+        found[n] = p - air
     return found
 
 

@@ -4,7 +4,7 @@ from freelearn.physics.effects.registry import EFFECTS
 from freelearn.testing.effects import TRUTH, EffectContract
 
 # Constants of an effect's module that have a unit.
-CONSTANTS = {"threshold_pressure": {"ONSET": "Pa"}}
+CONSTANTS = {"threshold_pressure": {"ONSET": "Pa"}, "valve_flow": {"ATMOSPHERE": "Pa", "THINNEST": "Pa"}}
 # Every class is a test class of its own: Test_end_clamps_linear and so on.
 for _name, _kind in EFFECTS.items():
     for _family in TRUTH:
