@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import beds
-import freelearn.api.tasks.discover
-import freelearn.api.tasks.train
 import pytest
 
+import freelearn.api.tasks.discover_task
+import freelearn.api.tasks.train_task
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
 from freelearn.workbench.panels.python_lines import python_lines
@@ -34,8 +34,8 @@ def asked(monkeypatch):
     def told(chosen, *_, **__):
         raise Asked(chosen)
 
-    monkeypatch.setattr(freelearn.api.tasks.train, "train", told)
-    monkeypatch.setattr(freelearn.api.tasks.discover, "discover", told)
+    monkeypatch.setattr(freelearn.api.tasks.train_task, "train", told)
+    monkeypatch.setattr(freelearn.api.tasks.discover_task, "discover", told)
 
     def of(lines):
         with pytest.raises(Asked) as found:
