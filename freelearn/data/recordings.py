@@ -12,7 +12,7 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.common.vmapped import everyone
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.logs import TIME, run_numbers
 
 # Recurrences along a log without a loop over its samples: their steps compose, so a tree of compositions does them.
@@ -130,7 +130,7 @@ def followed(step: Callable[[Tensor], Tensor], anew: Tensor, begins: Tensor, gue
         value, slope = torch.func.jvp(step, (before,), (ones,))  # type: ignore[misc]
         slope = torch.where(anew, 0.0, slope)
         last, found = found, recurred(slope, torch.where(anew, begins, value - slope * before))
-        settled = everyone((found - last).abs() <= CLOSE * (1 + found.abs()))
+        settled = all_if_known((found - last).abs() <= CLOSE * (1 + found.abs()))
         if settled or (settled is None and turn >= ROUNDS):
             break
     return found

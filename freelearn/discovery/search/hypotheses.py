@@ -263,7 +263,7 @@ class Hypotheses:
         with torch.no_grad():
             # Several in one batch cost little more than one.
             for some in shares.split(TOGETHER):
-                nearer = still + some[:, None] * (start - still)
+                nearer: Tensor = still + some[:, None] * (start - still)
                 chi2 = problem.residuals(nearer).square().sum(1)
                 sound = torch.nonzero(chi2 <= base.fit.chi2 * (1 + 1e-9))
                 if len(sound):

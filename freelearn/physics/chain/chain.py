@@ -97,7 +97,7 @@ class Chain(RawVector):
     def steady(self, states: States, values: Values) -> Prediction:
         """`chain` of every row by itself, without effects of the history."""
         if states.bed is DEAD_LOAD:
-            return solve_dead_load(states, values, self.carried, self.rows_of)
+            return solve_dead_load(states, values, self.shown_loads, self.rows_of)
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown
@@ -105,7 +105,7 @@ class Chain(RawVector):
         readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
 
-    def carried(self, states: States, values: Values) -> Prediction:
+    def shown_loads(self, states: States, values: Values) -> Prediction:
         """Force and moment (N, 2) that the sensors show at the states imposed, of every row by itself."""
         return self._shown(states, values).prediction
 

@@ -40,7 +40,7 @@ def along(function: Callable[..., Tensors], at: Tensors, rates: Tensors) -> tupl
         weighed = [(v * rate).sum() for v, rate in zip(value, rates, strict=True) if v.requires_grad]
         if not weighed:
             return tuple(v.detach() for v in value), tuple(torch.zeros_like(x) for x in at)
-        by = torch.autograd.grad(sum(weighed), apart, create_graph=recorded, materialize_grads=True)
+        by = torch.autograd.grad(torch.stack(weighed).sum(), apart, create_graph=recorded, materialize_grads=True)
     return (value, by) if recorded else (tuple(v.detach() for v in value), tuple(each.detach() for each in by))
 
 
