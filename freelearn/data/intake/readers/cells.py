@@ -55,13 +55,17 @@ class Style:
     def number(self, cell: str) -> float | None:
         """The cell's number; None where it is none, NaN where it is blank.
 
-        >>> Style(",").number("1,5")
-        1.5
+        >>> Style(",").number("1,5"), Style(",", ".").number("1.234,5"), Style(",", ".").number("1,234.5")
+        (1.5, 1234.5, None)
         """
         text = _DASH.sub("-", cell.strip())
         if text.lower() in BLANKS:
             return np.nan
-        if self.thousands:
+        if self.thousands and self.thousands in text:
+            whole, _, fraction = text.partition(self.decimal)
+            first, *groups = whole.split(self.thousands)
+            if self.thousands in fraction or not first or any(len(group) != 3 for group in groups):
+                return None
             text = text.replace(self.thousands, "")
         pattern = _COMMA if self.decimal == "," else _POINT
         if len(text) > LONGEST or not pattern.fullmatch(text):
