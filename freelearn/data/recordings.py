@@ -130,7 +130,8 @@ def followed(step: Callable[[Tensor], Tensor], anew: Tensor, begins: Tensor, gue
         value, slope = torch.func.jvp(step, (before,), (ones,))  # type: ignore[misc]
         slope = torch.where(anew, 0.0, slope)
         last, found = found, recurred(slope, torch.where(anew, begins, value - slope * before))
-        settled = all_if_known((found - last).abs() <= CLOSE * (1 + found.abs()))
+        # What is no number stays none.
+        settled = all_if_known(~((found - last).abs() > CLOSE * (1 + found.abs())))
         if settled or (settled is None and turn >= ROUNDS):
             break
     return found

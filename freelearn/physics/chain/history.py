@@ -7,6 +7,7 @@ row by row, in reverse, and go through the rest forward.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import torch
@@ -31,6 +32,9 @@ class Chain(Protocol):
     weights: dict[str, tuple[int, ...]]
     # Effects of the history by what they act on.
     history: dict[str, list[HistoryEffect[Any]]]
+
+    def labels(self) -> list[str]:
+        """As RawVector.labels."""
 
     def physical(self, vector: Tensor) -> Values:
         """As RawVector.physical."""
@@ -79,8 +83,10 @@ def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
         return torch.stack(_supplied(chain, recording, chain.physical(v)), dim=-1)
 
     inputs = head(vector)
-    moves = bool(chain.history["supply"] or chain.history["wall"])
-    by_head = _pushed(head, vector, unit) if moves else None
+    # Of all parameters those of the effects before the wall alone move what it balances.
+    before = tuple(f"{effect.name}." for effect in (*chain.history["supply"], *chain.history["wall"]))
+    moving = [i for i, label in enumerate(chain.labels()) if label.startswith(before)] if before else []
+    by_head = _pushed(head, vector, unit, moving) if moving else None
     loads, rates = _steady_rates(chain, recording.states, inputs, vector, by_head)
 
     def tail(of: Tensor, v: Tensor) -> Tensor:
@@ -125,9 +131,11 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
     return torch.stack(columns, dim=-1)[place]
 
 
-def _pushed(head: object, vector: Tensor, unit: Tensor) -> Tensor:
-    """∂head/∂vector, (M, inputs, p)."""
-    return torch.stack([torch.func.jvp(head, (vector,), (e,))[1] for e in unit], dim=-1)  # type: ignore[arg-type]
+def _pushed(head: Callable[[Tensor], Tensor], vector: Tensor, unit: Tensor, moving: Sequence[int]) -> Tensor:
+    """∂head/∂vector, (M, inputs, p), of a head that only these entries move."""
+    each = {i: torch.func.jvp(head, (vector,), (unit[i],))[1] for i in moving}
+    still = torch.zeros_like(each[moving[0]])
+    return torch.stack([each.get(i, still) for i in range(len(vector))], dim=-1)
 
 
 def _steady_rates(
