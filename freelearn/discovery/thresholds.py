@@ -62,8 +62,9 @@ STEADY = 0.1
 BOUNDED = (1, 1, 1, 2, 2)
 # With more rows than this sets are looked at on so many of them first.
 SCOUTED = 800
-# A model counts as wrong by so much of what the best one leaves, in every reading.
-WRONG_BY = 0.5
+# A model counts as wrong by so much of what the best one leaves beside the noise, in every reading; that is no less
+# than a share of all that it leaves.
+WRONG_BY, LEAST_WRONG = 0.5, 0.25
 # χ² per reading under the noise alone up to which the best set may be right: it was fitted under more doubt.
 HARDLY = 10.0
 # Times what the best set left under more doubt that it may leave under less.

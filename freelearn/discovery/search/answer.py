@@ -123,8 +123,8 @@ def _imitated(hypotheses: Hypotheses, shown: Hypothesis, name: str) -> bool:
 
 # How a search ends: the answer of the sets that were looked at, and what of an answer that leaves something stands.
 
-# Sets whose held-out errors are looked at.
-COMPARED = 6
+# Sets whose held-out errors are looked at, and such of two effects where none of them holds.
+COMPARED, PAIRS_COMPARED = 6, 3
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class Models:
 def standing(ending: Ending) -> Ending:
     """Of an answer that does not hold, the effects that stand on their own: each lowers the held-out error of the
     model alone, and of the model with the others, clearly, and by no little share of what stays unexplained. Two that
-    help only together stand where they halve the error.
+    help only together, or that stand in no set as good as the best, do where they halve the error.
 
     Something that is in no library can be mimicked a little by many effects that are; together they would be read as
     findings.
@@ -216,9 +216,20 @@ def standing(ending: Ending) -> Ending:
             break
         least = min(idle or kept, key=lambda name: float(fewer[name].heldout.loss.sum()))
         kept = [name for name in kept if name != least]
+    for pair in _pairs(hypotheses):
+        other = models.step(pair)
+        fewer = {name: models.step(hypotheses.without(pair, name)) for name in pair.effects}
+        if other.E_heldout <= TOGETHER * step.E_heldout and all(_helps(f, other) for f in fewer.values()):
+            kept, step = list(pair.effects), other
     by_first = {next(iter(c)): c for c in ending.classes}
     classes = [by_first.get(name, {name: step}) for name in kept]
     return replace(ending, final=step, classes=classes)
+
+
+def _pairs(hypotheses: Hypotheses) -> list[Hypothesis]:
+    """The most probable sets of as many of the library's effects as an unexplained model keeps."""
+    sets = [h for h in hypotheses.ordered() if len(h.effects) == MOST_KEPT and not h.key & set(hypotheses.odds)]
+    return sets[:PAIRS_COMPARED]
 
 
 def _of(hypotheses: Hypotheses, names: Sequence[str]) -> Hypothesis:

@@ -9,6 +9,8 @@ from typing import Any
 
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
+from freelearn.discovery.fits.white_fit import WhiteFit, white_fit
+from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
@@ -28,12 +30,13 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
 
     What is written stays known as long as the stack is open.
     """
-    hypotheses, whiten = known.hypotheses, known.whiten
-    nothing = hypotheses.found[frozenset()].fit
-    on_first = guessed(prepared, _under(prepared, nothing, known), whiten)
+    # A form is chosen by digits that a model which is wrong does not have: under the noise alone, whatever the doubt.
+    alone = known.noise.whitener()
+    nothing = known.hypotheses.found[frozenset()].fit
+    on_first = guessed(prepared, _under(prepared, nothing, alone), alone)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:
-        bases.append(guessed(prepared, before.final.fit, whiten))
+        bases.append(guessed(prepared, _under(prepared, before.final.fit, alone), alone))
     kinds: Kinds = {}
     for guesses in bases:
         for guess in shortlist(guesses):
@@ -59,11 +62,9 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     return replace(after if after.complete else before, proposals=proposals)
 
 
-def _under(prepared: Prepared, fit: Any, known: Explored) -> Any:
-    """The first model's fit under the noise of measuring alone."""
-    from freelearn.discovery.fits.white_fit import white_fit
-
-    return white_fit(fit.model, prepared.rows, known.whiten, fit.vector, fit.prior, roughly=True, near=fit.near)
+def _under(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> WhiteFit:
+    """The same model, fitted under another noise."""
+    return white_fit(fit.model, prepared.rows, whiten, fit.vector, fit.prior, roughly=True, near=fit.near)
 
 
 def _hint(prepared: Prepared, before: Ending, found: Explored, kinds: Kinds, places: Sequence[Guess]) -> list[Proposal]:

@@ -21,14 +21,15 @@ from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
-from freelearn.discovery.noise.noise import Noise, Whitener
+from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.search.hypotheses import Hypotheses
-from freelearn.discovery.search.hypothesis import Hypothesis
+from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     BEAM,
     HARDLY,
     INADEQUATE,
+    LEAST_WRONG,
     MOST_LOWERED,
     REFITTED,
     SCOUTED,
@@ -60,7 +61,7 @@ def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambd
     """Looks at sets of effects on top of the first model. told: of each set that is the best so far."""
     view = _View(prepared, noise, told)
     now = view.begin(fit)
-    return view.lowered(now, 2 * view.misfit(now.best))
+    return view.lowered(now, 2 * view.wrong_by(now.best))
 
 
 def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> Explored:
@@ -77,7 +78,7 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
     now.explore(view.told)
-    if before.share and view.misfit(now.best) > SETTLED * before.share:
+    if before.share and view.chi2(now.best) > SETTLED**2 * view.chi2(before.hypotheses.best):
         # What was written takes hardly anything off what the library leaves.
         return view.ended(now, before.share)
     return view.lowered(now, before.share)
@@ -86,14 +87,14 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
 class _View:
     """The rows that are looked at now, and the noise in them. scouting: whether these are some of the rows, or every
     evaluation is one step from the places measured; scouted: whether it was so at first. share: under which sets were
-    looked at last."""
+    looked at last; tried: the best ones that were looked at under the noise alone."""
 
     def __init__(self, prepared: Prepared, noise: Noise, told: Told, share: float = 0.0) -> None:
         self.prepared, self.noise, self.told, self.share = prepared, noise, told, share
         self.some = scouted(prepared.rows)
         self.scouting = self.scouted = self.some is not None or prepared.rows.states.bed is DEAD_LOAD
         self.rows: Rows = prepared.rows if self.some is None else prepared.rows[self.some]
-        self.scale = prepared.scale
+        self.scale, self.tried = prepared.scale, set[Effects]()
 
     def begin(self, fit: WhiteFit) -> Hypotheses:
         """The first model alone."""
@@ -108,13 +109,12 @@ class _View:
 
     def lowered(self, now: Hypotheses, share: float) -> Explored:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""
-        share = min(WRONG_BY * self.misfit(now.best), share / 2)
+        share = min(WRONG_BY * self.wrong_by(now.best), share / 2)
         for _ in range(MOST_LOWERED):
-            if self.alone(now.best) <= HARDLY:
-                apart = self.moved(now, 0.0)
+            if self.nearly(now.best):
+                apart = self.alone(now)
                 if self.adequate(apart):
                     return self.settled(apart)
-                break
             finer, left = self.moved(now, share), self.misfit(now.best)
             if self.misfit(finer.best) > WORSE * left:
                 # Digits that no set explains begin to decide.
@@ -122,8 +122,13 @@ class _View:
             now = finer
             if not self.adequate(now):
                 break
-            share = min(WRONG_BY * self.misfit(now.best), share / 2)
-        return self.ended(now, self.misfit(now.best))
+            share = min(WRONG_BY * self.wrong_by(now.best), share / 2)
+        return self.ended(now, self.wrong_by(now.best))
+
+    def alone(self, now: Hypotheses) -> Hypotheses:
+        """The sets under the noise alone."""
+        self.tried.add(now.best.key)
+        return self.moved(now, 0.0)
 
     def settled(self, now: Hypotheses) -> Explored:
         """From sets that are adequate under the noise alone, until that settles."""
@@ -131,7 +136,7 @@ class _View:
             before = self.noise.scatter
             now = self.moved(now, 0.0, again=True)
             if not self.adequate(now):
-                return self.ended(now, self.misfit(now.best))
+                return self.ended(now, self.wrong_by(now.best))
             if _steady(before, self.noise.scatter):
                 break
         return self.ended(now, 0.0)
@@ -159,20 +164,37 @@ class _View:
         self.some, self.rows, self.scouting = None, self.prepared.rows, False
         now = self.moved(last, share)
         for _ in range(SETTLINGS if share else 0):
-            left = self.misfit(now.best)
+            if self.nearly(now.best):
+                apart = self.alone(now)
+                if self.adequate(apart):
+                    return self.settled(apart)
+            left = self.wrong_by(now.best)
             if left > SETTLED * share:
                 break
             share, now = left, self.moved(now, left)
+        if self.share != share:
+            now = self.moved(now, share, again=True)
         return Explored(now, self.noise, share, self._whitener(share))
 
     def adequate(self, now: Hypotheses) -> bool:
         """Whether the best set is right, as far as the noise and the doubt that it is looked at under go."""
         return now.best.fit.chi2 <= INADEQUATE * max(self.rows.readings.count, 1)
 
-    def alone(self, best: Hypothesis) -> float:
-        """χ² per reading of a set under the noise alone."""
+    def nearly(self, best: Hypothesis) -> bool:
+        """Whether the set may be right under the noise alone, and was not looked at there yet."""
+        return self.chi2(best) <= HARDLY and best.key not in self.tried
+
+    def chi2(self, best: Hypothesis) -> float:
+        """χ² per reading of a set's model under the noise alone, on the rows looked at."""
         white = self._whitener(0.0)(best.fit.raw_residual)
         return float(white.square().sum()) / max(self.rows.readings.count, 1)
+
+    def wrong_by(self, best: Hypothesis) -> float:
+        """The share of the largest loads by which a set is wrong beside what measuring makes."""
+        left, whiten = self.misfit(best), self._whitener(0.0)
+        floor = noise_floor(whiten.scattered, whiten.present, self.scale)
+        # How much of the misfit is noise is not known to the last digit.
+        return max(math.sqrt(max(left**2 - floor**2, 0.0)), LEAST_WRONG * left)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
