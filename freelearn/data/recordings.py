@@ -101,8 +101,9 @@ def turned(matrix: tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]], added: t
     """Pairs z with zₙ = Aₙ zₙ₋₁ + bₙ, z before the first sample 0: A 2 × 2 and b, each entry (N, …). A = 0 begins anew.
 
     >>> still, quarter = torch.tensor([0.0, 0.0]), torch.tensor([0.0, 1.0])
-    >>> [z.tolist() for z in turned(((still, -quarter), (quarter, still)), (torch.tensor([2.0, 0.0]), still))]
-    [[2.0, -0.0], [0.0, 2.0]]
+    >>> one, two = turned(((still, -quarter), (quarter, still)), (torch.tensor([2.0, 0.0]), still))
+    >>> one.int().tolist(), two.int().tolist()
+    ([2, 0], [0, 2])
     """
 
     def compose(one: Steps, two: Steps) -> Steps:

@@ -124,6 +124,8 @@ def classes_of(findings: Findings) -> list[list[str]]:
 def sigmas_heldout(step: Step) -> float:
     """Root mean square of the held-out residuals, each in standard deviations of its own noise as it was found to be:
     one is noise. E weighs the same residuals by the largest loads."""
+    if step.whiten.doubt is None:
+        return math.sqrt(float(step.heldout.white.square().sum()) / step.whiten.count)
     variance = step.whiten.scattered
     counts = variance > 0
     return math.sqrt(float((step.heldout.raw.square() / variance)[counts].mean())) if bool(counts.any()) else 0.0

@@ -151,7 +151,7 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     button(tab, "Add what was found").click()
     tab.get_by_text("continuum + friction_hysteresis, fitted on").wait_for()
     expect(tab.get_by_label(re.compile("^friction_hysteresis:"))).to_be_checked(timeout=20_000)
-    assert "effects=[friction_hysteresis]" in tab.locator("pre").first.inner_text()
+    expect(tab.locator("pre").first).to_contain_text("effects=[friction_hysteresis]", timeout=20_000)
 
     # The error that was promised is the one that came: what is added is the search's own fit.
     state = json.loads((folder(work, tab) / "state.json").read_text())

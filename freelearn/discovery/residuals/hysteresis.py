@@ -95,8 +95,9 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     place = np.array([pair.falling for pair in pairs])
     difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])
     # A model that has run away may have a noise in its place whose square is beyond every number: as good as unread.
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
+    spread = np.nan_to_num(spread, nan=np.inf)
 
     def chance(i: int) -> float:
         both = there[:, i]

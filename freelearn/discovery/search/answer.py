@@ -169,7 +169,7 @@ class Models:
 
     def __init__(self, prepared: Prepared, known: Explored) -> None:
         self.prepared, self.known, self.made = prepared, known, dict[Effects, Step]()
-        self.whiten = known.whiten
+        self.whiten, self.without_doubt = known.whiten, dict[int, Step]()
 
     def step(self, hypothesis: Hypothesis) -> Step:
         """The model, fitted to its end."""
@@ -178,6 +178,16 @@ class Models:
             exact = white_fit(fit.model, self.prepared.rows, self.whiten, fit.vector, fit.prior, near=fit.near)
             self.made[hypothesis.key] = self.prepared.step(exact, self.whiten)
         return self.made[hypothesis.key]
+
+    def alone(self, step: Step) -> Step:
+        """The same model under the noise alone, where it is told under a doubt."""
+        if step.whiten.doubt is None:
+            return step
+        if id(step) not in self.without_doubt:
+            fit, whiten = step.fit, self.known.noise.whitener()
+            exact = white_fit(fit.model, self.prepared.rows, whiten, fit.vector, fit.prior, near=fit.near)
+            self.without_doubt[id(step)] = self.prepared.step(exact, whiten)
+        return self.without_doubt[id(step)]
 
     def worse(self, answer: Answer) -> list[Effects]:
         """Sets as good as the one shown, itself included, that predict states left out clearly worse than another."""

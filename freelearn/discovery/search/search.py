@@ -109,7 +109,7 @@ def search(question: Question, watch: Watch | None = None) -> Findings:
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
         # Readings that slipped together are no function of anything.
-        lacking = not ending.complete and not slipped_together(prepared, ending.final)[0]
+        lacking = not ending.complete and not slipped_together(prepared, ending.models.alone(ending.final))[0]
         if lacking or len(ending.answer.shown.effects) >= MANY:
             ending = beyond(prepared, known, ending, stack)
         return _findings(prepared, ending, watch)
@@ -132,8 +132,9 @@ def _so_far(best: Hypothesis) -> None:
 
 def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     """What the search ended with, readings that slipped, what the referee says of it, and all."""
-    together, without_drift = slipped_together(prepared, ending.final)
-    if without_drift is not ending.final:
+    exact = ending.models.alone(ending.final)
+    together, without_drift = slipped_together(prepared, exact)
+    if together or without_drift is not exact:
         ending = replace(ending, final=without_drift, classes=[c for c in ending.classes if DRIFT not in c])
     sorted_by = confounded(prepared, ending.final)
     begin("asking whether the claim stands")

@@ -93,7 +93,7 @@ def test_what_a_formula_says_is_what_its_terms_are(kind):
         letters = {"knee": "x0", "center": "x0", "jump": "x0", "exponent": "n"}
         own = {letters.get(name, "k"): value for name, value in shapes.items()}
         # Of two inputs the shape is that of the input that its symbol names.
-        own |= {"y0": own_files["x0"]} if "x0" in own_files else {}
+        own |= {"y0": own["x0"]} if "x0" in own else {}
         said = eval(python(form.formula), known | own | {"x": x, "y": y, "a": 0.7, "b": -0.4})
         inputs = [torch.as_tensor(v) for v in ((x, y) if form.inputs == 2 else (x,))]
         terms = form.values(inputs, shapes)
