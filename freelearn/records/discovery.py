@@ -89,6 +89,7 @@ def document(
         "effects": findings.effects,
         "classes": classes_of(findings),
         "models": [vars(model) for model in findings.models],
+        "predicts_best": vars(findings.predicts_best) if findings.predicts_best else None,
         "shares": findings.answer.shares if findings.answer else {},
         "referee": [check.plain() for check in findings.referee.checks] if findings.referee else [],
         "alternatives": [{name: _rebuilt(step) for name, step in members.items()} for members in findings.classes],

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from freelearn.common.formats import error_percent
 from freelearn.data.beds import DEAD_LOAD
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.step import Step
@@ -21,7 +22,8 @@ from freelearn.records.written_effects import file_of
 WRONG_NOISE = 1.5
 # Position errors of fewer states, and such as hardly show, tell little of themselves.
 WRONG_POSITION = 2.0
-
+# Share of an unexplained model's error below which the set that predicts best is told.
+BETTER = 0.8
 
 # What to do about a stated accuracy that is wrong, and about an estimated one.
 CORRECT = (
@@ -144,8 +146,19 @@ def _unexplained(findings: Findings) -> str:
         names = ", ".join(findings.effects)
         helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it."
     if failed and findings.claimed != "unexplained":
-        return f"Unexplained: {_lowered(failed[0].says)}{helped}"
-    return f"Unexplained: something systematic is left that no effect in the library accounts for.{helped}"
+        why = _lowered(failed[0].says)
+    else:
+        why = "something systematic is left that no effect in the library accounts for."
+    return f"Unexplained: {why}{helped}{_best(findings)}"
+
+
+def _best(findings: Findings) -> str:
+    """What to predict with meanwhile, where that is clearly more than what stands; "" for nothing."""
+    best = findings.predicts_best
+    if best is None or best.E_heldout > BETTER * findings.final.E_heldout:
+        return ""
+    names, error = " + ".join(best.effects) or "the model alone", error_percent(best.E_heldout, 3)
+    return f" Of the sets looked at, {names} predicts what was left out best ({error} %), and explains nothing yet."
 
 
 def _undecided(findings: Findings) -> str:

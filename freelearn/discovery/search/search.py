@@ -88,6 +88,7 @@ class Findings:
     models: list[ToldModel] = field(default_factory=list)
     claimed: str = ""
     rivals: dict[str, Step] = field(default_factory=dict)
+    predicts_best: ToldModel | None = None
 
     @property
     def final(self) -> Step:
@@ -174,7 +175,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     return Findings(
         claim, order, classes, steps, rows, kept, final.floor, pointed_out, sorted_by if DRIFT in order else [],
         ending.proposals, ending.answer, ranking.cosines(), referee, told_models(ending), claimed,
-        rivals(ending) if claim == "undecided" else {},
+        rivals(ending) if claim == "undecided" else {}, None if ending.complete else predicts_best(ending),
     )  # fmt: skip
 
 
@@ -209,12 +210,25 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
 
 def told_models(ending: Ending) -> list[ToldModel]:
     """The sets that are as good, with their errors."""
-    told = []
     ahead([partial(ending.models.step, hypothesis) for hypothesis, _ in ending.answer.close[:MODELS_TOLD]])
-    for hypothesis, share in ending.answer.close[:MODELS_TOLD]:
-        step = ending.models.step(hypothesis)
-        told.append(ToldModel(list(hypothesis.effects), step.E_heldout, hypothesis.evidence, step.fit.values(), share))
-    return told
+    return [_told(ending, hypothesis, share) for hypothesis, share in ending.answer.close[:MODELS_TOLD]]
+
+
+def predicts_best(ending: Ending) -> ToldModel | None:
+    """The set of the library's effects with the least held-out error, of those whose was asked."""
+    hypotheses, made = ending.known.hypotheses, ending.models.made
+    proper = [key for key, step in made.items() if step.fit.proper and not key & set(hypotheses.odds)]
+    if not proper:
+        return None
+    least = hypotheses.found[min(proper, key=lambda key: made[key].E_heldout)]
+    # Probabilities of the sets that are as good say what those of all others are.
+    (first, share), *_ = ending.answer.close
+    return _told(ending, least, share * math.exp(min(least.evidence - first.evidence, 0.0)))
+
+
+def _told(ending: Ending, hypothesis: Hypothesis, share: float) -> ToldModel:
+    step = ending.models.step(hypothesis)
+    return ToldModel(list(hypothesis.effects), step.E_heldout, hypothesis.evidence, step.fit.values(), share)
 
 
 def looked_at(prepared: Prepared, ending: Ending) -> Referee:
