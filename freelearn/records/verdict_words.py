@@ -168,6 +168,8 @@ def _undecided(findings: Findings) -> str:
         return f"Undecided: something may be missing, and these rows cannot tell what: {likely}."
     if findings.classes and all(len(c) > MOST_ALIKE for c in findings.classes):
         return f"Undecided: too many effects would explain these rows equally well: {likely}."
+    if findings.answer and findings.answer.doubted:
+        return f"Undecided: one effect or several others together would explain these rows equally well: {likely}."
     missing = findings.referee.open if findings.referee else []
     why = _lowered(missing[0].says) if missing else "there are too few rows."
     said = f" If anything is missing, it is {', '.join(findings.effects)}." if findings.effects else ""

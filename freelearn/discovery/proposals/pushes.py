@@ -32,6 +32,8 @@ LAYERS = 8
 LEVEL = 0.02
 # Beyond this share of its scale, on both sides, an input has both signs.
 SIGNED = 0.05
+# Visits of states below which the time is no input of a form.
+FEWEST_VISITS = 10
 
 
 @dataclass(frozen=True)
@@ -91,9 +93,15 @@ def pushes(fit: WhiteFit, rows: Rows, build: Build, clocked: bool = True) -> Pus
         for name, kind in kinds.items()
     }
     inputs = _inputs(fit, rows) | _strains(fit, rows)
-    if not clocked:
+    if not clocked or _few_visits(rows):
         inputs.pop(TIME.name, None)
     return Pushes(by, inputs, {name: round_scale(values) for name, values in inputs.items()})
+
+
+def _few_visits(rows: Rows) -> bool:
+    """Whether the time does little else than to number the states: a form in it tells one of them from the others."""
+    visits = 1 + int((rows.state[1:] != rows.state[:-1]).sum())
+    return rows.states.recording is None and visits < FEWEST_VISITS
 
 
 def places_of(model: Model) -> list[Place]:

@@ -62,7 +62,7 @@ class Case:
     def present(self) -> Tensor:
         """Readings that count, (N, 2) bool: those that are there and did not slip."""
         scatter = self.whiten.scatter
-        return self.whiten.told if scatter is None else self.whiten.told & (scatter.reading > 0)
+        return self.whiten.told if scatter is None else self.whiten.told & self.whiten.counts & ~scatter.slipped
 
     @cached_property
     def states(self) -> int:

@@ -19,6 +19,7 @@ from freelearn.discovery.search.stages import Explored
 from freelearn.discovery.thresholds import (
     ALPHA_STRUCTURE,
     FORMS,
+    HOPELESS,
     MIN_PAIRED_Z,
     MIN_SHARE,
     MOST_KEPT,
@@ -44,6 +45,7 @@ class Answer:
     classes: list[dict[str, Hypothesis]]
     close: list[tuple[Hypothesis, float]] = field(default_factory=list)
     shares: dict[str, float] = field(default_factory=dict)
+    doubted: list[str] = field(default_factory=list)
 
 
 def answered(hypotheses: Hypotheses, without: Sequence[Effects] = ()) -> Answer:
@@ -60,7 +62,8 @@ def answered(hypotheses: Hypotheses, without: Sequence[Effects] = ()) -> Answer:
     }
     told = sorted(((h, weights[h.key]) for h in close), key=lambda pair: -pair[1])[:TOLD]
     classes = [_class(name, shown, close) for name in shown.effects]
-    return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])))
+    doubted = [name for name in shown.effects if _doubted(name, shown, close, weights)]
+    return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])), doubted)
 
 
 def believed(hypothesis: Hypothesis, hypotheses: Hypotheses) -> Hypothesis:
@@ -89,6 +92,8 @@ def _shown(hypotheses: Hypotheses, known: Sequence[Hypothesis], weights: dict[Ef
         close = [h for h in known if h.evidence >= shown.evidence - TIES]
         doubtful = [n for n in shown.effects if _doubted(n, shown, close, weights) or _imitated(hypotheses, shown, n)]
         fewer = [by_key[shown.key - {name}] for name in doubtful if shown.key - {name} in by_key]
+        # Whichever it is: that nothing at all is missing may be out of the question.
+        fewer = [h for h in fewer if h.effects or h.evidence > known[0].evidence - HOPELESS]
         if not fewer:
             break
         shown = max(fewer, key=lambda h: h.evidence)

@@ -263,6 +263,8 @@ def decided(claimed: str, referee: Referee, answer: Answer) -> str:
     nothing = sum(share for hypothesis, share in answer.close if not hypothesis.effects)
     if claim == "adequate" and nothing < EVEN:
         return "undecided"
+    if claim in ("named", "class") and answer.doubted:
+        return "undecided"
     # Where one place is told the others may stay open.
     if claim == "class" and all(len(members) > MOST_ALIKE for members in answer.classes):
         return "undecided"

@@ -192,7 +192,8 @@ class _View:
     def wrong_by(self, best: Hypothesis) -> float:
         """The share of the largest loads by which a set is wrong beside what measuring makes."""
         left, whiten = self.misfit(best), self._whitener(0.0)
-        floor = noise_floor(whiten.scattered, whiten.present, self.scale)
+        right = whiten.present & ~self._scatter().slipped
+        floor = noise_floor(torch.where(right, whiten.scattered, 0.0), right, self.scale)
         # How much of the misfit is noise is not known to the last digit.
         return max(math.sqrt(max(left**2 - floor**2, 0.0)), LEAST_WRONG * left)
 
@@ -200,7 +201,7 @@ class _View:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
         not count."""
         missed = best.fit.raw_residual / self.scale
-        counts = self._scatter().reading > 0
+        counts = self._whitener(0.0).counts & ~self._scatter().slipped
         squares = (missed.square() * counts).sum(0) / counts.sum(0).clamp_min(1)
         return math.sqrt(float(squares.sum()))
 
