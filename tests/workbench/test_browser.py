@@ -265,7 +265,7 @@ def test_what_the_search_wrote_is_added_and_saved_and_fitted(tab, copied):
     assert not button(tab, "Add it").is_visible()
     button(tab, "Fit").click()
     tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
-    assert tab.locator("pre").first.inner_text().startswith("FREELEARN_EFFECTS=")
+    expect(tab.locator("pre").first).to_have_text(re.compile("^FREELEARN_EFFECTS="), timeout=20_000)
     # Reloading loses nothing.
     tab.reload()
     tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()

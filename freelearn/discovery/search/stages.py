@@ -186,7 +186,8 @@ class _View:
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""
-        white = self._whitener(0.0)(best.fit.raw_residual)
+        raw = best.fit.raw_residual
+        white = self._whitener(0.0)(raw if len(raw) == len(self.rows) else raw[self.some])
         return float(white.square().sum()) / max(self.rows.readings.count, 1)
 
     def wrong_by(self, best: Hypothesis) -> float:
