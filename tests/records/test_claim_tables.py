@@ -40,12 +40,13 @@ def test_the_most_probable_effect_stands_first():
     assert rows == (("end_clamps", "90.0"), ("twist_offset", "20.0"))
 
 
-def findings(verdict, claimed, effects=(), checks=(), shares=(), classes=()):
-    """As far as the sentence looks at them."""
-    answer = SimpleNamespace(shares=dict(shares))
+def findings(verdict, claimed, effects=(), checks=(), shares=(), doubted=(), best=None, E=0.1):
+    """As far as the sentence looks at them. best: effects and error of the set that predicts best; E: what stands."""
+    answer = SimpleNamespace(shares=dict(shares), doubted=list(doubted))
     return SimpleNamespace(
-        verdict=verdict, claimed=claimed, effects=list(effects), classes=list(classes), proposals=[], answer=answer,
-        referee=Referee(list(checks)),
+        verdict=verdict, claimed=claimed, effects=list(effects), classes=[], proposals=[], answer=answer,
+        referee=Referee(list(checks)), final=SimpleNamespace(E_heldout=E),
+        predicts_best=SimpleNamespace(effects=best[0], E_heldout=best[1]) if best else None,
     )  # fmt: skip
 
 
@@ -60,6 +61,15 @@ def findings(verdict, claimed, effects=(), checks=(), shares=(), classes=()):
         (findings("unexplained", "named", ["end_clamps"], [GOOD, BAD]),
          "Unexplained: 95 % bands hold 70 %. end_clamps explains a part of it."),
         (findings("unexplained", "unexplained", [], [BAD]),
+         "Unexplained: something systematic is left that no effect in the library accounts for."),
+        (findings("undecided", "named", ["end_clamps"], [GOOD], {"end_clamps": 0.9, "twist_offset": 0.1}, ["end_clamps"]),
+         "Undecided: one effect or several others together would explain these rows equally well: "
+         "end_clamps (90 %), twist_offset (10 %)."),
+        (findings("unexplained", "unexplained", ["end_clamps"], [BAD], best=(["end_clamps", "off_axis"], 0.0418)),
+         "Unexplained: something systematic is left that no effect in the library accounts for. end_clamps explains a "
+         "part of it. Of the sets looked at, end_clamps + off_axis predicts what was left out best (4.18 %), and "
+         "explains nothing yet."),
+        (findings("unexplained", "unexplained", [], [BAD], best=(["end_clamps"], 0.09)),
          "Unexplained: something systematic is left that no effect in the library accounts for."),
     ],
 )  # fmt: skip
