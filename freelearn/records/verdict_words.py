@@ -157,7 +157,7 @@ def _best(findings: Findings) -> str:
     best = findings.predicts_best
     if best is None or best.E_heldout > BETTER * findings.final.E_heldout:
         return ""
-    names, error = " + ".join(best.effects) or "the model alone", error_percent(best.E_heldout, 3)
+    names, error = " + ".join(best.effects) or "the model alone", error_percent(best.E_heldout)
     return f" Of the sets looked at, {names} predicts what was left out best ({error} %), and explains nothing yet."
 
 

@@ -62,7 +62,8 @@ def findings(verdict, claimed, effects=(), checks=(), shares=(), doubted=(), bes
          "Unexplained: 95 % bands hold 70 %. end_clamps explains a part of it."),
         (findings("unexplained", "unexplained", [], [BAD]),
          "Unexplained: something systematic is left that no effect in the library accounts for."),
-        (findings("undecided", "named", ["end_clamps"], [GOOD], {"end_clamps": 0.9, "twist_offset": 0.1}, ["end_clamps"]),
+        (findings("undecided", "named", ["end_clamps"], [GOOD], {"end_clamps": 0.9, "twist_offset": 0.1},
+                  ["end_clamps"]),
          "Undecided: one effect or several others together would explain these rows equally well: "
          "end_clamps (90 %), twist_offset (10 %)."),
         (findings("unexplained", "unexplained", ["end_clamps"], [BAD], best=(["end_clamps", "off_axis"], 0.0418)),
