@@ -175,7 +175,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     return Findings(
         claim, order, classes, steps, rows, kept, final.floor, pointed_out, sorted_by if DRIFT in order else [],
         ending.proposals, ending.answer, ranking.cosines(), referee, told_models(ending), claimed,
-        rivals(ending) if claim == "undecided" else {}, None if ending.complete else predicts_best(ending),
+        rivals(ending) if claim == "undecided" else {}, None if claim in CLAIMS else predicts_best(ending),
     )  # fmt: skip
 
 
