@@ -9,7 +9,7 @@ from linear_bed import TRUE, LinearBed, bench
 from outside_tables import asked, measured
 
 from freelearn.discovery.fits.white_fit import evaluated
-from freelearn.discovery.proposals.pushes import places_of, pushes
+from freelearn.discovery.proposals.pushes import FEWEST_VISITS, places_of, pushes
 from freelearn.physics.effects.registry import EFFECTS, make_effects
 from freelearn.physics.models.build import build_model
 from freelearn.physics.written.places import PLACES
@@ -193,3 +193,10 @@ def test_rows_without_a_clock_have_no_time_to_depend_on(tube):
     question = asked(table)
     assert "time" in seen.inputs
     assert set(pushes(fit, question.rows, question.build, clocked=False).inputs) == set(seen.inputs) - {"time"}
+
+
+def test_a_time_that_only_numbers_a_few_states_is_none_to_depend_on():
+    values = dict(zip(("C1", "C2"), MATERIAL, strict=True))
+    for states, there in ((4, False), (FEWEST_VISITS, True)):
+        seen, _ = seen_at(asked(measured(samples=(3,), states=states, pressures=3).table), values)
+        assert ("time" in seen.inputs) == there

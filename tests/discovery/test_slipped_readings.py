@@ -9,6 +9,7 @@ from linear_bed import NOISE, SHORT, bench, student
 from freelearn.data.accuracy import PAPER
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.referee.case import Case
 from freelearn.discovery.residuals.suspects import UNITS, suspects
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference import laboratory
@@ -153,3 +154,11 @@ def test_of_real_mechanics_too_the_slips_are_found_and_traced():
         assert names[slip["kind"]] in found[slip["row"], columns[slip["load"]]].slip
     slipped = {(row, columns[load]) for row, load in zip(measured.slips["row"], measured.slips["load"], strict=True)}
     assert len(set(found) - slipped) <= 1
+
+
+def test_a_slipped_reading_counts_for_nothing_where_states_are_left_out():
+    """What the referee measures errors on: else one turned sign would refute every model."""
+    prepared, step = first_step(MADE.showing({(87, 0): -10 * MADE.loads[87, 0]}).question())
+    accuracy = prepared.question.accuracy
+    case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, accuracy, prepared.fold)
+    assert (~case.present).nonzero().tolist() == [[87, 0]]
