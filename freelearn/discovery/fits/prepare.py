@@ -17,7 +17,7 @@ from freelearn.discovery.fits.derivatives import Build
 from freelearn.discovery.fits.left_out import HeldOut, folds_of, held_out
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, white_fit
-from freelearn.discovery.noise.noise import Noise, Whitener, sensitivities
+from freelearn.discovery.noise.noise import Noise, Whitener, relative_error, sensitivities
 from freelearn.discovery.noise.scatter import Scatter, huber, scatter
 from freelearn.discovery.thresholds import BOUNDED, WHITENINGS
 from freelearn.fitting.starts import starts
@@ -110,10 +110,8 @@ class Prepared:
 
     def error(self, raw: Tensor, slipped: Tensor | None = None) -> float:
         """The paper's E of residuals (N, 2), a fraction, without readings that slipped."""
-        squares = (raw / self.scale).square()
         present = self.rows.readings.present
-        right = (present if slipped is None else present & ~slipped).double()
-        return float(((squares * right).sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
+        return relative_error((raw / self.scale).square(), present if slipped is None else present & ~slipped)
 
 
 def prepare(question: Question) -> tuple[Prepared, WhiteFit, Noise]:

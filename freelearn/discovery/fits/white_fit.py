@@ -188,6 +188,11 @@ def white_fit(
     return _ended(problem.unmoved(), vector, Termination(ending["status"]), ending["message"])
 
 
+def refitted(fit: WhiteFit, rows: Rows, whiten: Whitener, roughly: bool = False) -> WhiteFit:
+    """A fit's model, fitted on from there to rows under a noise, with the same prior. roughly: see white_fit."""
+    return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=fit.near)
+
+
 def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | None) -> Ending:
     """How the search for a minimum ends."""
     lower, upper = problem.problem.model.raw_bounds()

@@ -71,9 +71,18 @@ def _sensitivities(model: Model, states: States) -> Iterator[Tensor]:
         yield each.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
 
+def relative_error(squares: Tensor, counts: Tensor) -> float:
+    """The paper's E of squared errors (N, 2), in units of the largest loads, of those that count (N, 2) bool.
+
+    >>> relative_error(torch.tensor([[9.0, 0.0], [9.0, 16.0]]), torch.tensor([[True, False], [True, True]]))
+    5.0
+    """
+    return float((torch.where(counts, squares, 0.0).sum(0) / counts.sum(0).clamp_min(1)).sum().sqrt())
+
+
 def noise_floor(variance: Tensor, present: Tensor, scale: Tensor) -> float:
-    """The error E of a perfect model: variance (N, 2), zero where nothing is present (N, 2); scale (2,)."""
-    return float(((variance / scale**2).sum(0) / present.sum(0).clamp_min(1)).sum().sqrt())
+    """The error E of a perfect model: variance (N, 2), of what is present (N, 2) bool; scale (2,)."""
+    return relative_error(variance / scale**2, present)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from torch import Tensor
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.white_fit import WhiteFit
-from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.noise.noise import Whitener, relative_error
 
 Result = Literal["pass", "fail", "cannot_tell"]
 PASS: Result = "pass"
@@ -72,7 +72,11 @@ class Case:
     @cached_property
     def covariance(self) -> Tensor:
         """Of the raw vector, (p, p): of the rows and of what was known beforehand."""
-        jacobian = self.fit.jacobian.flatten(0, 1)
+        return self.covariance_from(torch.ones(len(self.rows), dtype=torch.bool))
+
+    def covariance_from(self, rows: Tensor) -> Tensor:
+        """The same as some rows know it, (N,) bool."""
+        jacobian = self.fit.jacobian[rows].flatten(0, 1)
         precision = jacobian.T @ jacobian * self.whiten.efficiency
         if self.fit.prior is not None:
             precision = precision + self.fit.prior.root.T @ self.fit.prior.root
@@ -82,8 +86,7 @@ class Case:
     def error(self, raw: Tensor, of: Tensor | None = None) -> float:
         """The paper's E of residuals (N, 2), a fraction, on all rows or on some, (N,) bool."""
         right = self.present if of is None else self.present & of[:, None]
-        squares = (raw / self.scale).square() * right
-        return float((squares.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
+        return relative_error((raw / self.scale).square(), right)
 
     def expected(self, of: Tensor, without: Tensor | None = None) -> float:
         """The E that noise and what is not known of the parameters would make on some rows, (N,) bool.
@@ -93,9 +96,7 @@ class Case:
         if without is not None:
             by = self.fit.raw_jacobian
             variance = variance + torch.einsum("ncp,pq,ncq->nc", by, without, by).clamp_min(0)
-        right = self.present & of[:, None]
-        shares = variance / self.scale**2 * right
-        return float((shares.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt())
+        return relative_error(variance / self.scale**2, self.present & of[:, None])
 
     @cached_property
     def noise(self) -> Tensor:

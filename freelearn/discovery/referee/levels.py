@@ -102,7 +102,7 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     for part in parts:
         own = torch.as_tensor(part.copy())
         each.append((_named(case, way, part), case.error(raw, own)))
-        expected = case.expected(own, _without(case, own))
+        expected = case.expected(own, case.covariance_from(~own))
         shares, counts = shares + int(own.sum()) * expected**2, counts + int(own.sum())
     del known
     return LeftOut(
@@ -122,16 +122,6 @@ def _raw(case: Case, fit: WhiteFit, parts: Sequence[np.ndarray]) -> Tensor | Non
         own = torch.as_tensor(part.copy())
         raw[own] = one[own]
     return raw if bool(raw.isfinite().all()) else None
-
-
-def _without(case: Case, own: Tensor) -> Tensor:
-    """Covariance (p, p) of the parameters as the other rows know them."""
-    jacobian = case.fit.jacobian[~own].flatten(0, 1)
-    precision = jacobian.T @ jacobian * case.whiten.efficiency
-    if case.fit.prior is not None:
-        precision = precision + case.fit.prior.root.T @ case.fit.prior.root
-    inverse: Tensor = torch.linalg.pinv(precision, hermitian=True, rtol=1e-13)
-    return inverse
 
 
 def _cubic(case: Case, parts: Sequence[np.ndarray]) -> Tensor:

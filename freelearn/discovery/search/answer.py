@@ -11,7 +11,8 @@ from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.left_out import paired
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
-from freelearn.discovery.fits.white_fit import white_fit
+from freelearn.discovery.fits.white_fit import WhiteFit, refitted
+from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
@@ -173,26 +174,26 @@ class Models:
     """Steps of hypotheses, each made once."""
 
     def __init__(self, prepared: Prepared, known: Explored) -> None:
-        self.prepared, self.known, self.made = prepared, known, dict[Effects, Step]()
-        self.whiten, self.without_doubt = known.whiten, dict[int, Step]()
+        self.prepared, self.known, self.whiten = prepared, known, known.whiten
+        self.made, self.made_alone = dict[Effects, Step](), dict[Effects, Step]()
 
     def step(self, hypothesis: Hypothesis) -> Step:
         """The model, fitted to its end."""
         if hypothesis.key not in self.made:
-            fit = hypothesis.fit
-            exact = white_fit(fit.model, self.prepared.rows, self.whiten, fit.vector, fit.prior, near=fit.near)
-            self.made[hypothesis.key] = self.prepared.step(exact, self.whiten)
+            self.made[hypothesis.key] = self._made(hypothesis.fit, self.whiten)
         return self.made[hypothesis.key]
 
     def alone(self, step: Step) -> Step:
         """The same model under the noise alone, where it is told under a doubt."""
         if step.whiten.doubt is None:
             return step
-        if id(step) not in self.without_doubt:
-            fit, whiten = step.fit, self.known.noise.whitener()
-            exact = white_fit(fit.model, self.prepared.rows, whiten, fit.vector, fit.prior, near=fit.near)
-            self.without_doubt[id(step)] = self.prepared.step(exact, whiten)
-        return self.without_doubt[id(step)]
+        key = frozenset(step.effects)
+        if key not in self.made_alone:
+            self.made_alone[key] = self._made(step.fit, self.known.noise.whitener())
+        return self.made_alone[key]
+
+    def _made(self, fit: WhiteFit, whiten: Whitener) -> Step:
+        return self.prepared.step(refitted(fit, self.prepared.rows, whiten), whiten)
 
     def worse(self, answer: Answer) -> list[Effects]:
         """Sets as good as the one shown, itself included, that predict states left out clearly worse than another."""

@@ -10,6 +10,7 @@ import torch
 from freelearn.data.error import common, load_scale, set_error
 from freelearn.data.rows import Rows
 from freelearn.data.sets import samples_of, set_names
+from freelearn.discovery.noise.noise import relative_error
 from freelearn.discovery.search.search import Findings
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
@@ -59,7 +60,7 @@ def _heldout(findings: Findings, inside: np.ndarray) -> list[float]:
     chosen = torch.as_tensor(np.flatnonzero(inside))
     found = findings.final.whiten.scatter
     present = findings.rows.readings.present[chosen]
-    right = (present if found is None else present & ~found.slipped[chosen]).double()
+    right = present if found is None else present & ~found.slipped[chosen]
     scale = load_scale(findings.rows.loads[chosen] * right)
-    squares = [(step.heldout.raw[chosen] / scale).square() * right for step in (findings.steps[0], findings.final)]
-    return [float((s.sum(0) / right.sum(0).clamp_min(1)).sum().sqrt()) for s in squares]
+    missed = [step.heldout.raw[chosen] / scale for step in (findings.steps[0], findings.final)]
+    return [relative_error(each.square(), right) for each in missed]

@@ -9,8 +9,7 @@ from typing import Any
 
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
-from freelearn.discovery.fits.white_fit import WhiteFit, white_fit
-from freelearn.discovery.noise.noise import Whitener
+from freelearn.discovery.fits.white_fit import refitted
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
@@ -33,10 +32,10 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     # A form is chosen by digits that a model which is wrong does not have: under the noise alone, whatever the doubt.
     alone = known.noise.whitener()
     nothing = known.hypotheses.found[frozenset()].fit
-    on_first = guessed(prepared, _under(prepared, nothing, alone), alone)
+    on_first = guessed(prepared, refitted(nothing, prepared.rows, alone, roughly=True), alone)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:
-        bases.append(guessed(prepared, _under(prepared, before.final.fit, alone), alone))
+        bases.append(guessed(prepared, refitted(before.final.fit, prepared.rows, alone, roughly=True), alone))
     kinds: Kinds = {}
     for guesses in bases:
         for guess in shortlist(guesses):
@@ -60,11 +59,6 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     # Where something systematic is left with it too, what was written is a hint: of an answer that does not hold only
     # physics that somebody knows is told.
     return replace(after if after.complete else before, proposals=proposals)
-
-
-def _under(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> WhiteFit:
-    """The same model, fitted under another noise."""
-    return white_fit(fit.model, prepared.rows, whiten, fit.vector, fit.prior, roughly=True, near=fit.near)
 
 
 def _hint(prepared: Prepared, before: Ending, found: Explored, kinds: Kinds, places: Sequence[Guess]) -> list[Proposal]:

@@ -21,7 +21,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
-from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor
+from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
@@ -67,18 +67,17 @@ def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambd
 def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> Explored:
     """The same with effects beside the library among the candidates. odds: theirs."""
     view = _View(prepared, before.noise, lambda h: None, before.share)
-    now = Hypotheses(
-        prepared.question, view.rows, before.hypotheses.whiten, prepared.spans, before.hypotheses.odds | odds,
-        found={} if view.scouting else dict(before.hypotheses.found),
-    )  # fmt: skip
+    known = before.hypotheses
     if view.scouting:
-        kept = before.hypotheses.worth_keeping(REFITTED)
-        now = before.hypotheses.under(view._whitener(before.share), view.rows, kept, view.about(kept[0]))
-        now.odds |= odds
+        kept = known.worth_keeping(REFITTED)
+        now = known.under(view._whitener(before.share), view.rows, kept, view.about(kept[0]))
+    else:
+        now = Hypotheses(prepared.question, view.rows, known.whiten, prepared.spans, found=dict(known.found))
+    now.odds = known.odds | odds
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
     now.explore(view.told)
-    if before.share and view.chi2(now.best) > SETTLED**2 * view.chi2(before.hypotheses.best):
+    if before.share and view.chi2(now.best) > SETTLED**2 * view.chi2(known.best):
         # What was written takes hardly anything off what the library leaves.
         return view.ended(now, before.share)
     return view.lowered(now, before.share)
@@ -111,10 +110,8 @@ class _View:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""
         share = min(WRONG_BY * self.wrong_by(now.best), share / 2)
         for _ in range(MOST_LOWERED):
-            if self.nearly(now.best):
-                apart = self.alone(now)
-                if self.adequate(apart):
-                    return self.settled(apart)
+            if (right := self.right(now)) is not None:
+                return self.settled(right)
             finer, left = self.moved(now, share), self.misfit(now.best)
             if self.misfit(finer.best) > WORSE * left:
                 # Digits that no set explains begin to decide.
@@ -125,25 +122,28 @@ class _View:
             share = min(WRONG_BY * self.wrong_by(now.best), share / 2)
         return self.ended(now, self.wrong_by(now.best))
 
-    def alone(self, now: Hypotheses) -> Hypotheses:
-        """The sets under the noise alone."""
+    def right(self, now: Hypotheses) -> Hypotheses | None:
+        """The sets under the noise alone, where the best one is adequate there. Asked once of each that may be."""
+        if now.best.key in self.tried or self.chi2(now.best) > HARDLY:
+            return None
         self.tried.add(now.best.key)
-        return self.moved(now, 0.0)
+        alone = self.moved(now, 0.0)
+        return alone if self.adequate(alone) else None
 
     def settled(self, now: Hypotheses) -> Explored:
         """From sets that are adequate under the noise alone, until that settles."""
         for _ in range(SETTLINGS - 1):
             before = self.noise.scatter
-            now = self.moved(now, 0.0, again=True)
+            now = self.moved(now, 0.0)
             if not self.adequate(now):
                 return self.ended(now, self.wrong_by(now.best))
             if _steady(before, self.noise.scatter):
                 break
         return self.ended(now, 0.0)
 
-    def moved(self, before: Hypotheses, share: float, again: bool = False) -> Hypotheses:
+    def moved(self, before: Hypotheses, share: float) -> Hypotheses:
         """The sets under the noise about the best of them, and this share of the largest loads besides; looked at
-        further. again: the noise is nearly the same, and what was looked at under it is not looked at once more."""
+        further."""
         self.share = share
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
         self.noise = self.prepared.noise(self._whole(before.best), self.noise.scatter)
@@ -164,25 +164,19 @@ class _View:
         self.some, self.rows, self.scouting = None, self.prepared.rows, False
         now = self.moved(last, share)
         for _ in range(SETTLINGS if share else 0):
-            if self.nearly(now.best):
-                apart = self.alone(now)
-                if self.adequate(apart):
-                    return self.settled(apart)
+            if (right := self.right(now)) is not None:
+                return self.settled(right)
             left = self.wrong_by(now.best)
             if left > SETTLED * share:
                 break
             share, now = left, self.moved(now, left)
         if self.share != share:
-            now = self.moved(now, share, again=True)
+            now = self.moved(now, share)
         return Explored(now, self.noise, share, self._whitener(share))
 
     def adequate(self, now: Hypotheses) -> bool:
         """Whether the best set is right, as far as the noise and the doubt that it is looked at under go."""
         return now.best.fit.chi2 <= INADEQUATE * max(self.rows.readings.count, 1)
-
-    def nearly(self, best: Hypothesis) -> bool:
-        """Whether the set may be right under the noise alone, and was not looked at there yet."""
-        return self.chi2(best) <= HARDLY and best.key not in self.tried
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""
@@ -193,18 +187,15 @@ class _View:
     def wrong_by(self, best: Hypothesis) -> float:
         """The share of the largest loads by which a set is wrong beside what measuring makes."""
         left, whiten = self.misfit(best), self._whitener(0.0)
-        right = whiten.present & ~self._scatter().slipped
-        floor = noise_floor(torch.where(right, whiten.scattered, 0.0), right, self.scale)
+        floor = noise_floor(whiten.scattered, whiten.present & ~self._scatter().slipped, self.scale)
         # How much of the misfit is noise is not known to the last digit.
         return max(math.sqrt(max(left**2 - floor**2, 0.0)), LEAST_WRONG * left)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
         not count."""
-        missed = best.fit.raw_residual / self.scale
         counts = self._whitener(0.0).counts & ~self._scatter().slipped
-        squares = (missed.square() * counts).sum(0) / counts.sum(0).clamp_min(1)
-        return math.sqrt(float(squares.sum()))
+        return relative_error((best.fit.raw_residual / self.scale).square(), counts)
 
     def _scatter(self) -> Scatter:
         return self.noise.scatter if self.some is None else self.noise.scatter.of(self.some)

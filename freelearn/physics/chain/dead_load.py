@@ -67,7 +67,7 @@ def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsO
     if near is not None:
         near.keep(PLACE, at.q, at.settled)
         near.keep(STIFFNESS, at.stiffness, at.settled)
-    excess = prediction.loads - torch.stack([states.force, states.moment], dim=-1)
+    excess = prediction.loads - _hung(states)
     # The stiffness is −∂τ/∂q: an actuator that pushes harder than it is held lengthens.
     step = torch.where(at.settled[:, None], divide(excess, at.stiffness), 0.0)
     status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
@@ -80,8 +80,8 @@ def _two_steps(states: States, q: Tensor, values: Values, loads: Loads) -> Predi
     Where q is near rest, as a place that was measured is, that is rest to second order, and its derivative to first. It
     costs three evaluations of the loads, where the search for rest takes ten and more.
     """
-    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
-    hung = torch.stack([states.force, states.moment], dim=-1)
+    size = _size(states)
+    hung = _hung(states)
     largest = size * torch.tensor(LARGEST, dtype=size.dtype, device=size.device)
 
     def carried(at: Tensor) -> Prediction:
@@ -143,7 +143,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
 
 def _sharpened(at: _Rest, states: States, stiffness: Tensor) -> _Rest:
     """With the stiffness at q itself."""
-    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    size = _size(states)
     stable = _positive(stiffness * size[:, :, None] * size[:, None, :])[1]
     return at._replace(stiffness=stiffness, settled=at.settled & stable)
 
@@ -163,8 +163,8 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads:
     Each pair of loads on the way mends it along the step that led there (Broyden 1965). Rows whose stiffness is not
     known, or not stable, or that do not settle, are left to Newton's method.
     """
-    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
-    hung = torch.stack([states.force, states.moment], dim=-1)
+    size = _size(states)
+    hung = _hung(states)
     excess = loads(_moved(states, q), values).loads - hung
     for _ in range(CHORDS):
         step = divide(excess, stiffness)
@@ -179,10 +179,10 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads:
 
 
 def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations: int) -> _Rest:
-    size = torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+    size = _size(states)
     largest = torch.tensor(LARGEST, dtype=size.dtype, device=size.device).expand_as(size)
     bounds = torch.tensor(RANGE, dtype=size.dtype, device=size.device)
-    hung, reach, before = torch.stack([states.force, states.moment], dim=-1), largest, None
+    hung, reach, before = _hung(states), largest, None
     least, idle = torch.full_like(q[:, 0], torch.inf), torch.zeros_like(q[:, 0])
     for _ in range(iterations):
         carried, rate = rows_jacobian(lambda at: loads(_moved(states, at), values).loads, q)
@@ -208,6 +208,16 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
             # What the bounds hold would go on beyond; and of what comes no nearer nothing is to be hoped.
             break
     return _Rest(q, -rate, settled)
+
+
+def _size(states: States) -> Tensor:
+    """Units of length and twist, (N, 2): the reference length and 1 rad."""
+    return torch.stack([states.reference_length, torch.ones_like(states.length)], dim=-1)
+
+
+def _hung(states: States) -> Tensor:
+    """The loads imposed, (N, 2) SI."""
+    return torch.stack([states.force, states.moment], dim=-1)
 
 
 def _positive(stiffness: Tensor) -> tuple[Tensor, Tensor]:
