@@ -27,10 +27,22 @@ from freelearn.workbench.state.session import Sessions
 
 # What a keyboard and a screen reader need of Bokeh's own widgets and do not find: names, and tabs that are some.
 
-# What is drawn later has to be named too; looking through the page takes a millisecond.
+# What is drawn later has to be named too, within the frame in which it is drawn: looking through the page takes a
+# millisecond. An observer does not see into the shadow of a widget, so each shadow has itself observed.
 _CODE = """
 const named = {".noUi-handle": "kinematic state", ".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
+let waiting = false;
+const observer = new MutationObserver(() => {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => { waiting = false; name(document.body); });
+});
+const observed = new WeakSet();
 function name(root) {
+  if (!observed.has(root)) {
+    observed.add(root);
+    observer.observe(root, {childList: true, subtree: true, attributes: true, attributeFilter: ["class"]});
+  }
   for (const element of root.querySelectorAll("*")) {
     for (const [selector, label] of Object.entries(named))
       if (element.matches(selector) && !element.hasAttribute("aria-label")) element.setAttribute("aria-label", label);
