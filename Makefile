@@ -4,6 +4,8 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do. Python compiles what it imports as it
 # goes, a small part of what is installed.
 READY := $(VENV)/.installed
+# What Python has compiled is kept, whatever the environment says: else each process compiles all that it imports again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup demo test nightly attack durations bench lint installed audit sbom notebooks pictures docs workbench clean
 
