@@ -115,6 +115,13 @@ class Problem:
             return self._scaled(self.bound.loads(vectors[0]))[None]
         return self.residual(vectors[0])[None]
 
+    def residual_by_part(self, vectors: Tensor, part: Tensor) -> Tensor:
+        """Residuals (2N,) of every row by the raw vector (parts, p) of its part, (N,) int64: at the price of one."""
+        if self.whole or self.parted or self.model.weights:
+            each = self.residuals(vectors).view(len(vectors), len(self.rows), 2)
+            return each[part, torch.arange(len(self.rows))].flatten()
+        return self._scaled(self.model(self.states, self.model.physical(vectors[part])).loads)
+
     def _tiled(self, vectors: Tensor) -> Tensor:
         """Residuals of a few members whose rows stand below each other, (members, p) → (members, 2N)."""
         if len(vectors) == 1:

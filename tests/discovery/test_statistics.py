@@ -13,9 +13,9 @@ from linear_bed import NOISE, SHORT, bench, jacobian
 
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.left_out import HeldOut, folds_of, held_out, left_out, paired
+from freelearn.discovery.fits.left_out import HeldOut, folds_of, held_out, left_out, paired, unseen
 from freelearn.discovery.fits.prepare import Question, prepare
-from freelearn.discovery.fits.white_fit import white_fit
+from freelearn.discovery.fits.white_fit import evaluated, white_fit
 from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.discovery.noise.structure import structure
 from freelearn.discovery.residuals.failures import failures, inputs_of, split_errors
@@ -71,11 +71,31 @@ def test_every_part_left_out_is_a_fit_of_its_own():
     prepared, fit, noise = prepare(question_of({}))
     rows, whiten = prepared.rows, noise.whitener()
     parts = [rows.state % 4 == number for number in range(4)]
-    for part, vector in zip(parts, left_out(fit, rows, whiten, parts), strict=True):
+    found = left_out(fit, rows, whiten, parts)
+    raw = unseen(fit, rows, found.vectors, rows.state % 4)
+    for part, vector, chi2 in zip(parts, found.vectors, found.chi2, strict=True):
+        with torch.no_grad():
+            here = fit.model(rows.states, fit.model.physical(vector)).loads - rows.loads
+        np.testing.assert_allclose(raw[part], here[part], rtol=1e-9, atol=1e-12)
+        assert float(chi2) == pytest.approx(float(whiten(here)[~part].square().sum()), rel=1e-9)
         stays = torch.as_tensor(np.flatnonzero(~part))
         alone = white_fit(fit.model, rows[stays], noise.whitener(None, stays), fit.vector, fit.prior)
         error = torch.linalg.inv(alone.jacobian.flatten(0, 1).T @ alone.jacobian.flatten(0, 1)).diagonal().sqrt()
         assert float(((vector - alone.vector) / error).abs().max()) < 0.1
+
+
+def test_a_part_that_moves_the_model_far_is_fitted_to_its_minimum():
+    """From a fit that is no minimum of what stays: fifty standard errors off in every parameter."""
+    prepared, fit, noise = prepare(question_of({}))
+    rows, whiten = prepared.rows, noise.whitener()
+    error = torch.linalg.inv(fit.jacobian.flatten(0, 1).T @ fit.jacobian.flatten(0, 1)).diagonal().sqrt()
+    off = evaluated(fit.model, rows, fit.vector + 50 * error)
+    off = replace(off, prior=fit.prior)
+    part = rows.state % 4 == 0
+    stays = torch.as_tensor(np.flatnonzero(~part))
+    alone = white_fit(fit.model, rows[stays], noise.whitener(None, stays), fit.vector, fit.prior)
+    vector = left_out(off, rows, whiten, [part]).vectors[0]
+    assert float(((vector - alone.vector) / error).abs().max()) < 0.1
 
 
 def test_few_states_are_each_left_out_alone_and_one_is_cut_into_runs():

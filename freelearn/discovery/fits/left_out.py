@@ -12,9 +12,10 @@ from torch import Tensor
 
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import Ending, ended
-from freelearn.discovery.fits.white_fit import COMPARED, WhiteFit, WhiteProblem
+from freelearn.discovery.fits.white_fit import COMPARED, ONE, ROUGHLY, WhiteFit, WhiteProblem
 from freelearn.discovery.noise.linear_algebra import VANISHING
 from freelearn.discovery.noise.noise import Whitener
+from freelearn.fitting.problem import Problem
 
 FOLDS = 5
 # Of so few kinematic states each is left out alone.
@@ -60,25 +61,35 @@ def folds_of(group: np.ndarray, seed: int, count: int = FOLDS) -> np.ndarray:
 
 def held_out(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray, group: np.ndarray) -> HeldOut:
     """Residuals of each fold (N,) by a fit to the others. group: what the losses are summed over, (N,)."""
-    numbers = np.unique(fold)
     if len(np.unique(group)) == 1:
         # Of one state its runs are what there is to compare by.
         group = fold
-    vectors = left_out(fit, rows, whiten, [fold == number for number in numbers])
-    raw = torch.zeros_like(fit.raw_residual)
-    problem = WhiteProblem(fit.model, rows, whiten)
-    with torch.no_grad():
-        each = problem.problem.residuals(torch.stack(vectors)).reshape(len(numbers), len(rows), 2)
-    for place, number in enumerate(numbers):
-        own = torch.as_tensor(fold == number)
-        raw[own] = each[place][own]
+    numbers, part = np.unique(fold, return_inverse=True)
+    raw = unseen(fit, rows, left_out(fit, rows, whiten, [fold == number for number in numbers]).vectors, part)
     white = whiten(raw)
     _, member = np.unique(group, return_inverse=True)
     return HeldOut(white, raw, np.bincount(member, weights=white.square().sum(-1).numpy()))
 
 
-def left_out(fit: WhiteFit, rows: Rows, whiten: Whitener, parts: Sequence[np.ndarray]) -> list[Tensor]:
-    """Raw vectors (p,) of the most probable parameters without each of some parts of the rows, (N,) bool each.
+@dataclass(frozen=True)
+class Refits:
+    """vectors: the most probable raw parameters without each part, (parts, p). chi2: sum of the squared whitened
+    residuals of the rows that stay, (parts,)."""
+
+    vectors: Tensor
+    chi2: Tensor
+
+
+def unseen(fit: WhiteFit, rows: Rows, vectors: Tensor, part: np.ndarray) -> Tensor:
+    """Residuals (N, 2) of every row by the raw vector (parts, p) of the part that it belongs to, (N,) int."""
+    # From no equilibrium that was found on the way there: resumed searches have not gone it.
+    problem = Problem(fit.model, rows, ONE)
+    with torch.no_grad():
+        return problem.residual_by_part(vectors, torch.as_tensor(part)).reshape(len(rows), 2)
+
+
+def left_out(fit: WhiteFit, rows: Rows, whiten: Whitener, parts: Sequence[np.ndarray]) -> Refits:
+    """Refits without each of some parts of the rows, (N,) bool each.
 
     All in one batch, from the fit to all rows. Where a part cuts a kinematic state, the rows of it that stay keep the
     weights that they had beside the others.
@@ -90,48 +101,86 @@ def left_out(fit: WhiteFit, rows: Rows, whiten: Whitener, parts: Sequence[np.nda
     named = hashlib.sha256(stays.numpy().tobytes()).hexdigest()[:12]
 
     def sought() -> Ending:
-        return Ending(vector=_sought(problem, fit.vector, stays).reshape(-1).tolist(), status=0, message="")
+        at, residual = _sought(problem, fit, stays)
+        chi2 = residual[:, : 2 * len(rows)].square().sum(1, keepdim=True)
+        return Ending(vector=torch.cat([at, chi2], dim=1).reshape(-1).tolist(), status=0, message="")
 
     ending = ended(f"{problem.asked(fit.vector, True)} without {named}", sought)
-    return list(torch.tensor(ending["vector"], dtype=torch.float64).reshape(len(parts), -1))
+    both = torch.tensor(ending["vector"], dtype=torch.float64).reshape(len(parts), -1)
+    return Refits(both[:, :-1], both[:, -1])
 
 
 @torch.no_grad()
-def _sought(problem: WhiteProblem, start: Tensor, stays: Tensor) -> Tensor:
-    """Minimizers of ‖stays · r‖² for each row of stays (members, m), from one start (p,): Gauss-Newton steps, as much
-    of them as does not raise it."""
-    lower, upper = problem.problem.model.raw_bounds()
-    at = start.expand(len(stays), -1).clone()
-    residual = problem.residuals(at) * stays
+def _sought(problem: WhiteProblem, fit: WhiteFit, stays: Tensor) -> tuple[Tensor, Tensor]:
+    """Minimizers (members, p) of ‖stays · r‖² for each row of stays (members, m), and stays · r there: Gauss–Newton
+    steps from the fit, as much of them as does not raise it.
+
+    The fit knows its derivatives, so the first step costs none. Others are taken only for members whose step showed
+    that they no longer hold: most parts of the rows move the parameters by a fraction of their errors.
+    """
+    bounds = problem.problem.model.raw_bounds()
+    residual, jacobian = problem.whitened(fit.vector, fit.raw_residual, fit.raw_jacobian)
+    at, left = fit.vector.expand(len(stays), -1).clone(), residual * stays
+    rates, active = jacobian * stays[:, :, None], torch.arange(len(stays))
+    for number in range(STEPS):
+        if number:
+            rates = problem.jacobians(at[active]) * stays[active, :, None]
+        step, promised = _gauss_newton(at[active], left[active], rates, bounds)
+        going = promised > _decides(left[active])
+        active, step, rates = active[going], step[going], rates[going]
+        if not len(active):
+            break
+        tried, now, better = _shortened(problem, at[active], left[active], step, stays[active], bounds)
+        linear = (rates @ (tried - at[active])[:, :, None])[:, :, 0]
+        bent = now - left[active] - linear
+        at[active] = torch.where(better[:, None], tried, at[active])
+        left[active] = torch.where(better[:, None], now, left[active])
+        # What the same derivatives promise once more, and what those along the step have come to since they were taken.
+        _, again = _gauss_newton(tried, now, rates, bounds)
+        turned = 2 * (bent * now).sum(1) / linear.square().sum(1).sqrt().clamp_min(VANISHING)
+        active = active[better & (again + turned.square() > _decides(now))]
+        if not len(active):
+            break
+    return at, left
+
+
+def _decides(residual: Tensor) -> Tensor:
+    """Reduction of χ² of residuals (members, m) that a comparison would see, (members,)."""
+    return (ROUGHLY * residual.square().sum(1)).clamp_min(COMPARED)
+
+
+def _gauss_newton(
+    at: Tensor, residual: Tensor, jacobian: Tensor, bounds: tuple[Tensor, Tensor]
+) -> tuple[Tensor, Tensor]:
+    """Steps (members, p) from vectors whose residuals (members, m) have the derivatives (members, m, p), and by how
+    much they would lower the sums of squares, (members,). A parameter held by its bound is none: it gives way to
+    nothing."""
+    length = jacobian.square().sum(1).sqrt().clamp_min(VANISHING)
+    scaled, one = jacobian / length[:, None, :], torch.eye(at.shape[1], dtype=at.dtype)
+    gram = scaled.mT @ scaled + RIDGE * one
+    slope = (scaled.mT @ residual[:, :, None])[:, :, 0]
+    held = ((at <= bounds[0]) & (slope > 0)) | ((at >= bounds[1]) & (slope < 0))
+    gram = torch.where(held[:, :, None] | held[:, None, :], one, gram)
+    slope = torch.where(held, 0.0, slope)
+    step = -torch.linalg.solve(gram, slope[:, :, None])[:, :, 0]
+    return step / length, -(slope * step).sum(1)
+
+
+def _shortened(
+    problem: WhiteProblem, at: Tensor, residual: Tensor, step: Tensor, stays: Tensor, bounds: tuple[Tensor, Tensor]
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Where as much of the steps (members, p) leads as does not raise the sums of squares, the residuals there
+    (members, m), and whether any of it does not, (members,)."""
     loss = residual.square().sum(1)
-    for _ in range(STEPS):
-        jacobian = problem.jacobians(at) * stays[:, :, None]
-        length = jacobian.square().sum(1).sqrt().clamp_min(VANISHING)
-        scaled = jacobian / length[:, None, :]
-        gram = scaled.mT @ scaled + RIDGE * torch.eye(len(start), dtype=start.dtype)
-        slope = (scaled.mT @ residual[:, :, None])[:, :, 0]
-        # A parameter held by its bound is none: it gives way to nothing.
-        held = ((at <= lower) & (slope > 0)) | ((at >= upper) & (slope < 0))
-        gram = torch.where(held[:, :, None] | held[:, None, :], torch.eye(len(start), dtype=start.dtype), gram)
-        slope = torch.where(held, 0.0, slope)
-        step = -torch.linalg.solve(gram, slope[:, :, None])[:, :, 0]
-        if bool((-(slope * step).sum(1) <= COMPARED).all()):
+    share = torch.ones(len(at), 1, dtype=at.dtype)
+    for _ in range(SHORTER):
+        tried = (at + share * step).clamp(*bounds)
+        now = problem.residuals(tried) * stays
+        better = now.square().sum(1) <= loss
+        if bool(better.all()):
             break
-        share = torch.ones(len(at), 1, dtype=start.dtype)
-        for _ in range(SHORTER):
-            tried = (at + share * step / length).clamp(lower, upper)
-            now = problem.residuals(tried) * stays
-            better = now.square().sum(1) <= loss
-            if bool(better.all()):
-                break
-            share = torch.where(better[:, None], share, share / 4)
-        moved = better[:, None]
-        at = torch.where(moved, tried, at)
-        residual = torch.where(moved, now, residual)
-        loss = torch.where(better, now.square().sum(1), loss)
-        if not bool(better.any()):
-            break
-    return at
+        share = torch.where(better[:, None], share, share / 4)
+    return tried, now, better
 
 
 def paired(better: HeldOut, other: HeldOut) -> tuple[float, float]:

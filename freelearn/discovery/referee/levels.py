@@ -10,8 +10,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.discovery.fits.left_out import left_out
-from freelearn.discovery.fits.white_fit import WhiteFit, WhiteProblem
+from freelearn.discovery.fits.left_out import left_out, unseen
+from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.shapes import imposed
 from freelearn.discovery.referee.black_box import levels
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
@@ -96,7 +96,7 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     if raw is None:
         return None
     plain = None if case.plain is None else _raw(case, case.plain, parts)
-    each, known = [], torch.zeros(2, dtype=torch.float64)
+    each = []
     every = torch.ones(len(case.rows), dtype=torch.bool)
     shares, counts = 0.0, 0
     for part in parts:
@@ -104,7 +104,6 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
         each.append((_named(case, way, part), case.error(raw, own)))
         expected = case.expected(own, case.covariance_from(~own))
         shares, counts = shares + int(own.sum()) * expected**2, counts + int(own.sum())
-    del known
     return LeftOut(
         way, case.error(raw), None if plain is None else case.error(plain), case.error(cubic),
         case.expected(every), (shares / max(counts, 1)) ** 0.5, each,
@@ -113,14 +112,8 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
 
 def _raw(case: Case, fit: WhiteFit, parts: Sequence[np.ndarray]) -> Tensor | None:
     """Residuals (N, 2) of each part by a fit to the others."""
-    vectors = left_out(fit, case.rows, case.whiten, parts)
-    problem = WhiteProblem(fit.model, case.rows, case.whiten, near=fit.near)
-    with torch.no_grad():
-        each = problem.problem.residuals(torch.stack(vectors)).reshape(len(parts), -1, 2)
-    raw = torch.zeros_like(fit.raw_residual)
-    for one, part in zip(each, parts, strict=True):
-        own = torch.as_tensor(part.copy())
-        raw[own] = one[own]
+    vectors = left_out(fit, case.rows, case.whiten, parts).vectors
+    raw = unseen(fit, case.rows, vectors, np.argmax(parts, axis=0))
     return raw if bool(raw.isfinite().all()) else None
 
 

@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import torch
 from scipy.stats import norm
 
 from freelearn.discovery.fits.left_out import left_out
-from freelearn.discovery.fits.white_fit import WhiteProblem
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
 from freelearn.discovery.search.answer import Answer, believed
 from freelearn.discovery.search.hypotheses import Hypotheses
@@ -81,12 +79,7 @@ def _without_states(case: Case, hypotheses: Hypotheses, answer: Answer, rivals: 
 def _rest(case: Case, hypothesis: Hypothesis, parts: list[np.ndarray]) -> np.ndarray:
     """Evidence of a set without each part: its sum of squares refitted, the rest as with all rows."""
     fit = hypothesis.fit
-    vectors = torch.stack(left_out(fit, case.rows, case.whiten, parts))
-    problem = WhiteProblem(fit.model, case.rows, case.whiten, fit.prior, fit.near)
-    with torch.no_grad():
-        white = problem.residuals(vectors)[:, : 2 * len(case.rows)].reshape(len(parts), len(case.rows), 2)
-    stays = torch.as_tensor(~np.array(parts))
-    chi2 = (white.square().sum(-1) * stays).sum(1).numpy()
+    chi2 = left_out(fit, case.rows, case.whiten, parts).chi2.numpy()
     whole: np.ndarray = hypothesis.evidence + 0.5 * fit.chi2 - 0.5 * chi2
     return whole
 
