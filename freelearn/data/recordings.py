@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, Protocol, TypeVar
@@ -117,25 +117,31 @@ def turned(matrix: tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]], added: t
     return scanned(compose, tuple(steps))[4:]
 
 
-def followed(step: Callable[[Tensor], Tensor], anew: Tensor, begins: Tensor, guess: Tensor) -> Tensor:
-    """x with xₙ = fₙ(xₙ₋₁), whatever f, differentiable: Newton's method on all samples at once (Lim et al. 2024).
+def followed(
+    step: Callable[..., Tensor], known: Sequence[Tensor], anew: Tensor, begins: Tensor, guess: Tensor
+) -> Tensor:
+    """x with xₙ = fₙ(xₙ₋₁), whatever f: Newton's method on all samples at once (Lim et al. 2024), with first
+    derivatives by what is known.
 
-    step: x before every sample → f, each (N, …), row by row. anew: (N, …) bool, samples whose x is begins (N, …) and
-    not f's. guess: (N, …), from where the search begins. Each round solves the linear recurrence of the slopes; for a
-    contraction few are needed from a guess at which it forgets nothing at once, and never more than N.
+    step: x before every sample, and what is known (broadcast to N rows, or numbers) → f, each (N, …), row by row. anew:
+    (N, …) bool, samples whose x is begins (N, …) and not f's. guess: (N, …), from where the search begins. Each round
+    solves the linear recurrence of the slopes; for a contraction few are needed from a guess at which it forgets
+    nothing at once, and never more than N. The derivatives obey the last round's recurrence.
     """
-    ones = torch.ones_like(guess)
-    found = guess
-    for turn in range(max(len(guess), ROUNDS)):
+    fixed, first = [value.detach() for value in known], begins.detach()
+    found = guess.detach()
+    ones = torch.ones_like(found)
+    for turn in range(max(len(found), ROUNDS)):
         before = torch.cat([found[:1], found[:-1]])
-        value, slope = torch.func.jvp(step, (before,), (ones,))  # type: ignore[misc]
+        value, slope = torch.func.jvp(lambda x: step(x, *fixed), (before,), (ones,))  # type: ignore[misc]
         slope = torch.where(anew, 0.0, slope)
-        last, found = found, recurred(slope, torch.where(anew, begins, value - slope * before))
+        last, found = found, recurred(slope, torch.where(anew, first, value - slope * before))
         # What is no number stays none.
         settled = all_if_known(~((found - last).abs() > CLOSE * (1 + found.abs())))
         if settled or (settled is None and turn >= ROUNDS):
             break
-    return found
+    before = torch.cat([found[:1], found[:-1]])
+    return recurred(slope, torch.where(anew, begins, step(before, *known) - slope * before))
 
 
 # Recordings: the rows of a log in the order of time, which what has a memory follows from sample to sample.

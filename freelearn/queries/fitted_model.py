@@ -26,6 +26,7 @@ from freelearn.queries.inverse.backwards import backwards, under_load
 from freelearn.queries.inverse.bands import Bands
 from freelearn.queries.inverse.miss import RawCovariance
 from freelearn.queries.inverse.system import System
+from freelearn.queries.log_answers import LogQuestion
 from freelearn.records.run_files import RunFolder
 
 WORDS = np.array([status.name.lower() for status in Status])
@@ -177,23 +178,38 @@ class FittedModel:
 
         questions: in the measurement table's columns; any of elongation_mm, twist_deg, the pressures, force_n and
         moment_nmm may be blank (NaN) or absent. Raises UserError for a table that cannot be understood; a row that
-        cannot be answered says why.
+        cannot be answered says why. Of a log (time_s and run) each recording is one question, whose answers have what
+        the actuator remembers in them.
         """
         questions = questions.reset_index(drop=True)
         complete = self._complete(questions, blanks=True)
-        alone = "step" not in questions or pd.to_numeric(questions["step"]).isna().any()
         states = States.from_table(_neutral(complete))
+        along = self.model.remembers(states) and self.bed is not INFLATION
+        alone = not along and ("step" not in questions or pd.to_numeric(questions["step"]).isna().any())
+        # Of a log what was before is known only once it is answered.
+        states = states.replace(recording=None, place=None)
         # Each question stands for itself, an actuator that has stood still, unless steps say how it came there.
         states = _standing(states) if alone else _undirected(states, complete)
         system = System.from_model(self.model, states)
         x, y = _blanked(system, complete)
         y[:, self._never_shown] = torch.nan
         asker = replace(self.asker, banded=bands)
-        answered = asker.answered(system, x, y)
+        if along:
+            answered = LogQuestion(complete, self.bed, system, self._largest).answered(asker, x, y)
+        else:
+            answered = asker.answered(system, x, y)
         answered.y[:, self._never_shown] = torch.nan
         known = np.isin(complete["sample"], np.unique(self.rows.states.sample.numpy())) & self._same_design(complete)
         found = answers(questions, system, answered, known, self._diameter(questions, system, answered.x, bands))
         return self._beside(found, system, x, y)
+
+    @cached_property
+    def _largest(self) -> Tensor:
+        """The largest of each reading that the model says of the run's rows, (2,) SI."""
+        rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
+        with torch.no_grad():
+            loads: Tensor = self.model(rows.states).loads
+        return loads.abs().nan_to_num(nan=0.0).amax(0).clamp_min(1e-9)
 
     @cached_property
     def _never_shown(self) -> list[int]:

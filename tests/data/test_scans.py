@@ -70,7 +70,7 @@ def test_whatever_is_followed_is_the_loop_with_its_derivatives():
     anew[0] = anew[50] = True
 
     def of(a):
-        return followed(lambda x: torch.tanh(a * x + drive), anew, drive, 0 * drive)
+        return followed(lambda x, a: torch.tanh(a * x + drive), (a,), anew, drive, 0 * drive)
 
     value, expected = 0.0, []
     for u, new in zip(drive.tolist(), anew.tolist(), strict=True):

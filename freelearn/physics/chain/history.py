@@ -109,16 +109,9 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
     assert states.recording is not None
     assert states.place is not None
     recording, place = states.recording.around(states.place)
-    supplied = _supplied(chain, recording, values)
-    loads, rates = [], []
-    for rows in torch.arange(len(recording)).split(BLOCK):
-        with torch.enable_grad():
-            at = torch.stack([x[rows] for x in supplied], dim=1).detach().requires_grad_()
-            found = _before_sensors(chain, recording.states[rows].with_inputs(at.unbind(-1)), values).loads
-            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0][:, :2] for f in found.unbind(-1)]
-        loads.append(found.detach())
-        rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
-    whole, by = torch.cat(loads), torch.cat(rates)
+    supplied = torch.stack(_supplied(chain, recording, values), dim=-1)
+    whole, by = _steady_by_inputs(chain, recording.states, supplied, values)
+    by = by[:, :, :2]
 
     first, second, *others = recording.states.inputs()
 
@@ -129,6 +122,53 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
     still, unit = whole.new_zeros(2), torch.eye(2, dtype=whole.dtype)
     columns = [torch.func.jvp(tail, (whole, still), (by[:, :, i], unit[i]))[1] for i in range(2)]
     return torch.stack(columns, dim=-1)[place]
+
+
+@torch.no_grad()
+def by_inputs(chain: Chain, recording: Recording[States], values: Values, samples: Tensor, quantity: int) -> Tensor:
+    """∂readings/∂ one input of some samples of one recording, as its other samples stay: (M, 2, n).
+
+    samples: (n,) int64; quantity: which of States.inputs. What the chain knows of a row besides (the direction in which
+    its pressure went) stays.
+    """
+    inputs = torch.stack(recording.states.inputs(), dim=-1)
+
+    def moved(x: Tensor) -> Recording[States]:
+        return Recording(recording.states.with_inputs(x.unbind(-1)), recording.run, recording.time)
+
+    def head(x: Tensor) -> Tensor:
+        return torch.stack(_supplied(chain, moved(x), values), dim=-1)
+
+    def tail(of: Tensor, x: Tensor) -> Tensor:
+        return _carried(chain, moved(x), of, values)
+
+    loads, by = _steady_by_inputs(chain, recording.states, head(inputs), values)
+    places = torch.arange(len(recording), device=inputs.device)
+
+    def column(sample: Tensor) -> Tensor:
+        unit = (places == sample).to(inputs.dtype)
+        pushed = torch.stack([unit if i == quantity else 0 * unit for i in range(inputs.shape[1])], dim=-1)
+        supplied: Tensor = torch.func.jvp(head, (inputs,), (pushed,))[1]
+        rate = (by @ supplied[..., None])[..., 0]
+        shown: Tensor = torch.func.jvp(tail, (loads, inputs), (rate, pushed))[1]
+        return shown
+
+    some = max(1, TOGETHER // len(recording))
+    columns: Tensor = torch.func.vmap(column, out_dims=2, chunk_size=some)(samples)
+    return columns
+
+
+def _steady_by_inputs(chain: Chain, states: States, inputs: Tensor, values: Values) -> tuple[Tensor, Tensor]:
+    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂inputs (M, 2, i): zero where it has none."""
+    loads, rates = [], []
+    for rows in torch.arange(len(states), device=inputs.device).split(BLOCK):
+        with torch.enable_grad():
+            at = inputs[rows].detach().requires_grad_()
+            found = _before_sensors(chain, states[rows].with_inputs(at.unbind(-1)), values).loads
+            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0] for f in found.unbind(-1)]
+        loads.append(found.detach())
+        rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
+    return torch.cat(loads), torch.cat(rates)
 
 
 def _pushed(head: Callable[[Tensor], Tensor], vector: Tensor, unit: Tensor, moving: Sequence[int]) -> Tensor:

@@ -76,15 +76,17 @@ class ValveFlow(HistoryEffect[Valve]):
         there = p.squared_resistance > 0
         span = step / (torch.where(there, p.squared_resistance, 1.0).sqrt() * volume)
 
-        def after(before: Tensor) -> Tensor:
-            held = before.clamp_min(THINNEST)
-            return torch.where(held < mean, filled(held, mean, span, critical), emptied(held, mean, span, critical))
-
         # A lag of its speed, from which no sample has come to its command yet.
         time = GUESSED * torch.where(there, p.squared_resistance, 1.0).sqrt() * volume
         slow = lag(command[:, None], recording, time[:, None])
-        reached = followed(after, recording.first, command, command - slow[:, 0])
+        reached = followed(_after, (mean, span, critical), recording.first, command, command - slow[:, 0])
         return torch.where(there, reached - ATMOSPHERE, signal[:, 0] + (mean - command))[:, None]
+
+
+def _after(before: Tensor, mean: Tensor, span: Tensor, critical: Tensor) -> Tensor:
+    """Absolute pressure (N,) after a time span (N,), in units of r V, whose command has this mean."""
+    held = before.clamp_min(THINNEST)
+    return torch.where(held < mean, filled(held, mean, span, critical), emptied(held, mean, span, critical))
 
 
 def filled(held: Tensor, source: Tensor, span: Tensor, critical: Tensor) -> Tensor:
