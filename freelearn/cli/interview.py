@@ -77,10 +77,17 @@ class Interview:
 
     def sure(self, text: str) -> bool:
         """Yes or no."""
-        question = Question("", text, "choice", options=((YES, "yes"), (NO, "no")))
+        return self._once(Question("", text, "choice", options=((YES, "yes"), (NO, "no")))) == YES
+
+    def chosen(self, text: str, names: Sequence[str]) -> str:
+        """One of several."""
+        return self._once(Question("", text, "choice", options=tuple((name, name) for name in names)))
+
+    def _once(self, question: Question) -> str:
+        """The answer to a question that is asked before the others, and kept by nobody."""
         while True:
             try:
-                return answer(question, self.ask(_prompt(question)), {}) == YES
+                return str(answer(question, self.ask(_prompt(question)), {}))
             except UserError as mistake:
                 self.tell(str(mistake))
 
@@ -104,7 +111,8 @@ class ActuatorInterview(Interview):
         if key not in self._known:
             # What stands elsewhere in the file stays.
             again = guess_table(self.raw, meanings)
-            self._known = {key: replace(again, sheet=self.first.sheet, about=self.first.about)}
+            same = {name: getattr(self.first, name) for name in ("sheet", "sheets", "about")}
+            self._known = {key: replace(again, **same)}
         return self._known[key]
 
     def columns(self) -> None:
@@ -179,7 +187,8 @@ def _prompt(question: Question) -> str:
         number = names.index(str(question.proposed)) + 1 if taken else 0
         return "\n".join([*lines, f"  which [{number}]: " if number else "  which: "])
     where = f" ({question.told})" if question.told else ""
-    return f"{question.text}{where}{f' [{taken}]' if taken else _unit(question)}: "
+    text = f"{question.text}{where}{f' [{taken}]' if taken else _unit(question)}"
+    return f"{text} " if text.endswith("?") else f"{text}: "
 
 
 def _wrapped(words: Sequence[str]) -> list[str]:

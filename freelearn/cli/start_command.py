@@ -20,8 +20,10 @@ from freelearn.cli.intake_command import option, specimens_command, stem_of, tab
 from freelearn.cli.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
-from freelearn.data.intake.guesses.joined import guess_and_table
+from freelearn.data.intake.guesses.guessed import Guess
+from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
 from freelearn.data.intake.readers.raw_files import is_folder
+from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.report.terminal.printed_intake import show_columns, show_intake, show_rubber, show_tests
 
@@ -122,7 +124,7 @@ class _Start:
             return self._rubber() if is_rubber_recipe(self.recipe) else self._actuator()
         if len(self.raws) > 1:
             return self._rubber()
-        found, joined, cells = guess_and_table(self.raws[0], self.design)
+        found, joined, cells = self._guessed(self.design)
         interview = ActuatorInterview(self.ask, self._tell, first=found, raw=cells, joined=joined)
         rubber = looks_like_rubber(found)
         if rubber is None:
@@ -136,13 +138,24 @@ class _Start:
         """What the file asks of a fitted run, as a table of questions."""
         known, self.of = actuators_of(run), run
         interview = None
-        found, _, cells = guess_and_table(self.raws[0])
+        found, _, cells = self._guessed(None)
         if self.recipe is None:
             interview = WantedInterview(self.ask, self._tell, first=found, raw=cells, known=known)
         made = self._made(interview, lambda recipe: asked_of(self.raws[0], recipe, known, self._table()))
         words = [option("run", run), option("data.path", made.path)]
         self.console.print(f"written: {made.path}", markup=False, highlight=False, soft_wrap=True)
         return Next("predict", words)
+
+    def _guessed(self, design: Path | None) -> tuple[Guess, DesignGuess | None, RawTable]:
+        """The guess at the file, once somebody has said which of several sheets that look alike is meant."""
+        guessed = guess_and_table(self.raws[0], design)
+        found = guessed[0]
+        if not found.sheets or self.recipe is not None or looks_like_rubber(found):
+            return guessed
+        interview = ActuatorInterview(self.ask, self._tell, first=found, raw=guessed[2])
+        with self._answered(interview):
+            wanted = interview.chosen("Several sheets hold readings. Which one is it?", found.sheets)
+        return guessed if wanted == found.sheet else guess_and_table(self.raws[0], design, wanted=wanted)
 
     def _actuator(self, interview: ActuatorInterview | None = None) -> Next:
         made = self._made(interview, lambda recipe: taken_in(self.raws[0], recipe, self._table(), self.design))

@@ -2,6 +2,7 @@
 
 from io import StringIO
 
+import openpyxl
 import pandas as pd
 import pytest
 from rich.console import Console
@@ -111,3 +112,18 @@ def test_tests_of_rubber_go_to_their_own_fit(tmp_path, name):
     recipe = tmp_path / "run" / f"{raw.stem}_recipe.yaml"
     again = start([raw], tmp_path / "again", Console(file=StringIO()), typed()[0], recipe=recipe)
     assert again.command == "specimens"
+
+
+def test_which_of_several_sheets_is_asked(tmp_path):
+    raw = tmp_path / "muscles.xlsx"
+    book = openpyxl.Workbook()
+    book.active.title, second = "rot", book.create_sheet("blau")
+    for sheet, factor in ((book.active, 1), (second, 2)):
+        for row in [("dl_mm", "P_kPa", "F_N"), *((x, p, factor * (p - x)) for x in (0, 5) for p in (0, 50, 100))]:
+            sheet.append(row)
+    book.save(raw)
+    ask, asked = typed("3", "blau", "", "1", "25", "n", "150", "5", "6", "0", "n", "n", "n", "")
+    start([raw], tmp_path / "run", Console(file=StringIO(), width=120), ask)
+    assert asked[0].startswith("Several sheets hold readings")
+    assert pd.read_csv(tmp_path / "run" / "muscles_table.csv")["force_n"].max() == 200
+    assert "sheet: blau" in (tmp_path / "run" / "muscles_recipe.yaml").read_text()

@@ -451,6 +451,7 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     assert tab.get_by_label("what F_N is", exact=True).input_value() == "force"
     assert tab.get_by_label("unit of M_Nmm", exact=True).input_value() == "N·mm"
     tab.get_by_label("sign of F_N", exact=True).select_option("a pull is positive")
+    tab.get_by_label("sign of M_Nmm", exact=True).select_option("falls when turned")
     tab.get_by_label("unit of P", exact=True).select_option("kPa")
     design = {"Fiber angle to the axis": "40", "Unloaded length": "90"}
     design |= {"Unloaded inner radius": "d 9.54", "Unloaded outer radius": "+1.58"}

@@ -6,6 +6,7 @@ from io import BytesIO
 from pathlib import Path
 
 import beds
+import openpyxl
 import pandas as pd
 import pytest
 
@@ -44,7 +45,7 @@ def given(page):
     for name, value in DESIGN.items():
         page.questions.fields[f"design.{name}"].value = str(value)
     page.questions.fields["braid"].value = page.questions.fields["zero.Force (lbf)"].value = "no"
-    row_of(page, "Force (lbf)").turned.value = "no"
+    row_of(page, "Force (lbf)").turned.value = row_of(page, "M_Nmm").turned.value = "no"
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def test_the_guess_is_shown_and_the_table_that_is_made_of_it_is_fitted(mapping, 
     assert not left.doubts.faults_view.visible
     for name, meaning in readings.items():
         row_of(page, name).quantity.value = meaning
-    row_of(page, "Force (lbf)").turned.value = "no"
+    row_of(page, "Force (lbf)").turned.value = row_of(page, "M_Nmm").turned.value = "no"
     page.make.clicks += 1
     finish(session)
     assert session.problem == ""
@@ -248,7 +249,7 @@ def test_several_pressures_are_several_actuators(sessions, finish):
         page.questions.fields[key].value = value
     page.questions.fields["design.inner_radius_mm"].value = "d 10"
     page.questions.fields["design.outer_radius_mm"].value = "+1"
-    row_of(page, "F_N").turned.value = "yes"
+    row_of(page, "F_N").turned.value, row_of(page, "M_Nm").turned.value = "yes", "no"
     page.make.clicks += 1
     finish(session)
     assert page.said == ""
@@ -266,3 +267,25 @@ def test_two_columns_cannot_be_one_thing(mapping):
     page.questions.fields["held.twist_deg"].value = "0"
     page.use.clicks += 1
     assert "'dl_mm' and 'phi_deg' are both the stretch" in page.problem.object.replace("&#39;", "'")
+
+
+def test_of_sheets_that_look_alike_one_is_chosen(sessions, finish):
+    book = openpyxl.Workbook()
+    book.active.title, second = "rot", book.create_sheet("blau")
+    for sheet, factor in ((book.active, 1), (second, 2)):
+        for row in [("dl_mm", "P_kPa", "F_N"), *((x, p, factor * (p - x)) for x in (0, 5) for p in (0, 50, 100))]:
+            sheet.append(row)
+    content = BytesIO()
+    book.save(content)
+    session = sessions.get("")[1]
+    session.upload("muscles.xlsx", content.getvalue())
+    finish(session)
+    page = Mapping(session)
+    page.refresh()
+    page.use.clicks += 1
+    assert "Which sheet holds the readings: still to be said" in page.problem.object
+    page.sheet.value = "blau"
+    assert page.guessed.found.sheet == "blau"
+    assert row_of(page, "F_N").guess.high == 200
+    page.use.clicks += 1
+    assert "Which sheet" not in page.problem.object

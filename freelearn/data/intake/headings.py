@@ -27,9 +27,9 @@ ABROAD: dict[str, str] = {
     "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
     r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
     r"|伸び|変位|ストローク",
-    "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess)?(lange|laenge)( unbelastet| im ruhezustand)?"
-    r"|longueur( (initiale|libre|a vide|au repos))?|lunghezza( (iniziale|libera|a riposo))?"
-    r"|longitud( (inicial|libre|en reposo))?|長さ|全長|自然長|初期長さ?",
+    "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess|nenn)?(lange|laenge)( unbelastet| im ruhezustand)?"
+    r"|longueur( (initiale|libre|a vide|au repos|nominale))?|lunghezza( (iniziale|libera|a riposo|nominale))?"
+    r"|longitud( (inicial|libre|en reposo|nominal))?|長さ|全長|自然長|初期長さ?",
     "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction"
     r"|raccourcissement|deformazione|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
     "stretch": r"streckung|verstreckung|elongation relative|伸長比",
@@ -102,7 +102,7 @@ ENGLISH: tuple[tuple[str, str], ...] = (
     ("elongation_mm", r"d ?l|delta ?l(ength)?|elongation|extension|displacement|disp|stroke|travel|s|z|dz"),
     (
         "length_mm",
-        r"(held ?|unloaded ?|rest(ing)? ?|initial ?|free ?|active ?|original ?)?length|l ?0?|len|gauge ?length",
+        r"((held|unloaded|rest(ing)?|initial|free|active|original|nominal) ?)?length|l ?0?|len|gauge ?length",
     ),
     ("stretch", r"lambda( ?z)?|stretch( ?ratio)?|axial ?stretch"),
     ("strain", r"((nominal|eng|engineering|true|logarithmic) ?)*strain|contraction|shortening|eps(ilon)?"),

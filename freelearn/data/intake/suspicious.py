@@ -143,7 +143,7 @@ def _rows_twice(raw: RawTable) -> Iterator[str]:
 
 def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
     for name in readings:
-        values = raw.maybe_numbers(name)
+        values = raw.most_numbers(name)
         if values is not None and len(values) > 2 and len(np.unique(values[~np.isnan(values)])) == 1:
             value = values[~np.isnan(values)][0]
             yield f"column {name!r} is {value:g} in every row: look whether the channel was connected."
@@ -151,7 +151,7 @@ def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
 
 def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
     for name in readings:
-        values = raw.maybe_numbers(name)
+        values = raw.most_numbers(name)
         if values is None:
             continue
         levels, counts = np.unique(values[~np.isnan(values)], return_counts=True)

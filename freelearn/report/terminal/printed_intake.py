@@ -18,6 +18,8 @@ from freelearn.data.intake.rubber.rubber_guess import RubberGuess
 from freelearn.report.terminal.printed_tables import rich_table
 
 TESTS = ("test", "loading", "rows", "stretch from", "stress from")
+# A number with more characters is shown with fewer digits.
+SHORT = 9
 HEADINGS = ("column", "what it is", "unit", "how sure", "from … to", "first")
 
 
@@ -30,7 +32,7 @@ def show_columns(console: Console, found: Guess) -> None:
             c.unit,
             c.confidence if c.chosen else "",
             _range(c.low, c.high),
-            c.example,
+            _short(c.example),
         )
         for number, c in enumerate(found.columns, start=1)
     ]
@@ -109,6 +111,14 @@ def quoted(words: Sequence[str]) -> str:
 def _say(console: Console, notes: Sequence[str]) -> None:
     for note in notes:
         console.print(f"! {note}", markup=False, highlight=False)
+
+
+def _short(example: str) -> str:
+    """A number with as many digits as one looks at; anything else as it is written."""
+    try:
+        return f"{float(example):.6g}" if len(example) > SHORT else example
+    except ValueError:
+        return example
 
 
 def _range(low: float, high: float) -> str:

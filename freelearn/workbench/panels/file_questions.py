@@ -21,8 +21,11 @@ from freelearn.workbench.panels.widgets import HIDDEN_LABEL, STYLE, say, words
 TOLD: dict[str, str] = {NOT_USED: NOT_USED, **{meaning.words: name for name, meaning in MEANINGS.items()}}
 SAY = "say which"
 SIGNS = {"as it is": NO, "turned": YES}
-# Of a force it is never taken for granted, but for a column with the table's own name.
-SIGNS_OF_A_FORCE = {SAY: "", "a push is positive": NO, "a pull is positive": YES}
+# Of a load it is never taken for granted, but for a column with the table's own name.
+SIGNS_OF_LOADS = {
+    "force_n": {SAY: "", "a push is positive": NO, "a pull is positive": YES},
+    "moment_nmm": {SAY: "", "falls when turned": NO, "rises when turned": YES},
+}
 
 
 class ColumnRow:
@@ -74,8 +77,7 @@ class ColumnRow:
         elif kind and kind != "ratio":
             options = [SAY, *options]
         self.unit.param.update(options=options, value=value)
-        asked = self.quantity.value == "force_n" != self.guess.name
-        signs = SIGNS_OF_A_FORCE if asked else SIGNS
+        signs = SIGNS if self.quantity.value == self.guess.name else SIGNS_OF_LOADS.get(self.quantity.value, SIGNS)
         if self.turned.options != signs:
             self.turned.param.update(options=signs, value=next(iter(signs.values())))
         for cell in (self.unit, self.turned, self.offset):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from freelearn.data.intake.guesses.guess import with_meanings
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import Guessed
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
-from freelearn.workbench.panels.file_questions import ColumnRow, OpenQuestions
+from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuestions
 from freelearn.workbench.panels.widgets import download, heading, say, words
 from freelearn.workbench.state.session import Session
 
@@ -31,6 +32,10 @@ SIGNS = (
     "those that the actuator exerts on its mount: without pressure they fall as it is stretched, or turned the "
     "positive way."
 )
+UNSAID_SIGNS = {
+    "force_n": "whether a positive reading is a push or a pull",
+    "moment_nmm": "whether it rises or falls as the actuator is turned the positive way without pressure",
+}
 # What the rows of columns say is not asked a second time.
 IN_THE_ROWS = (WHAT, "unit.", "sign.")
 
@@ -41,11 +46,13 @@ class Mapping:
     def __init__(self, session: Session) -> None:
         self.session = session
         # Of which file, and what the page itself has to say against what was chosen.
-        self.of, self.said = "", ""
+        self.of, self.said, self.named = "", "", ""
         self.guessed: Guessed | None = None
         self.rows: list[ColumnRow] = []
         self.about, self.notes, self.problem = words(), words(), words()
         self.questions = OpenQuestions(self._offer)
+        self.sheet = pn.widgets.Select(name="Which sheet holds the readings?", width=330, visible=False)
+        self.sheet.param.watch(lambda _: self._chosen(), "value")
         self.table = pn.Column()
         self.signs = words()
         say(self.signs, [SIGNS], "quiet")
@@ -56,7 +63,7 @@ class Mapping:
         self.make.on_click(lambda _: self._use(""))
         self.drop.on_click(lambda _: self.session.map_columns(False))
         self.view = pn.Column(
-            heading("What are these columns?"), self.about, self.notes, self.table, self.signs,
+            heading("What are these columns?"), self.about, self.sheet, self.notes, self.table, self.signs,
             heading("What the file does not say", 3), self.questions.view, self.problem,
             pn.Row(self.use, self.make, self.drop),
             visible=False,
@@ -73,16 +80,31 @@ class Mapping:
         self.use.disabled = self.make.disabled = self.drop.disabled = self.session.busy
 
     def _build(self, raw: dict[str, Any]) -> None:
-        self.guessed = guessed = Guessed.from_plain(raw["guess"]["guessed"])
-        found = guessed.found
+        sheets = list(raw["guess"].get("sheets", {}))
+        self.guessed = None
+        self.sheet.param.update(options={SAY: "", **{sheet: sheet for sheet in sheets}}, value="")
+        self.sheet.visible = bool(sheets)
+        known = "" if raw["guess"]["nearly"] else " is no measurement table yet"
+        self.named = f"{raw['name']}{known}"
+        self._show(Guessed.from_plain(raw["guess"]["guessed"]), raw["guess"]["notes"])
+
+    def _chosen(self) -> None:
+        """Shows the sheet that was chosen."""
+        raw = self.session.raw
+        if self.guessed is not None and raw and self.sheet.value:
+            guessed = Guessed.from_plain(raw["guess"]["sheets"][self.sheet.value])
+            self._show(guessed, guessed.found.notes)
+
+    def _show(self, guessed: Guessed, notes: Sequence[str]) -> None:
+        """A guess, to be changed."""
+        self.guessed, found = guessed, guessed.found
         shown = sorted(found.columns, key=lambda c: not (c.chosen or c.quantity))[:MOST_COLUMNS]
         columns = [column for column in found.columns if column in shown]
         more = len(found.columns) - len(columns)
-        known = "" if raw["guess"]["nearly"] else " is no measurement table yet"
-        text = f"{raw['name']}{known}: {found.rows} rows. This is a guess; change what is wrong."
+        text = f"{self.named}: {found.rows} rows. This is a guess; change what is wrong."
         recipe = "Or drop a recipe (YAML) where you dropped the file."
         say(self.about, [text, recipe, *([f"{more} further columns are not shown."] if more else [])])
-        say(self.notes, [f"! {note}" for note in raw["guess"]["notes"]])
+        say(self.notes, [f"! {note}" for note in notes])
         self.said = ""
         self.rows = [ColumnRow(column, "", self._offer) for column in columns]
         titles = [pn.pane.HTML(f"<b>{title}</b>", width=width, margin=(2, 10)) for title, width in HEADINGS.items()]
@@ -129,15 +151,18 @@ class Mapping:
 
     def _unsaid(self) -> list[str]:
         """Units and signs that are still to be chosen."""
-        lacking = []
+        lacking = ["Which sheet holds the readings: still to be said."] if self._sheet_open() else []
         for row in self.rows:
             meaning = MEANINGS.get(row.quantity.value)
             name, said = row.guess.name, row.answers
             if meaning and meaning.kind not in ("", "ratio") and f"unit.{name}" not in said:
                 lacking.append(f"unit of {name}: still to be said.")
             if meaning and f"sign.{name}" not in said:
-                lacking.append(f"sign of {name}: say whether a positive reading is a push or a pull.")
+                lacking.append(f"sign of {name}: say {UNSAID_SIGNS[row.quantity.value]}.")
         return lacking
+
+    def _sheet_open(self) -> bool:
+        return self.sheet.visible and not self.sheet.value
 
 
 def _once(rows: list[ColumnRow], found: Guess) -> None:

@@ -172,12 +172,19 @@ def _guessed(question: Question, fault: UserError, beds: list[str]) -> dict[str,
 
 
 def _guess(question: Question) -> dict[str, Any]:
-    """What the columns of the file seem to be; nearly: whether it has most of a table's. Raises UserError."""
+    """What the columns of the file seem to be; nearly: whether it has most of a table's; sheets: the columns of each,
+    where several look alike. Raises UserError."""
     found, joined, raw = guess_and_table(Path(question.path), name=question.name)
     needed = Columns(BEDS[question.bed], 1 if question.members else 0)
     named = set(raw.columns) & {*needed.required, *needed.measured}
     nearly = 2 * len(named) >= len(needed.listed)
-    return {"guessed": Guessed(found, joined).plain(), "notes": list(found.notes), "nearly": nearly}
+    sheets = {sheet: _guess_at(question, sheet) for sheet in found.sheets}
+    return {"guessed": Guessed(found, joined).plain(), "notes": list(found.notes), "nearly": nearly, "sheets": sheets}
+
+
+def _guess_at(question: Question, sheet: str) -> dict[str, Any]:
+    found, joined, _ = guess_and_table(Path(question.path), name=question.name, wanted=sheet)
+    return Guessed(found, joined).plain()
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:

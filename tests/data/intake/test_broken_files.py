@@ -106,7 +106,11 @@ FILES = {
     "HDF5": ("raw.h5", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, "HDF5"),
     "damaged .mat": ("raw.mat", matlab(**columns())[:200], "cannot be read as a MATLAB file"),
     "a .mat that ends SciPy's process": ("raw.mat", patched(matlab(**columns()), 145), "it is damaged"),
-    "structures in .mat": ("raw.mat", matlab(s={"a": 1}, u={"b": 2}), "structures are 's', 'u'"),
+    "structures in .mat": (
+        "raw.mat",
+        matlab(s={"a": 1}, u={"b": 2}),
+        "'s' is a structure of a, 'u' is a structure of b",
+    ),
     "arrays of several lengths": ("raw.mat", matlab(a=np.arange(5.0), b=np.arange(6.0)), "differ in length"),
     "texts in .mat": ("raw.mat", matlab(a="text"), "no numeric arrays"),
     "complex .mat": ("raw.mat", matlab(a=np.arange(3) * 1j), "complex"),

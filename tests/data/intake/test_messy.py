@@ -73,6 +73,42 @@ def text_cells(sheet, _):
         sheet.cell(row, 3).value = str(sheet.cell(row, 3).value)
 
 
+def decimal_commas(sheet, _):
+    """German numbers that were pasted as text, as far as no mark stands before three digits."""
+    filled(sheet)
+    for row in range(2, 14):
+        sheet.cell(row, 3).value = f"{sheet.cell(row, 3).value:.2f}".replace(".", ",")
+
+
+def thousandths(sheet, _):
+    """Pressures in MPa, whose numbers have a mark before three digits; beside whole ones."""
+    filled(sheet, ("dl_mm", "P_MPa", "F_kN"))
+    for row in range(2, 14):
+        sheet.cell(row, 2).value /= 1000
+        sheet.cell(row, 3).value /= 1000
+
+
+def grouped_header(sheet, _):
+    """Names of groups merged over the headings, a column of times and one of remarks."""
+    import datetime
+
+    filled(sheet, ("Weg [mm]", "Druck [kPa]", "Kraft [N]"), start=4, column=2)
+    sheet["A4"], sheet["E4"], sheet["E7"] = "Zeitpunkt", "Bemerkung", "Ventil nachgestellt"
+    for row in range(5, 17):
+        sheet.cell(row, 1).value = datetime.datetime(2026, 2, 25, 10, row)
+    sheet["B3"], sheet["D3"] = "gestellt", "gemessen"
+    sheet.merge_cells("B3:C3")
+
+
+def with_a_mean(sheet, _):
+    """A line of means below the readings."""
+    filled(sheet, ("Nr.", *PLAIN[1:]))
+    for row, x in enumerate(TRUE[:, 0], start=2):
+        sheet.cell(row, 4).value, sheet.cell(row, 1).value = x, row - 1
+    sheet["D1"] = PLAIN[0]
+    sheet["A15"], sheet["C15"] = "Mittelwert", float(TRUE[:, 2].mean())
+
+
 def with_a_date(sheet, _):
     import datetime
 
@@ -103,6 +139,33 @@ def ods(sheets):
         for name, frame in sheets.items():
             frame.to_excel(writer, sheet_name=name, index=False)
     return out.getvalue()
+
+
+def structures(count=1):
+    """The readings in a structure beside one of settings; or an array of structures of a number each."""
+    readings = dict(zip(PLAIN, TRUE.T, strict=True))
+    if count == 1:
+        return mat(data=readings | {"who": "ann"}, setup={"gains": np.arange(3.0), "L0_mm": 150.0}, note="rig 2")
+    rows = np.empty((1, len(TRUE)), dtype=[(name, object) for name in PLAIN])
+    for row, values in enumerate(TRUE):
+        for name, value in zip(PLAIN, values, strict=True):
+            rows[0, row][name] = value
+    return mat(log=rows)
+
+
+def as_structures(file):
+    """The same as MATLAB's version 7.3 has it."""
+    for name, values in zip(PLAIN, TRUE.T, strict=True):
+        file[f"data/{name}"] = values.reshape(1, -1)
+        file[f"data/{name}"].attrs["MATLAB_class"] = np.bytes_("double")
+    file["setup/gains"] = np.arange(3.0).reshape(1, -1)
+    file["setup/gains"].attrs["MATLAB_class"] = np.bytes_("double")
+
+
+def as_table(file):
+    """What MATLAB leaves of a table in a file of version 7.3: numbers that mean nothing without MATLAB."""
+    file["T"] = np.array([[3707764736, 2, 1, 1, 1, 1]], dtype=np.uint32)
+    file["T"].attrs["MATLAB_class"] = np.bytes_("table")
 
 
 def hdf5(fill, userblock=0):
@@ -177,6 +240,17 @@ RIGHT = {
     "excel sheets.xlsx": lambda: book(with_a_second_sheet),
     "excel merged rows.xlsx": lambda: book(merged_down),
     "excel text.xlsx": lambda: book(text_cells),
+    "excel decimal commas.xlsx": lambda: book(decimal_commas),
+    "excel thousandths.xlsx": lambda: book(thousandths),
+    "excel groups and times.xlsx": lambda: book(grouped_header),
+    "excel mean below.xlsx": lambda: book(with_a_mean),
+    "structures.mat": lambda: structures(),
+    "array of structures.mat": lambda: structures(len(TRUE)),
+    "new structures.mat": lambda: hdf5(as_structures, 512),
+    "words.parquet": lambda: parquet(FRAME.assign(who="ann", F_N=[f"{f:.2f}".replace(".", ",") for f in TRUE[:, 2]])),
+    "tabs and comments.tsv": lambda: text(separator="\t", before="% rig 2\n% 25.02.2026 10:00\n", after="% end\n"),
+    "mac ends.csv": lambda: text().replace("\n", "\r").encode("mac-roman"),
+    "utf-16 big.csv": lambda: text(GERMAN, ";", ",", BAR).encode("utf-16-be"),
     "old.mat": lambda: mat(**dict(zip(PLAIN, TRUE.T, strict=True))),
     "structure.mat": lambda: mat(data=dict(zip(PLAIN, TRUE.T, strict=True))),
     "new.mat": lambda: hdf5(as_matlab, 512),
@@ -194,6 +268,7 @@ REFUSED = {
     "date in a cell.csv": (lambda: lines(n4="0,25.02.2026,-30"), "is a date"),
     "thousands.csv": (lambda: text(separator=";").replace("-23.5", "-1,023.5"), "thousands|not a number"),
     "excel date.xlsx": (lambda: book(with_a_date), "date"),
+    "table.mat": (lambda: hdf5(as_table, 512), "table2struct"),
     "merged.xlsx": (lambda: book(merged_across), "merged"),
     "two muscles.csv": (
         lambda: text(("wer", *PLAIN), rows=[f"{'ab'[i % 2]},{','.join(map(str, r))}" for i, r in enumerate(TRUE)]),

@@ -19,7 +19,7 @@ from freelearn.data.intake.guesses.draft import (
 )
 from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
-from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
+from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
 from freelearn.data.intake.laboratory_units import conversion, unit_of
 
 POSITIVE = ("length_mm", "inner_radius_mm", "outer_radius_mm")
@@ -57,7 +57,7 @@ def questions(found: Guess, joined: DesignGuess | None, answers: Answers) -> Ite
     yield from _bed(found, answers)
     yield from _design(found, joined, answers)
     yield from units_open(found, answers)
-    yield from sign_of_the_force(found)
+    yield from signs_of_the_loads(found)
     for doubt in found.doubts:
         if not doubt.rows:
             yield _asked(doubt)
@@ -193,7 +193,8 @@ def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
         ):
             continue
         words = MEANINGS[column.quantity or ""].words
-        text = f"Which unit has the column {column.name!r}, the {words} ({column.low:.4g} … {column.high:.4g})?"
+        such, numbers = ", ".join(UNITS[kind][:3]), f"{column.low:.4g} … {column.high:.4g}"
+        text = f"Which unit has the column {column.name!r}, the {words} ({numbers}), such as {such}?"
         wanted = "" if kind == "ratio" else column.column
         yield Question(
             f"unit.{column.name}", text, "unit", wanted, proposed=before.get(kind), short=f"unit of {column.name!r}"
@@ -202,13 +203,26 @@ def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
             before[kind] = str(unit)
 
 
-def sign_of_the_force(found: Guess) -> Iterator[Question]:
-    """Whether a positive force pulls."""
-    column = found.of("force_n")
-    # A column with the table's own name has the table's own sign.
-    if column is not None and column.name != "force_n":
-        text = f"Does a positive reading of {column.name!r} mean that the actuator pulls, as a muscle does?"
-        yield Question(f"sign.{column.name}", text, "choice", options=YES_OR_NO, short="a positive force is a pull")
+# Of each load the question whose yes turns its sign, and the same in short.
+SIGNS = {
+    "force_n": (
+        "Does a positive reading of {} mean that the actuator pulls, as a muscle does?",
+        "a positive force is a pull",
+    ),
+    "moment_nmm": (
+        "Without pressure, does the reading of {} rise as the actuator is turned the positive way of the twist?",
+        "the moment rises with the twist",
+    ),
+}
+
+
+def signs_of_the_loads(found: Guess) -> Iterator[Question]:
+    """Whether a positive force pulls, and whether a moment counts the other way than the table's."""
+    for quantity, (text, short) in SIGNS.items():
+        column = found.of(quantity)
+        # A column with the table's own name has the table's own sign.
+        if column is not None and column.name != quantity:
+            yield Question(f"sign.{column.name}", text.format(repr(column.name)), "choice", "", YES_OR_NO, None, short)
 
 
 def answer(question: Question, typed: str, answers: Answers) -> str | float:

@@ -179,7 +179,7 @@ def order_wanted(raw: RawTable, found: Guess) -> tuple[str, ...]:
     sample = found.of("sample")
     if pressure is None or time is not None or not state or found.bed == "dead_load":
         return ()
-    values = raw.maybe_numbers(pressure.name)
+    values = raw.most_numbers(pressure.name)
     keys = pd.DataFrame({c.name: raw.text(c.name) for c in [*([sample] if sample else []), *state]})
     runs = int((keys != keys.shift()).any(axis=1).sum())
     if values is None or runs <= SCATTERED * len(keys.drop_duplicates()) or not _rises(values, keys, sample):

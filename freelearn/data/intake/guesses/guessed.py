@@ -84,8 +84,9 @@ class Guess:
     perhaps_words: tuple[str, ...] = ()
     # Columns by which the rows of one state come to stand together, where they lie sorted by pressure.
     order_by: tuple[str, ...] = ()
-    # Of a workbook with several.
+    # Of a workbook, or a MATLAB file, with several; and all of them that look like readings as much as this one.
     sheet: str = ""
+    sheets: tuple[str, ...] = ()
     # What stands elsewhere in the file about the actuator.
     about: tuple[Told, ...] = ()
     # What the numbers leave open.

@@ -50,10 +50,10 @@ def guess_file(path: Path, design: Path | None = None) -> tuple[Guess, DesignGue
 
 
 def guess_and_table(
-    path: Path, design: Path | None = None, name: str = ""
+    path: Path, design: Path | None = None, name: str = "", wanted: str = ""
 ) -> tuple[Guess, DesignGuess | None, RawTable]:
-    """The same with the table that the guess is about. name: what the file is called, if not as its path ends. Raises
-    UserError."""
+    """The same with the table that the guess is about. name: what the file is called, if not as its path ends. wanted:
+    the sheet, where somebody has said which. Raises UserError."""
     content, name = read_bytes(path), name or path.name
     names = sheet_names(content, name)
     if len(names) < 2:
@@ -62,16 +62,21 @@ def guess_and_table(
         others: list[tuple[str, RawTable]] = []
     else:
         tables, unread = _tables(content, name, names)
-        sheet, raw = max(tables, key=lambda one: _readings(guess_table(one[1])))
+        readings = {one: _readings(guess_table(table)) for one, table in tables}
+        sheet = wanted if wanted in readings else max(readings, key=lambda one: readings[one])
+        raw = dict(tables)[sheet]
         others = [one for one in tables if one[0] != sheet]
-        note = f"{name}: of its sheets {', '.join(map(repr, names))} {sheet!r} was read."
+        alike = [one for one in readings if readings[one][0] == readings[sheet][0] >= LEAST_READINGS]
+        which = "sheets" if content.startswith(b"PK") else "parts"
+        note = f"{name} has the {which} {', '.join(map(repr, names))}; {sheet!r} was read."
         found = guess_table(raw)
         if unread and _readings(found)[0] < LEAST_READINGS:
             # The readings may stand where nothing could be read.
             raise unread[0]
         about = {told.name: told for told in [*_told(content, name, names, sheet), *found.about]}
         notes = (note, *map(str, unread), *found.notes)
-        found = replace(found, sheet=sheet, notes=notes, about=tuple(about.values()))
+        sheets = tuple(alike) if alike[1:] else ()
+        found = replace(found, sheet=sheet, sheets=sheets, notes=notes, about=tuple(about.values()))
     if design is not None:
         joined = _joined(found, raw, raw_table(read_bytes(design), design.name), design.name, "")
         if joined is None:

@@ -38,7 +38,7 @@ def _levels(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     for column in found.measured:
         if column.column not in ("elongation_mm", "twist_deg") or MEANINGS[column.quantity or ""].kind == "ratio":
             continue
-        values = raw.maybe_numbers(column.name)
+        values = raw.most_numbers(column.name)
         spread = None if values is None else levels_of(values[~np.isnan(values)])
         if spread is None:
             continue
@@ -91,7 +91,7 @@ def _zeros(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """Loads that are not 0 where nothing acts on the actuator."""
     row = _resting_row(raw, found)
     for column in found.measured if row is not None else ():
-        values = raw.maybe_numbers(column.name) if column.quantity in ("force_n", "moment_nmm") else None
+        values = raw.most_numbers(column.name) if column.quantity in ("force_n", "moment_nmm") else None
         if values is None or np.isnan(values[row]):
             continue
         if abs(values[row]) <= REST_SHARE * float(np.nanmax(values) - np.nanmin(values)):
@@ -114,7 +114,7 @@ def _resting_row(raw: RawTable, found: Guess) -> int | None:
     if not pressures or not any(c.column == "elongation_mm" for c in places):
         return None
     for column in (*pressures, *places):
-        values = raw.maybe_numbers(column.name)
+        values = raw.most_numbers(column.name)
         if values is None:
             return None
         level, share = (np.nanmin(values), GAUGE_SHARE) if column in pressures else (0.0, REST_SHARE)
@@ -124,7 +124,7 @@ def _resting_row(raw: RawTable, found: Guess) -> int | None:
 
 def _slack(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     column = found.of("force_n")
-    values = None if column is None else raw.maybe_numbers(column.name)
+    values = None if column is None else raw.most_numbers(column.name)
     if column is None or values is None or any(c.chosen and c.quantity == "slack" for c in found.columns):
         return
     zeros = int((values == 0).sum())

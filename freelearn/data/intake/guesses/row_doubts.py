@@ -72,7 +72,9 @@ def _groups(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """Columns of whole numbers of which some have a mark before three digits: 850 and 1.050."""
     for column in found.measured:
         cells = [cell.strip() for cell in raw.columns[column.name] if cell.strip()]
-        marked = [cell for cell in cells if MARK_BEFORE_THREE.fullmatch(cell)]
+        # What was a number in its file is the number that stands there.
+        texts = cells if raw.texts is None else [cell for cell in cells if cell in raw.texts]
+        marked = [cell for cell in texts if MARK_BEFORE_THREE.fullmatch(cell)]
         whole = [cell for cell in cells if WHOLE.fullmatch(cell) and cell.strip("+-0")]
         others = [cell for cell in cells if not MARK_BEFORE_THREE.fullmatch(cell) and not WHOLE.fullmatch(cell)]
         if raw.style == POINTS and marked and whole and not others:
@@ -110,7 +112,7 @@ def _plateaus(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     columns, allowed = {}, {}
     imposed = [c for c in found.measured if c.column in STATE and MEANINGS[c.quantity or ""].kind != "ratio"]
     for column in imposed:
-        values = raw.maybe_numbers(column.name)
+        values = raw.most_numbers(column.name)
         if values is not None and not np.isnan(values).any() and np.ptp(values) > 0:
             columns[column.name], allowed[column.name] = values, STEADY * float(np.ptp(values))
     if not columns:

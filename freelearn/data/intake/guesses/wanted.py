@@ -14,7 +14,7 @@ from freelearn.common.errors import UserError
 from freelearn.data.columns import members_in, pressure_column
 from freelearn.data.intake.evaluate import Evaluation
 from freelearn.data.intake.guesses.draft import Answers, column_entry
-from freelearn.data.intake.guesses.draft_questions import Question, meaning_of, sign_of_the_force, units_open
+from freelearn.data.intake.guesses.draft_questions import Question, meaning_of, signs_of_the_loads, units_open
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
@@ -85,7 +85,7 @@ def wanted_questions(found: Guess, known: Actuators, answers: Answers) -> Iterat
         likely: str | float = known.held.get(name, ASKED)
         yield Question(f"given.{name}", text, "given", name, proposed=likely, short=f"{words} {which}".strip())
     yield from units_open(found, answers)
-    yield from sign_of_the_force(found)
+    yield from signs_of_the_loads(found)
 
 
 def wanted_draft(found: Guess, known: Actuators, answers: Answers) -> str:

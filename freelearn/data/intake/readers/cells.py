@@ -42,6 +42,7 @@ _DASH = re.compile(r"^[\u2010-\u2013\u2212\ufe63\uff0d](?=[\d.,])|(?<=[eE])\u221
 _DATE = re.compile(
     r"\d{1,4}([-./])\d{1,2}\1\d{2,4}([ T].*)?|\d{1,2}[-. ]+[^\W\d]{3,9}\.?([-. ]+\d{2,4})?|[^\W\d]{3}-\d{2}"
 )
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([ ,.'’_\u00a0\u202f]\d{3})+([.,]\d+)?")
 
 
@@ -160,6 +161,22 @@ def number_styles(words: Sequence[str]) -> list[tuple[dict[str, str], str]]:
     return found
 
 
+def typed_number(cell: str, style: Style | None) -> str | None:
+    """The number that a workbook's cell of text says, as its cells of numbers are written; None where it says none.
+    style: how such cells write numbers, None where nobody has said: then of marks before three digits none is read.
+
+    >>> typed_number("131,5", None), typed_number("1,315", None), typed_number("1.315", Style(",", "."))
+    ('131.5', None, '1315')
+    """
+    text = cell.strip()
+    if style is None and (is_number(text) and not _GROUPED.fullmatch(text)):
+        style = POINTS if is_number(text, POINTS) else Style(",")
+    value = None if style is None else style.number(text)
+    if value is None or not np.isfinite(value):
+        return None
+    return text if POINTS.number(text) == value else f"{value:.15g}"
+
+
 def _decimal_only(text: str, style: Style) -> bool:
     """Whether the text has one mark alone and that is the other decimal mark, with an even chance to be one."""
     marks = [c for c in text if not c.isdigit() and c not in "+-"]
@@ -188,7 +205,8 @@ class NoTable(UserError):
 @dataclass(frozen=True)
 class Grid:
     """rows: (line, cells) of every line that is neither blank nor a comment, but for one that names the columns.
-    comments: the other comments, without their marks. cut_off: the file ends inside a line."""
+    comments: the other comments, without their marks. cut_off: the file ends inside a line. texts: where cells are
+    typed, those that were text."""
 
     name: str
     rows: list[Row]
@@ -196,6 +214,7 @@ class Grid:
     notes: list[str] = field(default_factory=list)
     cut_off: bool = False
     comments: list[Row] = field(default_factory=list)
+    texts: frozenset[str] | None = None
 
 
 def few(lines: Sequence[int], most: int = 5) -> str:

@@ -158,7 +158,8 @@ def table_of(grid: Grid, reading: Reading) -> RawTable:
     empty = {n for n, cells in columns.items() if n.startswith("column ") and not any(c.strip() for c in cells)}
     columns = {name: cells for name, cells in columns.items() if name not in empty}
     lines = [line for line, _ in kept]
-    return RawTable(grid.name, columns, lines, grid.style, said, (*grid.notes, *notes, *more), about, tuple(head))
+    every = (*grid.notes, *notes, *more)
+    return RawTable(grid.name, columns, lines, grid.style, said, every, about, tuple(head), grid.texts)
 
 
 def _fitting(grid: Grid, rows: list[Row], width: int, titles: list[list[str]]) -> tuple[list[Row], list[str]]:

@@ -2,7 +2,8 @@
 
 SciPy's reader trusts the sizes that a file states: a damaged one can end the process that reads it, and must not end
 ours. Variables become arrays of an .npz: numeric ones under `array:NAME`, fields under `field:NAME:FIELD`;
-of others what they are in words, as `other:NAME`. Ends with status 3 where h5py is needed and absent, 4 for one that
+of others what they are in words, as `other:NAME`. An array of structures whose fields hold a number each is one
+structure of columns. Ends with status 3 where h5py is needed and absent, 4 for one that
 cannot be read. MATLAB's files of version 7.3 are HDF5, which h5py reads.
 """
 
@@ -19,7 +20,15 @@ from typing import Any
 import numpy as np
 
 NO_H5PY, UNREADABLE = 3, 4
+# What MATLAB calls numbers in HDF5, "" for files that it did not write.
+NUMBERS = ("", "double", "single", "logical", *(f"{sign}int{size}" for sign in ("", "u") for size in (8, 16, 32, 64)))
 HDF = b"\x89HDF\r\n\x1a\n"
+# Objects of MATLAB's own, whose formats nobody but MATLAB reads, and what to save in their place.
+OBJECTS = {
+    "table": "a MATLAB table: save S = table2struct(T, 'ToScalar', true)",
+    "timetable": "a MATLAB timetable: save S = table2struct(timetable2table(T), 'ToScalar', true)",
+    "cell": "a cell array",
+}
 # Sizes that a damaged file states are not believed beyond this [bytes].
 MEMORY = 8_000_000_000
 
@@ -68,9 +77,9 @@ def _item(group: Any, name: str, depth: int = 0) -> Any:
         return structure if structure.dtype.names else np.array("no array")
     if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
         return None
-    kind = item.attrs.get("MATLAB_class", b"")
-    if kind in (b"char", b"cell", b"struct", b"function_handle"):
-        return np.array("a text")
+    kind = bytes(item.attrs.get("MATLAB_class", b"")).decode("ascii", "replace")
+    if kind not in NUMBERS:
+        return np.array(OBJECTS.get(kind, "a text" if kind == "char" else f"no array ({kind})"))
     value = np.asarray(item[()])
     if value.dtype.names is not None:
         columns = {key: np.asarray(value[key]).reshape(-1, 1) for key in value.dtype.names if value[key].ndim == 1}
@@ -87,16 +96,35 @@ def _plain(name: str, value: Any) -> dict[str, np.ndarray]:
     """A variable as arrays that need no pickle."""
     if _numeric(value):
         return {f"array:{name}": value}
-    if isinstance(value, np.ndarray) and value.dtype.names is not None and value.size == 1:
-        fields = {field: value.ravel()[0][field] for field in value.dtype.names}
+    if isinstance(value, np.ndarray) and value.dtype.names is not None and not _is_object(value):
+        fields = {field: _field(value, field) for field in value.dtype.names}
         return {f"other:{name}": _what(value)} | {f"field:{name}:{f}": x for f, x in fields.items() if _numeric(x)}
     return {f"other:{name}": _what(value)}
 
 
+def _field(structure: np.ndarray, name: str) -> Any:
+    """A field of a structure; of an array of structures a column of it, where it holds a number in each."""
+    values = [one[name] for one in structure.ravel()]
+    if len(values) == 1:
+        return values[0]
+    single = all(_numeric(value) and value.size == 1 for value in values)
+    return np.array([value.item() for value in values]).reshape(-1, 1) if single else None
+
+
+def _is_object(value: np.ndarray) -> bool:
+    """Whether SciPy's reader gives the parts of an object of MATLAB's, which are no fields."""
+    return type(value).__name__ in ("MatlabOpaque", "MatlabFunction", "MatlabObject")
+
+
 def _what(value: Any) -> np.ndarray:
     """What a variable is that holds no numbers, in words."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "U" and not value.ndim:
+        return value  # Words already.
     if not isinstance(value, np.ndarray):
         return np.array("a sparse matrix: save full(…)" if hasattr(value, "toarray") else "no array")
+    if _is_object(value):
+        told = str(value.tolist())
+        return np.array(next((says for kind, says in OBJECTS.items() if f"'{kind}'" in told), "an object of MATLAB's"))
     if value.dtype.names is not None:
         inside = ", ".join(value.dtype.names[:6])
         several = "an array of structures" if value.size > 1 else "a structure"

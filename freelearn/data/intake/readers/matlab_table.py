@@ -8,6 +8,7 @@ import sys
 import zipfile
 from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from freelearn.data.intake.recipes.recipe import Reading
 
 # Reading a gigabyte takes no longer [s].
 LONGEST = 120
+# What the arrays are called that are in no structure.
+VARIABLES = "variables"
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class _Variables:
 
 
 def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
-    """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors. Raises UserError."""
+    """Vectors of one length, the columns of a matrix, or the fields of a structure of vectors, which `reading.sheet`
+    names where there are several. Raises UserError."""
     found = _read(content, name)
     numeric, passed = _chosen(found, name, reading)
     columns, others = _of_one_length(_columns(numeric, name, found), name)
@@ -58,8 +62,9 @@ def no_h5py(name: str) -> str:
     return f"{name} is {what}: reading it needs h5py: pip install 'freelearn[raw]', or {instead}."
 
 
+@lru_cache(maxsize=1)
 def _read(content: bytes, name: str) -> _Variables:
-    """The file's variables, read by another process."""
+    """The file's variables, read by another process, and once for all that is asked of one file."""
     again = f"{name} cannot be read as a MATLAB file ({{}}): save it again with save -v7."
     if content.startswith(matlab_reader.HDF) and not name.lower().endswith(".mat"):
         again = f"{name} cannot be read as HDF5 ({{}}): export the table as CSV."
@@ -91,25 +96,40 @@ def _read(content: bytes, name: str) -> _Variables:
     return found
 
 
+def structures_of(content: bytes, name: str) -> list[str]:
+    """Where columns may stand: the names of structures that have some, VARIABLES where there are arrays beside them;
+    none where there is but one such place. Raises UserError."""
+    places = _places(_read(content, name))
+    return list(places) if len(places) > 1 else []
+
+
+def _places(found: _Variables) -> dict[str, dict[str, np.ndarray]]:
+    """The arrays of more than one number, by the structure that they are in."""
+    groups = {VARIABLES: found.arrays, **found.structures}
+    several = {place: {k: x for k, x in group.items() if x.size > 1} for place, group in groups.items()}
+    return {place: group for place, group in several.items() if group}
+
+
 def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, np.ndarray], list[str]]:
-    """The arrays that are columns, and the names of what is passed over. One structure alone is taken apart."""
+    """The arrays that are columns, and the names of what is passed over."""
     names = [*found.arrays, *found.others]
-    wanted = list(reading.variables) or names
-    if lacking := [variable for variable in wanted if variable not in names]:
+    places = _places(found)
+    if lacking := [variable for variable in reading.variables if variable not in names]:
         raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, names))}.")
-    vectors = any(array.size > 1 for array in found.arrays.values())
-    structures = [key for key, fields in found.structures.items() if any(x.size > 1 for x in fields.values())]
-    apart = bool(reading.variables) or (not vectors and len(structures) == 1)
-    numeric: dict[str, np.ndarray] = {}
-    passed = []
-    for variable in wanted:
-        if variable in found.arrays and found.arrays[variable].size > 1:
-            numeric[variable] = found.arrays[variable]
-        elif apart and variable in found.structures:
-            numeric |= {k: x for k, x in found.structures[variable].items() if x.size > 1}
-        else:
-            passed.append(variable)
-    return numeric, passed
+    if reading.sheet is not None and reading.sheet not in places:
+        raise UserError(f"{name} has no structure {reading.sheet!r} of arrays: it has {', '.join(map(repr, places))}.")
+    if reading.variables:
+        chosen = {k: x for place in places for k, x in places[place].items() if {k, place} & set(reading.variables)}
+        used = set(reading.variables)
+    else:
+        # Of a structure beside lone arrays somebody has to say that it is meant.
+        place = reading.sheet or (VARIABLES if VARIABLES in places else next(iter(places), VARIABLES))
+        if reading.sheet is None and place != VARIABLES and len(places) > 1:
+            raise UserError(
+                f"{name} has structures {', '.join(map(repr, places))}: say which with read: {{sheet: {place}}}."
+            )
+        chosen, used = places.get(place, {}), {place} if reading.sheet is None else set(places)
+    return chosen, [one for one in names if one not in chosen and one not in used]
 
 
 def _of_one_length(columns: dict[str, np.ndarray], name: str) -> tuple[dict[str, np.ndarray], list[str]]:
@@ -150,9 +170,6 @@ def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> di
 
 def _instead(found: _Variables) -> str:
     """What there is in their place, and what to do."""
-    if found.structures:
-        inside = ", ".join(map(repr, found.structures))
-        return f" (its structures are {inside}): name what to read with read: {{variables: […]}}"
     if not found.others:
         return ": save the columns as vectors of numbers"
     told = ", ".join(f"{variable!r} is {what}" for variable, what in list(found.others.items())[:4])

@@ -10,7 +10,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes
 from freelearn.data.intake.readers.cells import Grid
 from freelearn.data.intake.readers.grid_table import table_of
-from freelearn.data.intake.readers.matlab_table import matlab_table
+from freelearn.data.intake.readers.matlab_table import matlab_table, structures_of
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.readers.sheets import (
     excel_grid,
@@ -53,10 +53,10 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     if not content.strip():
         raise UserError(f"{name} is empty: it needs a header and rows.")
     _refuse(content, name)
-    if content.startswith((b"MATLAB 5.0", b"MATLAB 7.3", HDF)) or name.lower().endswith(".mat"):
+    if _is_matlab(content, name):
         return matlab_table(content, name, reading)
     if content.startswith(b"PAR1"):
-        return table_of(parquet_grid(content, name), reading)
+        return table_of(parquet_grid(content, name, reading), reading)
     if content.startswith(b"PK\x03\x04") and is_open_document(content):
         return table_of(open_document_grid(content, name, reading), reading)
     if content.startswith(b"PK\x03\x04"):
@@ -67,13 +67,23 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
 
 
 def sheet_grid(content: bytes, name: str, sheet: str) -> Grid:
-    """The cells of one sheet of a workbook. Raises UserError."""
+    """The cells of one sheet of a workbook; a MATLAB file has none. Raises UserError."""
+    if _is_matlab(content, name):
+        return Grid(name, [])
     reader = open_document_grid if is_open_document(content) else excel_grid
     return reader(content, name, Reading(sheet=sheet))
 
 
+def _is_matlab(content: bytes, name: str) -> bool:
+    """Whether it is read as a MATLAB file is, HDF5 among them."""
+    return content.startswith((b"MATLAB 5.0", b"MATLAB 7.3", HDF)) or name.lower().endswith(".mat")
+
+
 def sheet_names(content: bytes, name: str) -> list[str]:
-    """The filled sheets of a workbook; of other files none. Raises UserError where it cannot be read."""
+    """The filled sheets of a workbook, the structures of a MATLAB file; none where there is but one place to read.
+    Raises UserError where it cannot be read."""
+    if _is_matlab(content, name):
+        return structures_of(content, name)
     if content.startswith(b"PK\x03\x04") and is_open_document(content):
         return list(open_document_sheets(content, name))
     return filled_sheets(content, name) if content.startswith(b"PK\x03\x04") else []

@@ -19,7 +19,8 @@ MOST_SHOWN = 3
 class RawTable:
     """columns: name → N cells; of columns with one name the second is called "name [2]". units: of a row of units.
     lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed. about: what
-    the file says of the actuator outside the table. head: the lines above it."""
+    the file says of the actuator outside the table. head: the lines above it. texts: where cells are typed, those that
+    were text; None in a file of text, where all were."""
 
     name: str
     columns: dict[str, list[str]]
@@ -29,6 +30,7 @@ class RawTable:
     notes: tuple[str, ...] = ()
     about: tuple[Told, ...] = ()
     head: tuple[tuple[int, list[str]], ...] = ()
+    texts: frozenset[str] | None = None
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -68,6 +70,11 @@ class RawTable:
         """The same, or None where the column holds text or nothing."""
         read = numbers(self.columns[column], self.style)
         return None if read.bad or np.isnan(read.values).all() else read.values
+
+    def most_numbers(self, column: str) -> np.ndarray | None:
+        """The numbers among the cells, NaN where one is blank or none; None where there are none."""
+        values = numbers(self.columns[column], self.style).values
+        return None if np.isnan(values).all() else values
 
     def words(self, column: str) -> dict[str, int]:
         """Words such as #DIV/0! that stand for missing numbers in the column, and how often."""

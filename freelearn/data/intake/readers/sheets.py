@@ -8,13 +8,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.readers.cells import Grid, Row, few, is_number
+from freelearn.data.intake.readers.cells import Grid, Row, Style, few, is_number, typed_number
 from freelearn.data.intake.recipes.recipe import Reading
 
 if TYPE_CHECKING:
     from openpyxl.workbook import Workbook
     from openpyxl.worksheet.worksheet import Worksheet
 
+# The line of a row and its cells as they are typed.
+TypedRow = tuple[int, Sequence[Any]]
 
 # A sheet of an Excel workbook (.xlsx) as a grid of cells. Formulas are not calculated and macros not run.
 
@@ -33,7 +35,8 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     """The cells of the sheet that `reading` names, or of the only one that holds something. Raises UserError."""
     _check_archive(content, name)
     sheet = _sheet(_workbook(content, name), name, reading)
-    rows: list[Row] = [(i, [_text(v) for v in row]) for i, row in enumerate(sheet.iter_rows(values_only=True), start=1)]
+    cells = list(enumerate(sheet.iter_rows(values_only=True), start=1))
+    rows, texts, typed = as_text(cells, name, reading)
     spread = [f"{name}: cells {area} are merged: each row has their value." for area in _spread(sheet, rows)]
     rows = [(i, cells) for i, cells in rows if any(cells)]
     width = max((len(cells) - _trailing(cells) for _, cells in rows), default=0)
@@ -41,7 +44,8 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     _refuse_merged(sheet, rows, name)
     _refuse_formulas(content, sheet, name)
     hidden = [] if sheet.sheet_state == "visible" else [f"{name}: the sheet {sheet.title!r} is hidden in the workbook."]
-    return Grid(name, rows, notes=[*hidden, *spread, *_hidden(sheet, [i for i, _ in rows], name)])
+    notes = [*hidden, *spread, *_hidden(sheet, [i for i, _ in rows], name), *typed]
+    return Grid(name, rows, notes=notes, texts=texts)
 
 
 def filled_sheets(content: bytes, name: str) -> list[str]:
@@ -108,16 +112,6 @@ def _sheet(book: Workbook, name: str, reading: Reading) -> Worksheet:
     return next(iter(filled.values()))
 
 
-def _text(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return str(value).upper()  # As a CSV of the sheet has it: no reading.
-    if isinstance(value, float):
-        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
-    return str(value).strip()
-
-
 def _trailing(cells: list[str]) -> int:
     """How many blank cells a row ends with."""
     return next((i for i, cell in enumerate(reversed(cells)) if cell), len(cells))
@@ -179,7 +173,7 @@ def is_open_document(content: bytes) -> bool:
         return False
 
 
-def open_document_sheets(content: bytes, name: str) -> dict[str, list[Row]]:
+def open_document_sheets(content: bytes, name: str) -> dict[str, list[TypedRow]]:
     """Rows by name of the sheet, the filled ones. Raises UserError."""
     try:
         import odf  # noqa: F401
@@ -197,11 +191,8 @@ def open_document_sheets(content: bytes, name: str) -> dict[str, list[Row]]:
         raise UserError(
             f"{name} cannot be read as an OpenDocument file ({problem}): save it as .xlsx or CSV."
         ) from None
-    made = {
-        str(title): [(i, [text_of(v) for v in row]) for i, row in enumerate(sheet.to_numpy().tolist(), start=1)]
-        for title, sheet in sheets.items()
-    }
-    return {title: rows for title, rows in made.items() if any(any(cells) for _, cells in rows)}
+    made = {str(title): list(enumerate(sheet.to_numpy().tolist(), start=1)) for title, sheet in sheets.items()}
+    return {title: rows for title, rows in made.items() if any(text_of(v) for _, cells in rows for v in cells)}
 
 
 def open_document_grid(content: bytes, name: str, reading: Reading) -> Grid:
@@ -214,11 +205,11 @@ def open_document_grid(content: bytes, name: str, reading: Reading) -> Grid:
     if reading.sheet is None and len(sheets) > 1:
         shown = ", ".join(map(repr, sheets))
         raise UserError(f"{name} has {len(sheets)} sheets ({shown}): choose one with read: {{sheet: …}}.")
-    rows = sheets[reading.sheet or next(iter(sheets))]
-    return Grid(name, [(line, cells) for line, cells in rows if any(cells)])
+    rows, texts, notes = as_text(sheets[reading.sheet or next(iter(sheets))], name, reading)
+    return Grid(name, [(line, cells) for line, cells in rows if any(cells)], notes=notes, texts=texts)
 
 
-def parquet_grid(content: bytes, name: str) -> Grid:
+def parquet_grid(content: bytes, name: str, reading: Reading) -> Grid:
     """The columns of a Parquet file. Raises UserError."""
     try:
         import pyarrow as pa
@@ -230,8 +221,32 @@ def parquet_grid(content: bytes, name: str) -> Grid:
         columns = [table.column(i).to_pylist() for i in range(table.num_columns)]
     except (pa.ArrowException, OSError, ValueError) as problem:
         raise UserError(f"{name} cannot be read as Parquet ({str(problem)[:100]}): export the table as CSV.") from None
-    rows = [(i, [text_of(v) for v in row]) for i, row in enumerate(zip(*columns, strict=True), start=2)]
-    return Grid(name, [(1, [str(title) for title in table.column_names]), *rows])
+    rows, texts, notes = as_text(list(enumerate(zip(*columns, strict=True), start=2)), name, reading)
+    return Grid(name, [(1, [str(title) for title in table.column_names]), *rows], notes=notes, texts=texts)
+
+
+def as_text(rows: Sequence[TypedRow], name: str, reading: Reading) -> tuple[list[Row], frozenset[str], list[str]]:
+    """Rows of typed cells as texts, which of them were texts, and a note on those that are read as numbers all the
+    same: with a decimal comma, or as `reading` says."""
+    said = reading.decimal or reading.thousands
+    style = Style(reading.decimal or ".", reading.thousands or "") if said else None
+    made: list[Row] = []
+    texts: set[str] = set()
+    read: list[tuple[int, str, str]] = []
+    for line, values in rows:
+        cells = [text_of(value) for value in values]
+        for place in (i for i, value in enumerate(values) if isinstance(value, str)):
+            number = typed_number(cells[place], style)
+            if number is not None and number != cells[place]:
+                read.append((line, cells[place], number))
+                cells[place] = number
+            texts.add(cells[place])
+        made.append((line, cells))
+    if not read:
+        return made, frozenset(texts), []
+    line, cell, number = read[0]
+    many = f"{len(read)} cells of text were read as numbers" if read[1:] else "a cell of text was read as a number"
+    return made, frozenset(texts), [f"{name}: {many} (line {line}: {cell!r} is {number})."]
 
 
 def text_of(value: Any) -> str:

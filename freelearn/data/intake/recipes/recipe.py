@@ -9,9 +9,10 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Reading:
-    """All of it may be left out. sheet: of a workbook. variables: of a MATLAB file, columns or one matrix. encoding and
-    separator: of text. decimal, thousands: how numbers are written. header: its line in the file. names: of the columns
-    of a file without a header. units_row: whether the row below the header says units."""
+    """All of it may be left out. sheet: of a workbook; of a MATLAB file a structure. variables: of a MATLAB file,
+    columns or one matrix. encoding and separator: of text. decimal, thousands: how numbers are written. header: its
+    line in the file. names: of the columns of a file without a header. units_row: whether the row below the header
+    says units."""
 
     sheet: str | None = None
     variables: tuple[str, ...] = ()
