@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 from linear_bed import NOISE, TRUE, bench, jacobian
-from nightly import chosen
+from nightly import chosen, usually
 from scipy.stats import multivariate_normal
 from torch import Tensor
 
@@ -79,7 +79,7 @@ def looked_at(question) -> Hypotheses:
     return found
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", usually(0, nightly=[1, 2]))
 def test_two_effects_that_cancel_are_found_together(seed):
     """3 N each, which leave 0.3 N; alone either takes a four-hundredth of what both take of χ²: 0.0025 × 300 / 2."""
     made = bench(seed, **HOW, extra=hidden(3.0))
@@ -161,7 +161,7 @@ def outside(size):
 OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families() and effect.port != "history"]
 
 
-@pytest.mark.parametrize("size", [3, 10, 30])
+@pytest.mark.parametrize("size", usually(3, 30, nightly=[10]))
 def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
     for seed in chosen(range(2), 1):
         findings = search(bench(seed, extra=outside(size)).question(OWN))

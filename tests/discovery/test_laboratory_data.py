@@ -1,9 +1,11 @@
 """The search on data as laboratories have them: slips, heavy tails, growing noise, accuracies that are misstated."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import torch
-from nightly import usually
+from nightly import chosen, usually
 from scipy import stats
 
 from freelearn.data.accuracy import PAPER, Accuracy
@@ -25,7 +27,7 @@ FRICTION = {"friction_hysteresis": {"force": 0.3, "moment": 0.01}}
 CLAMPS = {"end_clamps": {"clamp_length": 4e-3}}
 BEHAVIORS = {"heavy": {"tails": 4.0}, "growing": {"growth": 2.0}, "heavy, slipped": {"tails": 4.0, "slipped": 0.03}}
 HIDDEN = {"nothing": {}, "friction": FRICTION, "clamps": CLAMPS}
-# Ten searches each, of which these meet every behavior of noise.
+# Several searches each, of which these meet every behavior of noise.
 QUICK = {("friction", "heavy, slipped"), ("clamps", "growing")}
 
 
@@ -47,6 +49,12 @@ def searched(table, stated=1.0, without=()):
     return search(Question(build, LIBRARY, rows[torch.as_tensor(place)], like, 0)), place
 
 
+@cache
+def undisturbed(seed, hidden):
+    """What is found in a bed's readings as they are, with the accuracy that they have."""
+    return searched(laboratory(seed, HIDDEN[hidden]).table)[0]
+
+
 def answer(findings):
     return findings.verdict, findings.effects, [set(members) for members in findings.classes]
 
@@ -60,7 +68,7 @@ def most(chance, of):
 @pytest.mark.parametrize("seed", usually(1, nightly=[2]))
 def test_slipped_readings_change_no_answer_and_neither_does_leaving_them_out(hidden, seed):
     slipped = laboratory(seed, HIDDEN[hidden], slipped=0.03, kinds=tuple(KINDS))
-    right, _ = searched(laboratory(seed, HIDDEN[hidden]).table)
+    right = undisturbed(seed, hidden)
     found, place = searched(slipped.table)
     assert right.effects == list(HIDDEN[hidden])
     assert answer(found) == answer(right)
@@ -84,7 +92,8 @@ def test_slipped_readings_change_no_answer_and_neither_does_leaving_them_out(hid
 def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed):
     extra = outside("cogging", 8.0) if hidden == "outside" else None
     table = laboratory(seed, HIDDEN.get(hidden), extra).table
-    told, low, high = (answer(searched(table, factor)[0]) for factor in (1.0, 1 / 3, 3.0))
+    told = answer(searched(table)[0] if extra else undisturbed(seed, hidden))
+    low, high = (answer(searched(table, factor)[0]) for factor in (1 / 3, 3.0))
     assert told == low == high
     assert told[0] == {"nothing": "adequate", "outside": "proposed"}.get(hidden, "named")
 
@@ -92,9 +101,9 @@ def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed)
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", usually("heavy, slipped", nightly=["heavy", "growing"]))
 def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
-    found = [searched(laboratory(seed, **BEHAVIORS[noise]).table)[0] for seed in range(20)]
+    found = [searched(laboratory(seed, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(20), 6)]
     # An effect is named by chance, or a complete model called incomplete.
-    assert sum(f.verdict != "adequate" for f in found) <= most(CHANCE + ALPHA_STRUCTURE, 20)
+    assert sum(f.verdict != "adequate" for f in found) <= most(CHANCE + ALPHA_STRUCTURE, len(found))
 
 
 @pytest.mark.slow
@@ -107,13 +116,14 @@ def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
     ],
 )
 def test_what_is_missing_is_named_however_noise_behaves(effects, noise):
-    """Ten noises of a bed: a second effect is added by chance with the share that it is found where there is none."""
-    found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in range(10)]
+    """Noises of a bed: a second effect is added by chance with the share that it is found where there is none."""
+    found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(10), 4)]
     assert all(set(effects) <= set(f.effects) for f in found)
-    assert sum(f.verdict != "named" or f.effects != list(effects) for f in found) <= most(CHANCE + ALPHA_STRUCTURE, 10)
+    wrong = sum(f.verdict != "named" or f.effects != list(effects) for f in found)
+    assert wrong <= most(CHANCE + ALPHA_STRUCTURE, len(found))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", usually(1, nightly=[2, 3]))
 def test_three_effects_at_once_are_found_through_slips(seed):
     three = FRICTION | CLAMPS | {"force_offset": {"force": 0.5}}
     found, _ = searched(laboratory(seed, three, slipped=0.02).table)

@@ -135,6 +135,11 @@ def faults(page):
     return [(v["id"], [n["html"] for n in v["nodes"]]) for v in found if v["impact"] in ("serious", "critical")]
 
 
+def drawn(page):
+    """Waits for two frames: what is drawn has its names within the next one."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def folder(work, tab):
     return work / "sessions" / re.search(r"session=([0-9a-f]+)", tab.url).group(1)
 
@@ -313,7 +318,7 @@ def test_nothing_is_cut_at_any_width(browser, copied):
         texts = page.locator("p:visible, td:visible, label:visible, h2:visible").all()
         assert not [text.inner_text() for text in texts if text.evaluate(cut)]
         assert "invert" in page.evaluate("getComputedStyle(document.documentElement).filter")
-        page.wait_for_timeout(1200)  # what was drawn last has its names within a second
+        drawn(page)
         assert not faults(page)
     (report,) = session.glob("train_*/report.html")
     page.goto(report.as_uri())
@@ -502,8 +507,8 @@ def test_every_tab_is_turned_with_the_keyboard_and_can_be_used_by_everybody(tab,
     for name in names[1:]:
         tab.keyboard.press("ArrowRight")
         tab.keyboard.press("Enter")
-        tab.wait_for_timeout(1300)  # what was drawn last has its names within a second
-        assert tab.get_by_role("tab", selected=True).inner_text() == name
+        expect(tab.get_by_role("tab", selected=True)).to_have_text(name)
+        drawn(tab)
         assert not faults(tab), name
 
 
