@@ -192,10 +192,15 @@ def test_a_file_that_is_larger_than_the_page_takes_is_refused_with_the_limit_and
             await tab.drop(place, name="big.csv", data=piece, chunk=chunk, total_chunks=100, type="text/csv")
         said = await tab.hear("more than the page takes", 90)
         await tab.close()
-        return said, server.memory - before
+        # What the socket still holds of the rest is read first, and goes.
+        for _ in range(60):
+            if (grown := server.memory - before) < 150:
+                break
+            await asyncio.sleep(0.5)
+        return said, grown
 
     said, grown = waited(dropped())
     assert "64 MB" in said
-    # Of 200 MB the 67 until the limit is passed, in pieces and whole, and what the socket holds.
-    assert grown < 250
+    # Of 200 MB not even the 67 until the limit is passed, in pieces and whole.
+    assert grown < 150
     assert not [p for p in server.folder.rglob("measurements_*") if p.stat().st_size > 2**20]

@@ -37,7 +37,8 @@ class Aside(Part):
         super().__init__(session)
         self.asking = pn.Column()
         self.go = pn.widgets.Button(name=label, button_type="primary", width=220)
-        self.go.on_click(lambda _: self.asked())
+        # A message to the page's socket clicks what no mouse could.
+        self.go.on_click(lambda _: None if self.go.disabled else self.asked())
         self.wrong, self.said, self.answer, self.lines = words(), words(), words(), words()
         self.save = download(f"Save {self.file}", 220, self.file)
         self.view = pn.Column(
