@@ -28,7 +28,8 @@ from freelearn.workbench.state.session import Sessions
 # What a keyboard and a screen reader need of Bokeh's own widgets and do not find: names, and tabs that are some.
 
 # What is drawn later has to be named too, within the frame in which it is drawn: looking through the page takes a
-# millisecond. An observer does not see into the shadow of a widget, so each shadow has itself observed.
+# millisecond. An observer does not see into the shadow of a widget, so each shadow has itself observed; one that is
+# attached to what stands already is seen within a second.
 _CODE = """
 const named = {".noUi-handle": "kinematic state", ".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
 let waiting = false;

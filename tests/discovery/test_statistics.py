@@ -72,7 +72,7 @@ def test_every_part_left_out_is_a_fit_of_its_own():
     rows, whiten = prepared.rows, noise.whitener()
     parts = [rows.state % 4 == number for number in range(4)]
     found = left_out(fit, rows, whiten, parts)
-    raw = unseen(fit, rows, found.vectors, rows.state % 4)
+    raw = unseen(fit, rows, whiten, rows.state % 4)
     for part, vector, chi2 in zip(parts, found.vectors, found.chi2, strict=True):
         with torch.no_grad():
             here = fit.model(rows.states, fit.model.physical(vector)).loads - rows.loads

@@ -64,11 +64,20 @@ def held_out(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray, grou
     if len(np.unique(group)) == 1:
         # Of one state its runs are what there is to compare by.
         group = fold
-    numbers, part = np.unique(fold, return_inverse=True)
-    raw = unseen(fit, rows, left_out(fit, rows, whiten, [fold == number for number in numbers]).vectors, part)
+    raw = unseen(fit, rows, whiten, fold)
     white = whiten(raw)
     _, member = np.unique(group, return_inverse=True)
     return HeldOut(white, raw, np.bincount(member, weights=white.square().sum(-1).numpy()))
+
+
+def unseen(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray) -> Tensor:
+    """Residuals (N, 2) of each fold (N,) by a fit to the others."""
+    numbers, part = np.unique(fold, return_inverse=True)
+    vectors = left_out(fit, rows, whiten, [fold == number for number in numbers]).vectors
+    # From no equilibrium that was found on the way there: resumed searches have not gone it.
+    problem = Problem(fit.model, rows, ONE)
+    with torch.no_grad():
+        return problem.residual_by_part(vectors, torch.as_tensor(part)).reshape(len(rows), 2)
 
 
 @dataclass(frozen=True)
@@ -78,14 +87,6 @@ class Refits:
 
     vectors: Tensor
     chi2: Tensor
-
-
-def unseen(fit: WhiteFit, rows: Rows, vectors: Tensor, part: np.ndarray) -> Tensor:
-    """Residuals (N, 2) of every row by the raw vector (parts, p) of the part that it belongs to, (N,) int."""
-    # From no equilibrium that was found on the way there: resumed searches have not gone it.
-    problem = Problem(fit.model, rows, ONE)
-    with torch.no_grad():
-        return problem.residual_by_part(vectors, torch.as_tensor(part)).reshape(len(rows), 2)
 
 
 def left_out(fit: WhiteFit, rows: Rows, whiten: Whitener, parts: Sequence[np.ndarray]) -> Refits:
@@ -119,7 +120,8 @@ def _sought(problem: WhiteProblem, fit: WhiteFit, stays: Tensor) -> tuple[Tensor
     that they no longer hold: most parts of the rows move the parameters by a fraction of their errors.
     """
     bounds = problem.problem.model.raw_bounds()
-    residual, jacobian = problem.whitened(fit.vector, fit.raw_residual, fit.raw_jacobian)
+    white = problem.whiten(fit.raw_residual), problem.whiten(fit.raw_jacobian)
+    residual, jacobian = problem.with_prior(fit.vector, *white)
     at, left = fit.vector.expand(len(stays), -1).clone(), residual * stays
     rates, active = jacobian * stays[:, :, None], torch.arange(len(stays))
     for number in range(STEPS):

@@ -135,13 +135,13 @@ class WhiteProblem:
         white = torch.stack([self.whiten(j.reshape(*self.shape, -1)).flatten(0, 1) for j in raw])
         return white if self.root is None else torch.cat([white, self.root.expand(len(white), -1, -1)], dim=1)
 
-    def whitened(self, vector: Tensor, raw: Tensor, raw_jacobian: Tensor) -> tuple[Tensor, Tensor]:
-        """Residuals (2N,) or (2N + p,) and their derivatives by the vector (p,), of known raw ones (N, 2) and (N, 2, p)
-        there."""
-        residual, jacobian = self.whiten(raw).reshape(-1), self.whiten(raw_jacobian).flatten(0, 1)
+    def with_prior(self, vector: Tensor, residual: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
+        """Whitened residuals (N, 2) and derivatives (N, 2, p) at a vector (p,) as residuals and jacobians have them:
+        (2N,) and (2N, p), what is known beforehand below them."""
+        flat, columns = residual.reshape(-1), jacobian.flatten(0, 1)
         if self.prior is None or self.root is None:
-            return residual, jacobian
-        return torch.cat([residual, self.root @ (vector - self.prior.middle)]), torch.cat([jacobian, self.root])
+            return flat, columns
+        return torch.cat([flat, self.root @ (vector - self.prior.middle)]), torch.cat([columns, self.root])
 
     def raw_jacobian(self, vector: Tensor) -> Tensor:
         """∂loads/∂vector at one vector (p,), not whitened: (N, 2, p)."""
@@ -273,7 +273,7 @@ def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: 
         raw = problem.problem.residual(vector).reshape(shape)
     residual, jacobian = whiten(raw), whiten(raw_jacobian)
     converged = status.converged or (
-        status != Termination.INVALID_START and _settled(problem, raw, raw_jacobian, vector)
+        status != Termination.INVALID_START and _settled(problem, residual, jacobian, vector)
     )
     shown, prior = problem.problem.readings(vector), problem.prior
     near = problem.problem.states.near
@@ -282,8 +282,8 @@ def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: 
     )
 
 
-def _settled(problem: WhiteProblem, raw: Tensor, raw_jacobian: Tensor, vector: Tensor) -> bool:
-    flat, columns = problem.whitened(vector, raw, raw_jacobian)
+def _settled(problem: WhiteProblem, residual: Tensor, jacobian: Tensor, vector: Tensor) -> bool:
+    flat, columns = problem.with_prior(vector, residual, jacobian)
     promised = promise(flat, columns, vector, *problem.problem.model.raw_bounds())
     return promised <= PROMISE * max(1.0, float(flat.square().mean()))
 

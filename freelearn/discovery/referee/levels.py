@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.discovery.fits.left_out import left_out, unseen
+from freelearn.discovery.fits.left_out import unseen
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.shapes import imposed
 from freelearn.discovery.referee.black_box import levels
@@ -91,11 +91,11 @@ def _thirds(case: Case) -> dict[str, np.ndarray]:
 def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     numbers = np.unique(fold)
     parts = [fold == number for number in numbers]
-    raw = _raw(case, case.fit, parts)
+    raw = _raw(case, case.fit, fold)
     cubic = _cubic(case, parts)
     if raw is None:
         return None
-    plain = None if case.plain is None else _raw(case, case.plain, parts)
+    plain = None if case.plain is None else _raw(case, case.plain, fold)
     each = []
     every = torch.ones(len(case.rows), dtype=torch.bool)
     shares, counts = 0.0, 0
@@ -110,10 +110,9 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     )  # fmt: skip
 
 
-def _raw(case: Case, fit: WhiteFit, parts: Sequence[np.ndarray]) -> Tensor | None:
-    """Residuals (N, 2) of each part by a fit to the others."""
-    vectors = left_out(fit, case.rows, case.whiten, parts).vectors
-    raw = unseen(fit, case.rows, vectors, np.argmax(parts, axis=0))
+def _raw(case: Case, fit: WhiteFit, fold: np.ndarray) -> Tensor | None:
+    """Residuals (N, 2) of each fold (N,) by a fit to the others; None where some have no answer."""
+    raw = unseen(fit, case.rows, case.whiten, fold)
     return raw if bool(raw.isfinite().all()) else None
 
 

@@ -59,17 +59,17 @@ def guess_and_table(
     if len(names) < 2:
         raw = raw_table(content, name)
         found = guess_table(raw)
-        others: list[tuple[str, RawTable]] = []
+        others: list[_Sheet] = []
     else:
-        tables, unread = _tables(content, name, names)
-        readings = {one: _readings(guess_table(table)) for one, table in tables}
+        tables, unread = _sheets(content, name, tuple(names))
+        readings = {one.name: _readings(one.found) for one in tables}
         sheet = wanted if wanted in readings else max(readings, key=lambda one: readings[one])
-        raw = dict(tables)[sheet]
-        others = [one for one in tables if one[0] != sheet]
+        (chosen,) = (one for one in tables if one.name == sheet)
+        raw, found = chosen.table, chosen.found
+        others = [one for one in tables if one is not chosen]
         alike = [one for one in readings if readings[one][0] == readings[sheet][0] >= LEAST_READINGS]
         which = "sheets" if content.startswith(b"PK") else "parts"
         note = f"{name} has the {which} {', '.join(map(repr, names))}; {sheet!r} was read."
-        found = guess_table(raw)
         if unread and _readings(found)[0] < LEAST_READINGS:
             # The readings may stand where nothing could be read.
             raise unread[0]
@@ -85,7 +85,7 @@ def guess_and_table(
                 "and columns of the design with their units."
             )
     else:
-        made = (_joined(found, raw, table, "", sheet) for sheet, table in others)
+        made = (_joined(found, raw, one.table, "", one.name) for one in others)
         joined = next((one for one in made if one is not None), None)
     return found, joined, raw
 
@@ -99,12 +99,24 @@ def _told(content: bytes, name: str, sheets: Sequence[str], sheet: str) -> list[
     return told
 
 
-def _tables(content: bytes, name: str, sheets: Sequence[str]) -> tuple[list[tuple[str, RawTable]], Sequence[UserError]]:
-    """The sheets that hold tables, and why others cannot be read. Raises UserError where none can."""
+@dataclass(frozen=True)
+class _Sheet:
+    """One that holds a table, and the guess at it."""
+
+    name: str
+    table: RawTable
+    found: Guess
+
+
+@lru_cache(maxsize=1)
+def _sheets(content: bytes, name: str, sheets: tuple[str, ...]) -> tuple[list[_Sheet], list[UserError]]:
+    """The sheets that hold tables, and why others cannot be read; read once for all that is asked of one file. Raises
+    UserError where none can."""
     tables, unread = [], []
     for sheet in sheets:
         try:
-            tables.append((sheet, raw_table(content, name, Reading(sheet=sheet))))
+            table = raw_table(content, name, Reading(sheet=sheet))
+            tables.append(_Sheet(sheet, table, guess_table(table)))
         except NoTable:
             pass
         except UserError as problem:
