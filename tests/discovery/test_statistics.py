@@ -22,6 +22,7 @@ from freelearn.discovery.residuals.failures import failures, inputs_of, split_er
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
 from freelearn.discovery.residuals.residual_summary import summarize_residuals
+from freelearn.physics.chain import chain
 from freelearn.physics.models.build import build_model
 
 
@@ -66,8 +67,11 @@ def test_held_out_residuals_are_those_of_refits_without_the_fold():
     assert len(found.loss) == len(np.unique(rows.state))
 
 
-def test_every_part_left_out_is_a_fit_of_its_own():
-    """Of the continuum, whose loads bend with its parameters, beside a fit to the rows that stay."""
+@pytest.mark.parametrize("block", [chain.BLOCK, 100])
+def test_every_part_left_out_is_a_fit_of_its_own(block, monkeypatch):
+    """Of the continuum, whose loads bend with its parameters, beside a fit to the rows that stay; of more rows than are
+    evaluated at once too."""
+    monkeypatch.setattr(chain, "BLOCK", block)
     prepared, fit, noise = prepare(question_of({}))
     rows, whiten = prepared.rows, noise.whitener()
     parts = [rows.state % 4 == number for number in range(4)]

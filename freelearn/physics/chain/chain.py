@@ -76,10 +76,11 @@ class Chain(RawVector):
         return [effect for effect in self.effects if isinstance(effect, base)]
 
     def forward(self, states: States, values: Values | None = None) -> Prediction:
-        """Loads of N states: States → loads (N, 2) N, N·m and status (N,)."""
+        """Loads of N states: States → loads (N, 2) N, N·m and status (N,). values: may differ from row to row."""
         values = self.values() if values is None else values
         if len(states) > BLOCK and not self.remembers(states):
-            blocks = [self.chain(states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)]
+            some = [slice(i, i + BLOCK) for i in range(0, len(states), BLOCK)]
+            blocks = [self.chain(states[rows], self.rows_of(values, rows)) for rows in some]
             return Prediction(torch.cat([b.loads for b in blocks]), torch.cat([b.status for b in blocks]))
         return self.chain(states, values)
 

@@ -147,8 +147,9 @@ class RawVector(nn.Module):
             values[name] = p.to_physical(raw)
         return values
 
-    def rows_of(self, values: Values, rows: Tensor) -> Values:
-        """Values for some rows: those that differ from row to row are picked, the others kept. rows: (n,) int64."""
+    def rows_of(self, values: Values, rows: Tensor | slice) -> Values:
+        """Values for some rows: those that differ from row to row are picked, the others kept. rows: (n,) int64, or a
+        slice."""
         return {
             name: value[rows] if value.ndim > len(self.weights.get(name, ())) else value
             for name, value in values.items()
