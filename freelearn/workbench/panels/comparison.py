@@ -14,8 +14,8 @@ from freelearn.queries.curves.curve_panels import panels_of
 from freelearn.queries.curves.shown_states import place_text
 from freelearn.report.html.curve_charts import CurveCharts, Drawing
 from freelearn.report.html.residual_charts import ResidualCharts, scales
-from freelearn.workbench.panels.widgets import Tick, beside, steady, wide
-from freelearn.workbench.state.fitted import Fitted, fitted, written
+from freelearn.workbench.panels.widgets import Tick, beside, share, steady, together, wide
+from freelearn.workbench.state.fitted import Fitted, of_run
 from freelearn.workbench.state.session import Session
 
 # Drawings of the states that the slider has been on, and of those that it comes to next.
@@ -88,8 +88,8 @@ class Comparison:
         self.ahead = Ahead(self._drawing)
         # What each panel's legend names: of this sample all that was drawn, for each change of it is a layout anew.
         self.named: dict[int, set[str]] = {}
-        # Beside each other, as many as there is room for.
-        self.charts = beside()
+        self.curve_group, self.map_group = beside(), beside()
+        self.charts = together(self.curve_group, self.map_group)
         self.curve_panes, self.map_panes = list[pn.pane.Bokeh](), list[pn.pane.Bokeh]()
         self._place_curves()
         self._place_maps()
@@ -109,7 +109,7 @@ class Comparison:
         for panel in self.curves.panels:
             steady(panel)
         self.curve_panes = [wide(panel) for panel in self.curves.panels]
-        self.charts.objects = [*self.curve_panes, *self.map_panes]
+        share(self.curve_group, self.curve_panes)
 
     def _place_maps(self) -> None:
         self.maps.source.selected.on_change("indices", self._tapped)
@@ -117,12 +117,12 @@ class Comparison:
             # The longest is that of an outer diameter.
             panel.title.text_font_size = SMALL
         self.map_panes = [wide(panel) for panel in self.maps.panels]
-        self.charts.objects = [*self.curve_panes, *self.map_panes]
+        share(self.map_group, self.map_panes)
 
     def refresh(self) -> None:
         """Shows the latest run, and the first one that it can be compared with."""
         runs = self.session.comparable()
-        self.first, self.now = self._fitted(runs[0]), self._fitted(runs[-1])
+        self.first, self.now = of_run(self.session, runs[0]), of_run(self.session, runs[-1])
         samples = [int(n) for n in np.unique(self.now.table["sample"])]
         if self.sample.options != samples:
             own = samples_of(runs[-1]["question"].train, self.now.table["sample"].to_numpy())
@@ -136,10 +136,6 @@ class Comparison:
         if self.drawn_banded != self.session.banded:
             self._forget()
             self._draw_curves()
-
-    def _fitted(self, run: dict[str, Any]) -> Fitted:
-        folder = self.session.folder / run["folder"]
-        return fitted(folder, written(folder), run["question"].own)
 
     def _forget(self) -> None:
         """Of what was drawn nothing holds any more."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -14,12 +14,15 @@ from freelearn.physics.effects.registry import EFFECTS
 from freelearn.report.tables.discovery_tables import next_state_lines
 from freelearn.report.tables.ranking_tables import ranking_numbers
 from freelearn.workbench.panels.widgets import Part, heading, say, words
+from freelearn.workbench.state.fitted import of_run
 from freelearn.workbench.state.question import as_on_the_page
 from freelearn.workbench.state.session import Session
 from freelearn.workbench.state.session_store import NO_HINT
 
 MOST_STATES = 3
 NOWHERE = "No region stands out."
+# Of effects of the history a search of other tables says nothing.
+ONLY_LOGS = "only a log tells of them, a table with time_s and run"
 # Reasons are long: they go on below.
 WRAPPED = "label { white-space: normal; overflow-wrap: anywhere; } .bk-input-group { flex-wrap: nowrap; }"
 
@@ -66,15 +69,16 @@ class Effects(Part):
         none = "It errs by no more than measuring alone does." if about.get("as_good_as_noise") else none
         say(self.where, [f"• {line}" for line in lines] or [none], "" if lines else "quiet")
         self._rankings(search)
-        options = self._labels(search)
-        reasons = _untestable(search, self.ranking.value or 0, chosen=set(options.values())) if search else []
+        told, untold = self._testable(search)
+        options = self._labels(search, told)
+        reasons = _untestable(untold, chosen=set(options.values())) if runs or search else []
         say(self.reasons, reasons)
         self.untold.visible = bool(reasons)
         self._hinted(search)
         chosen = [e for e in self.session.question.effects if e in options.values()]
         # What is in the model is not absent.
         question = self.session.question
-        others = [name for name in _told(question.bed) if name not in question.effects]
+        others = sorted({*told, *question.ruled_out} - {*question.effects})
         absent = [name for name in question.ruled_out if name in others]
         with self.shown():
             self.boxes.param.update(options=options, value=chosen, disabled=self.session.busy)
@@ -102,13 +106,27 @@ class Effects(Part):
             hints.append(f"remaining misfit, a hint only: {search['remainder']['hint']}")
         say(self.hints, [as_on_the_page(hint) for hint in (*hints, *search["notes"])])
 
-    def _labels(self, search: dict[str, Any] | None) -> dict[str, str]:
-        """Every effect by what its box says: when to suspect it, or after a search the evidence."""
-        known = (
-            _ranked(search, self.ranking.value or 0)
-            if search
-            else {_hint(name): name for name in _told(self.session.question.bed)}
-        )
+    @property
+    def step(self) -> int:
+        """The step of the search whose ranking is shown."""
+        return int(self.ranking.value or 0)
+
+    def _testable(self, search: dict[str, Any] | None) -> tuple[Sequence[str], Mapping[str, str]]:
+        """The effects that the rows can tell of, and why not of others: as the search says, or as it would."""
+        runs = self.session.comparable()
+        if search:
+            here = [c for c in search["candidates"] if c["step"] in (None, self.step)]
+            return [c["effect"] for c in here if c["status"] == "tested"], {c["effect"]: c["reason"] for c in here}
+        return of_run(self.session, runs[-1]).testable if runs else (_told(self.session.question.bed), {})
+
+    def _labels(self, search: dict[str, Any] | None, told: Sequence[str]) -> dict[str, str]:
+        """Every effect by what its box says: when to suspect it, or after a search the evidence. told: those that the
+        rows can tell of."""
+        if search:
+            known = _ranked(search, self.step)
+        else:
+            chosen = [name for name in self.session.question.effects if name in EFFECTS]
+            known = {_hint(name): name for name in sorted({*told, *chosen})}
         added = self.session.added.items()
         own = {f"{name}: written by a search, {about['formula']}": name for name, about in added}
         return {label: name for label, name in own.items() if name not in known.values()} | known
@@ -163,8 +181,13 @@ def _ranked(search: dict[str, Any], step: int) -> dict[str, str]:
     return labels
 
 
-def _untestable(search: dict[str, Any], step: int, chosen: set[str]) -> list[str]:
-    """Why the rows cannot tell of the other effects."""
-    reasons = {c["effect"]: c["reason"] for c in search["candidates"] if c["step"] in (None, step)}
-    others = [name for name in sorted({*EFFECTS, *reasons}) if name not in chosen]
-    return [f"{name}: {reasons.get(name, 'no candidate of this table')}" for name in others]
+def _untestable(reasons: Mapping[str, str], chosen: set[str]) -> list[str]:
+    """Why the rows cannot tell of the effects that are not among those chosen; each reason once."""
+    alike: dict[str, list[str]] = {}
+    for name in sorted({*EFFECTS, *reasons} - chosen):
+        alike.setdefault(reasons.get(name, _unsaid(name)), []).append(name)
+    return [f"{', '.join(names)}: {reason}" for reason, names in alike.items()]
+
+
+def _unsaid(name: str) -> str:
+    return ONLY_LOGS if EFFECTS[name].port == "history" else "no candidate of this table"

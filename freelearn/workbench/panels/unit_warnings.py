@@ -73,7 +73,10 @@ def _counts(name: str, table: dict[str, Any]) -> str:
     if table["usable"] < table["rows"]:
         parts.append(f"{table['usable']} of them {'usable' if left_out else 'un-buckled'}")
     parts += [f"{left_out} marked to be left out"] if left_out else []
-    parts += [_many(table["samples"], "sample"), _many(table["states"], "kinematic state")]
+    # A recording is what a kinematic state is elsewhere. A session of former times does not say which they are.
+    recordings = table.get("recordings", 0)
+    states = _many(recordings, "recording") if recordings else _many(table["states"], "kinematic state")
+    parts += [_many(table["samples"], "sample"), states]
     parts += [f"{table['members']} actuators on one end block"] if table.get("members") else []
     return f"{name}: {', '.join(parts)}"
 

@@ -135,6 +135,19 @@ def beside(*parts: Any, columns: str = f"repeat(auto-fit, minmax({NARROWEST}px, 
     return pn.FlexBox(*parts, sizing_mode="stretch_width", stylesheets=[grid])
 
 
+def together(*groups: pn.FlexBox) -> pn.FlexBox:
+    """Groups of charts in one line where all of them have room, else in a line for each group: none has a chart that
+    stands alone because another group's took its place."""
+    wrapped = "div[id^=flexbox] { display: flex !important; flex-wrap: wrap; align-items: flex-start; }"
+    return pn.FlexBox(*groups, sizing_mode="stretch_width", stylesheets=[wrapped])
+
+
+def share(group: pn.FlexBox, charts: Sequence[Any]) -> None:
+    """Puts charts into a group of `together`, with room for all of them in a line where the page has it."""
+    group.styles = {"flex": f"{max(len(charts), 1)} 1 {NARROWEST * len(charts)}px", "min-width": "0"}
+    group.objects = list(charts)
+
+
 # Places to drop a file, and buttons that give one.
 
 log = logging.getLogger(__name__)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,9 @@ from freelearn.api.fitted_run import FittedRun
 from freelearn.common.errors import UserError
 from freelearn.data.beds import Quantity, bed_of
 from freelearn.data.columns import usable_rows
+from freelearn.data.rows import Readings, Rows
 from freelearn.data.states import States, kinematic_state
+from freelearn.discovery.search.testable import candidates
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import usable
 from freelearn.physics.effects.registry import lent
@@ -26,6 +29,7 @@ from freelearn.queries.curves.shown_states import ROWS_FOR_A_CURVE, fields, plac
 from freelearn.queries.inverse.bands import Bands
 from freelearn.report.tables.residual_tables import residual_table
 from freelearn.workbench.state.proposed import proposed
+from freelearn.workbench.state.session_store import SessionStore
 
 
 class Fitted:
@@ -44,7 +48,7 @@ class Fitted:
         self.table = pd.read_csv(own_run if own_run.exists() else folder / "predictions_after.csv")
         self.states = States.from_table(self.table)
         self.usable, self.taut = usable_rows(self.table), taut_rows(self.table)
-        state = kinematic_state(self.table)
+        self.state = state = kinematic_state(self.table)
         self.curve = curves_of(self.table, state)
         first = np.unique(self.curve, return_index=True)[1]
         self.place = places(self.table).iloc[state[first]].set_index(np.arange(len(first)))
@@ -84,6 +88,16 @@ class Fitted:
         return int(size.reindex(enough).fillna(0.0).idxmax())
 
     @cached_property
+    def testable(self) -> tuple[list[str], dict[str, str]]:
+        """The effects that a search of these rows would try, and of others why it would not; nothing is said of what
+        no table without recordings has."""
+        rows = Rows(self.states, Readings.from_table(self.table), self.state)
+        names, others = candidates(
+            self.model, (), self.table.columns, rows[torch.as_tensor(np.flatnonzero(self.usable))]
+        )
+        return names, {other["effect"]: other["reason"] for other in others}
+
+    @cached_property
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from the model; None where no row tells it."""
         with lent(self.own):
@@ -101,6 +115,12 @@ class Fitted:
 def fitted(folder: Path, written: float, own: tuple[str, ...] = ()) -> Fitted:
     """written: when the run was, so that a newer one in the same folder is read anew."""
     return Fitted(folder, own)
+
+
+def of_run(session: SessionStore, run: Mapping[str, Any]) -> Fitted:
+    """A run that the session lists."""
+    folder = session.folder / run["folder"]
+    return fitted(folder, written(folder), run["question"].own)
 
 
 def written(folder: Path) -> float:

@@ -29,6 +29,7 @@ from freelearn.common.files import missing_file, write_text
 from freelearn.data.beds import BEDS, INFLATION, bed_of
 from freelearn.data.columns import Columns, left_out_rows, members_in, usable_rows
 from freelearn.data.intake.guesses.joined import Guessed, guess_and_table
+from freelearn.data.logs import is_log, run_numbers
 from freelearn.data.sets import set_names, split_rows
 from freelearn.data.states import kinematic_state
 from freelearn.data.table.faults import TableError
@@ -139,6 +140,7 @@ def _about(loaded: LoadedTable) -> dict[str, Any]:
         "left_out": int(left_out_rows(table).sum()),
         "samples": int(table["sample"].nunique()),
         "states": int(kinematic_state(table).max()) + 1,
+        "recordings": int(run_numbers(table).max()) + 1 if is_log(table) else 0,
         "bed": bed_of(table).name,
         "members": len(members_in(table.columns)),
         # A set of one or two kinematic states has none to hold out.
