@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 
+from freelearn.cli.command_line import called
 from freelearn.cli.command_names import COMMANDS
 from freelearn.common.package import VERSION
 
@@ -21,7 +22,7 @@ def main() -> None:
     if name not in COMMANDS:
         sys.exit(f"error: no command {name!r}.\n{_usage()}")
     _, module, function = COMMANDS[name]
-    sys.argv = [f"freelearn {name}", *words]
+    sys.argv = [called(name), *words]
     getattr(importlib.import_module(module), function)()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import sys
 import threading
 from collections.abc import Iterator, Sequence
@@ -14,21 +15,47 @@ from freelearn.common.errors import UserError, cannot_write
 
 # Variables that name files of the user's own code.
 OWN_CODE = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
+# The installed command.
+INSTALLED = "freelearn"
 
 
 def command_line(program: Sequence[str], overrides: Sequence[str]) -> str:
     """`program overrides`, with the user's own effects and models where there are some."""
     own = [f"{name}={shlex.quote(value)}" for name in OWN_CODE if (value := os.environ.get(name))]
-    return " ".join([*own, *program, *map(shlex.quote, overrides)])
+    return " ".join([*own, *map(shlex.quote, [*program, *overrides])])
 
 
 def program(name: str, script: Sequence[str] = ()) -> list[str]:
-    """How a command is started as this process was: by the installed `freelearn name`, or else by `script`.
+    """How a command is started as this process was: by the installed `freelearn name`, or else by `script`; in words
+    that run in this folder.
 
     script: by default a checkout's `python name.py`.
     """
-    installed = Path(sys.argv[0]).name.startswith("freelearn ")
-    return ["freelearn", name] if installed else list(script) or ["python", f"{name}.py"]
+    started = Path(sys.argv[0])
+    if started.name.startswith(f"{INSTALLED} "):
+        return [_as_found(started.with_name(INSTALLED)), name]
+    interpreter = Path(sys.executable).with_name("python")
+    _, *words = script or ["python", f"{name}.py"]
+    return [_as_found(interpreter if interpreter.exists() else Path(sys.executable)), *words]
+
+
+def called(name: str) -> str:
+    """The first word of the command line of `freelearn name`, for a command that goes on as another one."""
+    started = Path(sys.argv[0])
+    if not started.name.startswith(INSTALLED):  # python -m freelearn
+        started = Path(sys.executable)
+    return str(started.with_name(f"{INSTALLED} {name}"))
+
+
+def _as_found(path: Path) -> str:
+    """A program by its name where the shell finds it so, else by its path from here."""
+    found = shutil.which(path.name)
+    if path.parent == Path() or (found and Path(found).parent == path.parent.absolute()):
+        return path.name
+    relative = os.path.relpath(path)
+    if relative.startswith(os.pardir):
+        return str(path)
+    return relative if os.sep in relative else os.path.join(os.curdir, relative)
 
 
 # How a command ends where it cannot go on: one sentence and exit status 1, no traceback.

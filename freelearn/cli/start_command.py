@@ -15,7 +15,7 @@ from rich.console import Console
 
 from freelearn.api.tasks.intake_task import actuators_of, asked_of, taken_in
 from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in, same_names
-from freelearn.cli.command_line import command_line, exit_on_user_error, program
+from freelearn.cli.command_line import called, command_line, exit_on_user_error, program
 from freelearn.cli.intake_command import option, specimens_command, stem_of, table_options
 from freelearn.cli.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
 from freelearn.common.errors import UserError
@@ -67,18 +67,18 @@ def main() -> None:
         following = start(raws, folder, Console(), input, asked.design, asked.recipe, asked.run)
     # The search is a command of its own, with its settings, its report and its way of going on after an interruption.
     if following.command == "specimens":
-        sys.argv = ["freelearn specimens", *following.words, "--out", str(folder)]
+        sys.argv = [called("specimens"), *following.words, "--out", str(folder)]
         from freelearn.cli.specimen_fits import main as specimens
 
         specimens()
         return
     if following.command == "predict":
-        sys.argv = ["freelearn predict", *following.words, *options, option("hydra.run.dir", folder)]
+        sys.argv = [called("predict"), *following.words, *options, option("hydra.run.dir", folder)]
         from freelearn.cli.run_commands import predict_app
 
         predict_app()
         return
-    sys.argv = ["freelearn discover", *following.words, *options, option("hydra.run.dir", folder)]
+    sys.argv = [called("discover"), *following.words, *options, option("hydra.run.dir", folder)]
     from freelearn.cli.fit_commands import discover_app
 
     discover_app()

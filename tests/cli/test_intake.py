@@ -12,7 +12,7 @@ from conftest import ROOT
 from ended import Ended
 from nightly import EVERY
 
-from freelearn.cli.command_line import program
+from freelearn.cli.command_line import called, command_line, program
 from freelearn.data.table.measurement_table import read_table
 
 STATES = [(e, w, p) for e in (0.0, 0.002) for w in (0.0, 0.5) for p in (0.0, 0.3, 0.6)]
@@ -113,7 +113,26 @@ def test_mistakes_end_with_one_message_and_no_folder(command, tmp_path):
 )
 def test_the_next_commands_are_called_as_this_one_was(started, begins, monkeypatch):
     monkeypatch.setattr(sys, "argv", [started])
-    assert program("train")[: len(begins)] == begins
+    program_path, *words = program("train")
+    assert [Path(program_path).name, *words][: len(begins)] == begins
+
+
+def test_the_next_commands_run_where_the_shell_finds_nothing(tmp_path, monkeypatch):
+    # In a checkout's folder, without its .venv on the path: typed as .venv/bin/freelearn, so told.
+    monkeypatch.setenv("PATH", str(tmp_path / "none"))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [".venv/bin/freelearn start"])
+    assert program("discover") == [".venv/bin/freelearn", "discover"]
+    assert called("predict") == ".venv/bin/freelearn predict"
+    monkeypatch.setattr(sys, "argv", ["discover.py"])
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "my env" / "bin" / "python3"))
+    assert command_line(program("discover"), []) == "'my env/bin/python3' discover.py"
+    found = tmp_path / "bin" / "freelearn"
+    found.parent.mkdir()
+    found.touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(found.parent))
+    monkeypatch.setattr(sys, "argv", [f"{found} start"])
+    assert program("discover") == ["freelearn", "discover"]
 
 
 def test_help_and_the_installed_command(tmp_path):

@@ -243,6 +243,7 @@ def test_several_pressures_are_several_actuators(sessions, finish):
         "member.1": "40",
         "member.2": "-40",
         "braid": "no",
+        "same_sizes": "yes",
         "slack": "no",
         "design.length_mm": "90",
     }.items():

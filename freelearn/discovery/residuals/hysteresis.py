@@ -88,7 +88,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     readings = enumerate(states.bed.readings)
     told = [i for i, quantity in readings if quantity in states.bed.measured and there[:, i].sum() >= FEWEST]
     if not told:
-        few = "too few falling-pressure rows beside rising ones: friction_hysteresis cannot be seen here"
+        few = "too few falling-pressure rows beside rising ones to compare"
         return ResidualTest(NAME, None, None, few)
     noise = whiten.own.numpy()
     residual = raw.numpy()

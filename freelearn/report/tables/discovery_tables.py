@@ -11,7 +11,7 @@ from freelearn.data.beds import BEDS, Quantity, bed_of
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, TableCheck
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.search.next_states import NextState
-from freelearn.discovery.thresholds import ALPHA_STRUCTURE
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE, INADEQUATE
 from freelearn.queries.curves.curve_rows import digits
 from freelearn.records.discovery import Discovery, final_estimates, sigmas_heldout
 from freelearn.records.estimates import parameter_table
@@ -109,7 +109,9 @@ def suspect_lines(discovery: Discovery) -> list[str]:
 
 def step_row(step: Step, text: str) -> list[str]:
     """One step as a row under staircase.HEADINGS and the remaining misfit; text: what the step added."""
-    left = "noise" if step.left.p_value >= ALPHA_STRUCTURE else "structure"
+    # Without a pattern that the tests see it is noise only where it is as small as noise.
+    patterns = step.left.p_value < ALPHA_STRUCTURE
+    left = "structure" if patterns else "noise" if sigmas_heldout(step) ** 2 <= INADEQUATE else "no pattern"
     return [*staircase_row(text, step.E_train, step.E_heldout, step.floor, sigmas_heldout(step)), left]
 
 

@@ -32,7 +32,7 @@ from freelearn.report.tables.discovery_tables import (
     written_lines,
 )
 from freelearn.report.tables.ranking_tables import HEADINGS, ranking_numbers, ranking_table
-from freelearn.report.terminal.printed_tables import add_row, empty_table, rich_table
+from freelearn.report.terminal.printed_tables import add_row, empty_table, rich_table, show_files
 
 
 def show_checks(console: Console, checks: Sequence[TableCheck], overruled: bool) -> None:
@@ -122,7 +122,7 @@ class DiscoveryView:
             self._say(suspect_lines(discovery), before="? ")
         said = [sentence(unit) for unit in units]
         self._say([line for line in note_lines(discovery) if line not in said], before="! ")
-        self.console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
+        show_files(self.console, folder, report="report.html")
 
     def _claim(self, discovery: Discovery) -> None:
         """Whether it stands, what else would fit as well, and how probable each effect is."""

@@ -18,7 +18,7 @@ from freelearn.records.run import Run, comparison_table
 from freelearn.report.tables.answer_tables import answer_lines, answers_table
 from freelearn.report.tables.plan_tables import expected_table, mounting_table, parameter_rows, plan_lines
 from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
-from freelearn.report.terminal.printed_tables import rich_table
+from freelearn.report.terminal.printed_tables import rich_table, show_files
 
 # What a run shows in the terminal at its end.
 
@@ -50,8 +50,7 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
             say(f"  · {line}")
     for note in [*row_notes(run), *parameter_notes(run), *warnings]:
         say(f"! {sentence(note)}")
-    # Printed plainly: a wrapped or colored path cannot be copied.
-    console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
+    show_files(console, folder, report="report.html")
 
 
 def show_answers(
@@ -63,7 +62,7 @@ def show_answers(
     console.print(rich_table(answers_table(answers)))
     for line in answer_lines(answers, fitted):
         console.print(f"  · {line}", markup=False, highlight=False)
-    console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
+    show_files(console, folder, answers="answers.csv", picture="answers.png")
 
 
 SHOWN = 20
@@ -78,4 +77,4 @@ def show_plan(console: Console, plan: Plan, folder: Path) -> None:
         console.print(rich_table(parameter_rows(plan)))
     for line in plan_lines(plan):
         console.print(line, markup=False, highlight=False)
-    console.print(f"files: {folder}", markup=False, highlight=False, soft_wrap=True)
+    show_files(console, folder, plan="plan.csv", picture="plan_places.png")

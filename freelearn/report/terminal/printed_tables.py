@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from textwrap import fill
 
 from rich.box import SIMPLE_HEAD
@@ -104,3 +105,11 @@ def _folded(cell: str) -> str:
     """The cell, a long name of two parts on two lines."""
     name = len(cell) > WIDEST_NAME and " " not in cell and "." in cell
     return "\n.".join(cell.rsplit(".", 1)) if name else cell
+
+
+def show_files(console: Console, folder: Path, **opened: str) -> None:
+    """Where the files are, and those to open first, by what they are. Printed plainly: a wrapped or colored path cannot
+    be copied."""
+    paths = {"files": folder} | {what: folder / name for what, name in opened.items() if (folder / name).is_file()}
+    for what, path in paths.items():
+        console.print(f"{what}: {path}", markup=False, highlight=False, soft_wrap=True)

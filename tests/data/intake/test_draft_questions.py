@@ -1,6 +1,7 @@
 """What start and the page ask: all that a file leaves open and nothing else, each answer a line of the recipe."""
 
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,8 @@ from freelearn.data.intake.recipes.recipe_file import recipe_of
 
 USUAL = {
     "design.gamma_deg": "25", "braid": "y", "design.length_mm": "150", "design.inner_radius_mm": "d 10",
-    "design.outer_radius_mm": "+1", "held.twist_deg": "0", "sign": "n", "zero": "n", "slack": "n", "levels": "n",
+    "design.outer_radius_mm": "+1", "held.twist_deg": "0", "same_sizes": "y",
+    "sign": "n", "zero": "n", "slack": "n", "levels": "n",
 }  # fmt: skip
 UNITS = {"length": "mm", "angle": "deg", "pressure": "kPa", "force": "N", "moment": "N·m", "time": "s"}
 PLACES = [(x, p) for x in (0, -5, -10) for p in (0, 50, 100)]
@@ -176,6 +178,45 @@ def test_matrices_and_single_numbers_of_a_matlab_file():
     only = {**columns, **units, "parallel": "3", "unit.P 2": "kPa", "design.length_mm": "95"}
     table, _ = table_of(content, "run.mat", only)
     assert table["pressure_kpa"].tolist() == p[::-1].tolist()
+
+
+def test_vectors_of_a_matlab_file_say_what_each_actuator_is():
+    s, p = (np.array(values, dtype=float) for values in zip(*PLACES, strict=True))
+    design = {"Gamma": [40.0, -40.0], "L_cm": [9.0, 9.5], "Ri": [5.0, 5.0], "Ro": [6.0, 6.5], "k": [1.0, 2.0]}
+    content = matlab(s_mm=s, w_deg=0 * s, P_kPa=np.column_stack([p, p[::-1]]), F_N=3 - p / 10, M_Nm=p / 1000, **design)
+    found = guess(content, "run.mat")
+    assert any("Gamma, L_cm, Ri, Ro will be proposed" in note for note in found.notes)
+    assert any("passed over: k" in note for note in found.notes)
+    # Enter takes what the file says of each, whose unit it says or not.
+    taken = {"parallel": "1", "braid": "n"}
+    asked = {q.key: q for q in questions(found, None, taken)}
+    assert asked["member.2"].proposed == -40
+    assert "Gamma(2) is -40, which unit is not said: deg?" in asked["member.2"].told
+    assert asked["same_sizes"].proposed == "no"
+    assert asked["design.length_mm.2"].proposed == 95
+    assert "not said" not in asked["design.length_mm.2"].told
+    recipe = recipe_of(draft(found, (), None, {key: one.proposed for key, one in asked.items() if one.proposed}), "a")
+    assert [dict(member.constants) for member in recipe.members] == [
+        {"gamma_deg": 40, "length_mm": 90, "inner_radius_mm": 5, "outer_radius_mm": 6},
+        {"gamma_deg": -40, "length_mm": 95, "inner_radius_mm": 5, "outer_radius_mm": 6.5},
+    ]
+    # A draft without answers takes no number whose unit is not said.
+    text = draft(found)
+    assert "length_mm: 90" in text
+    assert re.search(r"gamma_deg: +# TODO.*Gamma\(1\) is 40", text)
+    # A wall is added to each one's own radius; the sizes may be the same after all.
+    outer = asked["design.outer_radius_mm.2"]
+    assert answer(outer, "+2", {"design.inner_radius_mm.1": 9.0, "design.inner_radius_mm.2": 5.0}) == 7
+    same = [q.key for q in questions(found, None, {**taken, "same_sizes": "yes"})]
+    assert "design.length_mm" in same
+    assert "design.length_mm.2" not in same
+
+
+def test_what_was_held_at_zero_may_be_answered_by_yes():
+    found = guess(b"dl_mm,P_kPa,F_N\n" + b"0,0,0\n0,5,5\n0,9,9\n1,0,0\n1,5,5\n", "a.csv")
+    held = next(q for q in questions(found, None, {}) if q.key == "held.twist_deg")
+    assert answer(held, "ja", {}) == 0
+    assert answer(held, "12", {}) == 12
 
 
 @pytest.mark.parametrize(

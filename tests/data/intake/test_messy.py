@@ -109,6 +109,13 @@ def with_a_mean(sheet, _):
     sheet["A15"], sheet["C15"] = "Mittelwert", float(TRUE[:, 2].mean())
 
 
+def with_sums(sheet, _):
+    """Lines of sums below the readings, one of them nameless, and a cell beside them; none was ever calculated."""
+    filled(sheet)
+    sheet["A15"], sheet["C15"], sheet["C16"] = "Summe", "=SUM(C2:C13)", "=MAX(C$2:C$13)-MIN(C$2:C$13)"
+    sheet["E2"] = "=STDEV(B2:B13)"
+
+
 def with_a_date(sheet, _):
     import datetime
 
@@ -244,6 +251,7 @@ RIGHT = {
     "excel thousandths.xlsx": lambda: book(thousandths),
     "excel groups and times.xlsx": lambda: book(grouped_header),
     "excel mean below.xlsx": lambda: book(with_a_mean),
+    "excel sums never calculated.xlsx": lambda: book(with_sums),
     "structures.mat": lambda: structures(),
     "array of structures.mat": lambda: structures(len(TRUE)),
     "new structures.mat": lambda: hdf5(as_structures, 512),

@@ -11,6 +11,7 @@ from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.laboratory_units import unit_of
+from freelearn.data.intake.readers.told_elsewhere import Told
 from freelearn.data.intake.recipes.recipe import DESIGN, FURTHER, MARKS, READINGS
 
 # Question → answer: texts of choices and units, numbers in the table's units.
@@ -26,6 +27,8 @@ CONSTANTS = {
 }
 # A muscle or a braid has two families of fibers.
 SECOND = "a braid (McKibben, Festo) has a second family: minus the first angle"
+# Whether the actuators on an end block have the same sizes.
+SAME_SIZES = "same_sizes"
 # A strain beyond it, without a unit, may be one in percent.
 LARGEST_STRAIN = 1.5
 
@@ -67,6 +70,17 @@ def named_samples(found: Guess, joined: DesignGuess | None, answers: Answers) ->
     if found.of("sample") is None and answers.get("sample") == "column":
         return list(enumerate(found.perhaps_words, start=1))
     return sample_keys(found) if len(found.samples) > 1 else []
+
+
+def member_key(name: str, number: int) -> str:
+    """The key of the question about a part of a member's design."""
+    return f"member.{number}" if name == "gamma_deg" else f"design.{name}.{number}"
+
+
+def of_each(found: Guess, design: Mapping[str, str], answers: Answers) -> list[str]:
+    """What of the design each actuator on an end block is asked for: its angle, and its sizes where they differ."""
+    apart = answers.get(SAME_SIZES, NO if found.sizes_apart else YES) == NO
+    return [name for name in design if name == "gamma_deg" or apart] if found.pressures else []
 
 
 class _Draft:
@@ -156,12 +170,11 @@ class _Draft:
         constants: dict[str, Any] = {}
         same = "; if it differs, under samples" if several else ""
         for name, about in design.items():
-            if name in apart or (found.pressures and name == "gamma_deg"):
+            if name in (*apart, *of_each(found, design, answers)):
                 continue
-            told = next((one for one in found.about if one.name == name), None)
-            constants[name] = answers.get(f"design.{name}", told.value if told else None)
-            if f"design.{name}" not in answers:
-                self.remarks["constants", name] = f"{told.words}: check" if told else f"TODO: {about}{same}"
+            constants[name], remark = self._part(f"design.{name}", found.told(name), about + same)
+            if remark:
+                self.remarks["constants", name] = remark
             if name == "gamma_deg" and answers.get("braid") == YES and constants[name] is not None:
                 constants["gamma2_deg"] = -float(constants[name])
         for name in held_open(found, self.bed):
@@ -181,18 +194,31 @@ class _Draft:
             self.remarks[path] = "; ".join(remarks)
         return entry
 
+    def _part(self, key: str, told: Told | None, about: str) -> tuple[Any, str]:
+        """A part of the design, and what is to be said of it where nobody has answered."""
+        if key in self.answers:
+            return self.answers[key], ""
+        if told is None:
+            return None, f"TODO: {about}"
+        return (told.value, f"{told.words}: check") if told.unit_said else (None, f"TODO: {about}; {told.words}")
+
     def _members(self) -> None:
         self.content["members"] = []
+        own = of_each(self.found, open_design(self.found, self.joined), self.answers)
         for number, column in enumerate(c for c in self.found.columns if c.name in self.found.pressures):
             pressure, remarks = column_entry(column, "pressure_kpa", self.answers)
-            angle = self.answers.get(f"member.{number + 1}")
-            member: dict[str, Any] = {"pressure": pressure, "gamma_deg": angle}
+            member: dict[str, Any] = {"pressure": pressure}
             if remarks:
                 self.remarks["members", number, "pressure"] = "; ".join(remarks)
-            if angle is None:
-                about = f"fiber angle of the actuator at {column.name}, negative for the other sense of winding"
-                self.remarks["members", number, "gamma_deg"] = f"TODO: {about}; of a braid gamma2_deg, too"
-            elif self.answers.get("braid") == YES:
+            for name in own:
+                about = f"{CONSTANTS[name]} of the actuator at {column.name}"
+                if name == "gamma_deg":
+                    about += ", negative for the other sense of winding; of a braid gamma2_deg, too"
+                key = member_key(name, number + 1)
+                member[name], remark = self._part(key, self.found.told(name, number + 1), about)
+                if remark:
+                    self.remarks["members", number, name] = remark
+            if self.answers.get("braid") == YES and (angle := member.get("gamma_deg")) is not None:
                 member["gamma2_deg"] = -float(angle)
             self.content["members"].append(member)
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from freelearn.common.errors import UserError
 from freelearn.data.beds import BEDS, Bed
 from freelearn.data.intake.guesses.draft import (
+    SAME_SIZES,
     Answers,
     held_open,
+    member_key,
     named_samples,
+    of_each,
     open_design,
     percents,
     quantities_given,
@@ -21,6 +24,7 @@ from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, ColumnGues
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
 from freelearn.data.intake.laboratory_units import conversion, unit_of
+from freelearn.data.intake.readers.told_elsewhere import Told
 
 POSITIVE = ("length_mm", "inner_radius_mm", "outer_radius_mm")
 _NUMBER = re.compile(r"([+\-−]?\d*[.,]?\d+(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -31,6 +35,8 @@ MOST_UNKNOWN = 12
 # Questions about what columns are begin so.
 WHAT = "what."
 ALL = "all"
+# Those about what was the same in all rows.
+HELD_AT = "held."
 
 
 @dataclass(frozen=True)
@@ -147,27 +153,47 @@ def _design(found: Guess, joined: DesignGuess | None, answers: Answers) -> Itera
     design = open_design(found, joined)
     several = named_samples(found, joined, answers)
     apart = [name for name in design if several and (name == "length_mm" or answers.get("alike") == NO)]
-    if found.pressures and "gamma_deg" in design:
-        for number, name in enumerate(found.pressures, start=1):
-            text = f"Fiber angle to the axis of the actuator at {name}, negative for the other sense of winding"
-            yield Question(f"member.{number}", text, "number", "gamma_deg", short=f"fiber angle at {name}")
-        yield _braid("Are they braids (McKibben, Festo), with as many fibers wound the other way?")
+    if found.pressures:
+        yield from _of_members(found, design, answers)
     for name, about in design.items():
         if name in apart:
             for number, word in several:
                 text = f"{_capital(about)} of {word}"
                 yield Question(f"design.{name}.{number}", text, "number", name, short=text)
-        elif not (found.pressures and name == "gamma_deg"):
-            told = next((one for one in found.about if one.name == name), None)
-            text, short = _capital(about) + HOW.get(name, ""), _capital(about)
-            proposed, where = (told.value, told.words) if told else (None, "")
-            yield Question(f"design.{name}", text, "number", name, proposed=proposed, short=short, told=where)
+        elif name not in of_each(found, design, answers):
+            yield _part(f"design.{name}", name, _capital(about), found.told(name))
             if name == "gamma_deg" and "gamma2_deg" not in quantities_given(found):
                 yield _braid("Is it a braid (McKibben, Festo), with as many fibers wound the other way?")
     for name in held_open(found, str(answers.get("bed", found.bed))):
         words = MEANINGS[name].words
         text = f"No column is the {words}: which {words} was held throughout? 0 if it was held at 0"
-        yield Question(f"held.{name}", text, "number", name, short=f"{_capital(words)} that was held")
+        yield Question(f"{HELD_AT}{name}", text, "number", name, short=f"{_capital(words)} that was held")
+
+
+def _of_members(found: Guess, design: Mapping[str, str], answers: Answers) -> Iterator[Question]:
+    """What each of several actuators on an end block has of its own."""
+    if "gamma_deg" in design:
+        for number, name in enumerate(found.pressures, start=1):
+            text = f"Fiber angle to the axis of the actuator at {name}, negative for the other sense of winding"
+            told = found.told("gamma_deg", number)
+            yield _part(member_key("gamma_deg", number), "gamma_deg", f"fiber angle at {name}", told, text)
+        yield _braid("Are they braids (McKibben, Festo), with as many fibers wound the other way?")
+    if set(design) - {"gamma_deg"}:
+        text = "Have these actuators all the same unloaded length and the same radii?"
+        proposed = NO if found.sizes_apart else None
+        yield Question(SAME_SIZES, text, "choice", "", YES_OR_NO, proposed, "the same length and radii")
+    for number, name in enumerate(found.pressures, start=1):
+        for part in of_each(found, design, answers):
+            if part != "gamma_deg":
+                short = f"{_capital(design[part])} of the actuator at {name}"
+                yield _part(member_key(part, number), part, short, found.told(part, number))
+
+
+def _part(key: str, name: str, short: str, told: Told | None, text: str = "") -> Question:
+    """A part of the design, with what the file says of it elsewhere."""
+    proposed, where = (told.value, told.words) if told else (None, "")
+    text = text or short + HOW.get(name, "")
+    return Question(key, text, "number", name, proposed=proposed, short=short, told=where)
 
 
 HOW = {
@@ -232,8 +258,11 @@ def answer(question: Question, typed: str, answers: Answers) -> str | float:
         return question.proposed
     if question.kind == "given" and typed == "?":
         return typed
+    if question.key.startswith(HELD_AT) and typed.lower() in SAID_YES:
+        return 0.0  # Yes, it was held at 0.
     if question.kind in ("number", "given"):
-        return _number(typed, question.column, answers)
+        inner = answers.get(question.key.replace("outer", "inner"))
+        return _number(typed, question.column, inner)
     if question.kind == "unit":
         if not typed:
             raise UserError("a unit is needed: write one such as mm, in, kPa, bar, N, N·m, deg, rad, %")
@@ -257,15 +286,15 @@ def _chosen(question: Question, typed: str) -> str:
     raise UserError(f"{typed!r} is none of them: write a number from 1 to {len(names)}")
 
 
-def _number(typed: str, column: str, answers: Answers) -> float:
-    """A number in the unit of the table's column; another unit may stand behind it: 0.25 in."""
+def _number(typed: str, column: str, inner: str | float | None = None) -> float:
+    """A number in the unit of the table's column; another unit may stand behind it: 0.25 in. inner: the radius to which
+    an outer one may be given as the wall."""
     if column == "outer_radius_mm" and typed.startswith("+"):
-        inner = answers.get("design.inner_radius_mm")
         if not isinstance(inner, float):
             raise UserError("the inner radius is not known yet: write the outer radius itself")
-        return float(f"{inner + _number(typed[1:], column, answers):.12g}")
+        return float(f"{inner + _number(typed[1:], column):.12g}")
     if column in ("inner_radius_mm", "outer_radius_mm") and (match := _DIAMETER.fullmatch(typed)):
-        return _number(match[1], column, answers) / 2
+        return _number(match[1], column) / 2
     unit, found = unit_of(column), _NUMBER.fullmatch(typed)
     if not found:
         raise UserError(f"{typed!r} is no number: write one, such as 90 or 3.5 in")

@@ -15,6 +15,10 @@ YES, NO = "yes", "no"
 YES_OR_NO = ((YES, "yes"), (NO, "no"))
 
 
+# What each of several actuators on an end block has of its own in any case.
+ANGLES = ("gamma_deg", "gamma2_deg")
+
+
 @dataclass(frozen=True)
 class Doubt:
     """text: the question; short: what it is about. options: answer → its words. proposed: the answer that is likely, if
@@ -95,6 +99,21 @@ class Guess:
     def of(self, quantity: str) -> ColumnGuess | None:
         """The column chosen for a quantity."""
         return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
+
+    def told(self, name: str, member: int = 0) -> Told | None:
+        """What the file says elsewhere of a part of the design: of one of the actuators on an end block, or of all."""
+        several = max((one.member for one in self.about), default=0) == len(self.pressures)
+        parts = {one.member: one for one in self.about if one.name == name}
+        return parts.get(member if several else 0, parts.get(0))
+
+    @property
+    def sizes_apart(self) -> bool:
+        """Whether the file says sizes of its own for each of the actuators on an end block."""
+        return any(
+            self.told(one.name, one.member) is one
+            for one in self.about
+            if one.member and one.name not in ANGLES and self.told(one.name) is None
+        )
 
     @property
     def measured(self) -> list[ColumnGuess]:

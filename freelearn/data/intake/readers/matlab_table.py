@@ -7,16 +7,18 @@ import subprocess
 import sys
 import zipfile
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from freelearn.common.errors import UserError
+from freelearn.data.intake.headings import INNER_DIAMETER, heading
 from freelearn.data.intake.readers import matlab_reader
 from freelearn.data.intake.readers.cells import POINTS
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.readers.told_elsewhere import Told, one_told, with_the_wall
+from freelearn.data.intake.readers.told_elsewhere import OUTER_DIAMETER, Told, one_told, with_the_wall
 from freelearn.data.intake.recipes.recipe import Reading
 
 # Reading a gigabyte takes no longer [s].
@@ -45,10 +47,15 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
         if len(reading.names) != len(columns):
             raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
         columns = dict(zip(reading.names, columns.values(), strict=True))
+    about = tuple(_about(found, columns, name))
+    proposed = [one for one in passed if any(f"{name}: {one}(" in told.words for told in about)]
+    passed = [one for one in passed if one not in proposed]
     notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
+    if proposed:
+        notes.append(f"{name}: {', '.join(proposed)} will be proposed where each of several actuators is asked about.")
     cells = {k: ["" if np.isnan(v) else repr(float(v)) for v in column] for k, column in columns.items()}
     size = len(next(iter(columns.values())))
-    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes), about=tuple(_about(found, name)))
+    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes), about=about)
 
 
 def no_h5py(name: str) -> str:
@@ -142,14 +149,43 @@ def _of_one_length(columns: dict[str, np.ndarray], name: str) -> tuple[dict[str,
     return {k: v for k, v in columns.items() if len(v) == length}, [k for k, v in columns.items() if len(v) != length]
 
 
-def _about(found: _Variables, name: str) -> list[Told]:
-    """Parts of the design among the single numbers: L0_mm = 150."""
-    single = {k: x for fields in (found.arrays, *found.structures.values()) for k, x in fields.items() if x.size == 1}
-    told: dict[str, Told] = {}
-    for key, value in single.items():
-        if not np.iscomplexobj(value) and (one := one_told(key, repr(float(value.ravel()[0])), "", POINTS, name)):
-            told.setdefault(one.name, one)
-    return with_the_wall(told)
+# No block has more actuators; of so many numbers a vector says each one's.
+MOST_MEMBERS = 8
+# Numbers of a design whose unit nothing says are of these sizes in the table's unit.
+LIKELY = {"gamma_deg": (5.0, 90.0), "length_mm": (10.0, 3000.0)} | dict.fromkeys(
+    ("inner_radius_mm", "outer_radius_mm", INNER_DIAMETER, OUTER_DIAMETER), (1.0, 200.0)
+)
+
+
+def _about(found: _Variables, columns: Mapping[str, np.ndarray], name: str) -> list[Told]:
+    """Parts of the design among the single numbers, L0_mm = 150, and among vectors with a number for each of several
+    actuators, Gamma = [40 -40 62]."""
+    told: dict[int, dict[str, Told]] = {}
+    for fields in (found.arrays, *found.structures.values()):
+        for key, value in fields.items():
+            numbers = value.ravel()
+            if key in columns or np.iscomplexobj(value) or not 1 <= len(numbers) <= MOST_MEMBERS:
+                continue
+            members = {0: numbers[0]} if len(set(numbers.tolist())) == 1 else {}
+            members |= dict(enumerate(numbers, start=1)) if len(numbers) > 1 else {}
+            for member, one in members.items():
+                if part := _part(key, member, float(one), name):
+                    told.setdefault(member, {}).setdefault(part.name, part)
+    return [one for parts in told.values() for one in with_the_wall(parts)]
+
+
+def _part(key: str, member: int, value: float, name: str) -> Told | None:
+    """A part of the design of one member, or of all; where no unit is said, in the table's if its size is likely."""
+    heard = heading(key)
+    low, high = LIKELY.get(heard.quantity or "", (np.inf, -np.inf))
+    likely = not heard.unit and low <= abs(value) <= high
+    unit = ("deg" if heard.quantity == "gamma_deg" else "mm") if likely else ""
+    told = one_told(key, f"{value:.12g}", unit, POINTS, name)
+    if told is None:
+        return None
+    shown = f"{key}({member})" if member else key
+    words = f"{name}: {shown} is {value:.12g}" + (f", which unit is not said: {unit}?" if likely else "")
+    return replace(told, words=words, member=member, unit_said=not likely)
 
 
 def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> dict[str, np.ndarray]:

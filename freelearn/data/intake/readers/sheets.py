@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,8 @@ TypedRow = tuple[int, Sequence[Any]]
 
 # A workbook that unpacks to more than this is no laboratory's table [bytes].
 LARGEST = 500_000_000
+# The rows of an area of cells: C2:C54.
+_ROWS_OF = re.compile(r"\$?[A-Z]{1,3}\$?(\d+):\$?[A-Z]{1,3}\$?(\d+)")
 # What other archives hold, and what to do about them.
 OTHERS = {
     "xl/workbook.bin": "a binary workbook (.xlsb): save it as .xlsx",
@@ -42,9 +45,9 @@ def excel_grid(content: bytes, name: str, reading: Reading) -> Grid:
     width = max((len(cells) - _trailing(cells) for _, cells in rows), default=0)
     rows = [(i, cells[:width]) for i, cells in rows]
     _refuse_merged(sheet, rows, name)
-    _refuse_formulas(content, sheet, name)
+    sums = _uncalculated(content, sheet, name)
     hidden = [] if sheet.sheet_state == "visible" else [f"{name}: the sheet {sheet.title!r} is hidden in the workbook."]
-    notes = [*hidden, *spread, *_hidden(sheet, [i for i, _ in rows], name), *typed]
+    notes = [*hidden, *sums, *spread, *_hidden(sheet, [i for i, _ in rows], name), *typed]
     return Grid(name, rows, notes=notes, texts=texts)
 
 
@@ -144,16 +147,31 @@ def _has_number(cells: Sequence[str]) -> bool:
     return any(map(is_number, cells))
 
 
-def _refuse_formulas(content: bytes, sheet: Worksheet, name: str) -> None:
-    """Formulas that no program has ever calculated have no values to read."""
-    formulas = _workbook(content, name, values=False)[sheet.title]
-    for row in formulas.iter_rows():
+def _uncalculated(content: bytes, sheet: Worksheet, name: str) -> list[str]:
+    """A note on formulas that no program has ever calculated and that sum up other rows: they are blank, and no
+    readings. Of others the value is needed."""
+    sums = []
+    for row in _workbook(content, name, values=False)[sheet.title].iter_rows():
         for cell in row:
-            if cell.data_type == "f" and sheet[cell.coordinate].value is None:
+            if cell.data_type != "f" or sheet[cell.coordinate].value is not None:
+                continue
+            if not _sums_up(str(cell.value)):
                 raise UserError(
                     f"{name}, sheet {sheet.title!r}: {cell.coordinate} is a formula without a value: open the workbook "
                     "in a spreadsheet program and save it."
                 )
+            sums.append(f"{cell.coordinate} {cell.value}")
+    shown = ", ".join(sums[:3]) + (", …" if sums[3:] else "")
+    return [f"{name}: formulas that sum up other cells are no readings and were left out: {shown}."] if sums else []
+
+
+def _sums_up(formula: str) -> bool:
+    """Whether a formula is made of several rows.
+
+    >>> _sums_up("=AVERAGE(C$2:C$54)"), _sums_up("=MAX(D2:D54)-B1"), _sums_up("=C2*10"), _sums_up("=SUM(A2:C2)")
+    (True, True, False, False)
+    """
+    return any(int(last) - int(first) >= 2 for first, last in _ROWS_OF.findall(formula))
 
 
 # Sheets of other programs as grids of cells: OpenDocument (.ods) and Parquet. Their readers are optional packages.

@@ -29,11 +29,14 @@ _WITH_UNIT = re.compile(r"([+\-−]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(.*)")
 
 @dataclass(frozen=True)
 class Told:
-    """value: of the table's column `name`, in its unit. words: where it stands, and how."""
+    """value: of the table's column `name`, in its unit. words: where it stands, and how. member: of which of several
+    actuators on one end block, 0 for all. unit_said: whether the file says the unit."""
 
     name: str
     value: float
     words: str
+    member: int = 0
+    unit_said: bool = True
 
 
 def told_of(rows: Sequence[Row], style: Style, where: str) -> list[Told]:
