@@ -77,7 +77,8 @@ class FittedRun(FittedModel):
 
     @cached_property
     def plot(self) -> RunPlots:
-        """Its pictures: `plot.parity()`, `.residuals()`, `.curves()`, `.heatmap()`."""
+        """Its pictures: `plot.parity()`, `.residuals()`, `.curves()`, `.heatmap()`; of a log `.recording()`, `.loops()`
+        and `.spectra()`."""
         return RunPlots(self)
 
     @property

@@ -15,9 +15,12 @@ import pandas as pd
 
 from freelearn.common.errors import UserError
 from freelearn.common.formats import MINUS
+from freelearn.data.logs import RUN, is_log
 from freelearn.data.sets import rows_of_set
 from freelearn.queries.curves.curve_panels import CurvePanel, measured_points, panels_of
 from freelearn.queries.curves.curve_rows import measured_quantities, plane
+from freelearn.queries.curves.log_spectra import log_spectra
+from freelearn.queries.curves.log_traces import worst_recording
 from freelearn.queries.curves.model_curves import BAND, StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states, state_title
 from freelearn.records.discovery import trail_numbers
@@ -89,6 +92,44 @@ class RunPlots:
         run = self._run
         ((measured, lines),) = state_curves({run.title: run.model}, self._own, [place], bands={run.title: run.bands})
         return _curves(measured, lines, ax, panel, self._named(f"{self._what}: {state_title(measured)}"))
+
+    def recording(self, ax: Given = None) -> Any:
+        """Of a log the recording that is predicted worst: the pressure, then each measured quantity beside the model,
+        over time."""
+        from freelearn.report.plots.log_plots import draw_recording
+
+        rows = worst_recording(self._log)[0]
+        axes = _axes(ax, 1 + len(measured_quantities(rows)), self._named(f"{self._what}: run {rows[RUN].iloc[0]}"))
+        draw_recording(axes, rows)
+        return _returned(axes)
+
+    def loops(self, ax: Given = None) -> Any:
+        """Of a log the loops of what was measured over the pressure, colored by how fast that changes: those of the
+        sample whose recording is predicted worst."""
+        from freelearn.report.plots.log_plots import draw_loops
+
+        sample = worst_recording(self._log)[1]
+        axes = _axes(ax, len(measured_quantities(sample)), self._title)
+        draw_loops(axes, sample)
+        return _returned(axes)
+
+    def spectra(self, ax: Given = None) -> Any:
+        """What is left of a log by its frequency, beside the noise that was stated: what rises above it lasts."""
+        from freelearn.report.plots.log_plots import draw_spectra
+
+        spectra = log_spectra(self._run.model, self._log, self._run.run.accuracy)
+        if not spectra:
+            raise UserError("No recording has samples enough for a spectrum.")
+        axes = _axes(ax, len(spectra), self._title)
+        draw_spectra(axes, spectra)
+        return _returned(axes)
+
+    @property
+    def _log(self) -> pd.DataFrame:
+        own = self._own
+        if not is_log(own):
+            raise UserError("The table is no log: it needs time_s and run, see docs/logs.md.")
+        return own
 
     def heatmap(self, ax: Given = None) -> Axes:
         """E on each test set: the column of a sweep's map that this run is."""

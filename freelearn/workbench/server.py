@@ -31,7 +31,7 @@ from freelearn.workbench.state.session import Sessions
 # millisecond. An observer does not see into the shadow of a widget, so each shadow has itself observed; one that is
 # attached to what stands already is seen within a second.
 _CODE = """
-const named = {".noUi-handle": "kinematic state", ".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
+const named = {".bk-spin-btn-up": "more", ".bk-spin-btn-down": "less"};
 let waiting = false;
 const observer = new MutationObserver(() => {
   if (waiting) return;
@@ -47,9 +47,18 @@ function name(root) {
   for (const element of root.querySelectorAll("*")) {
     for (const [selector, label] of Object.entries(named))
       if (element.matches(selector) && !element.hasAttribute("aria-label")) element.setAttribute("aria-label", label);
+    if (element.matches(".noUi-handle") && !element.hasAttribute("aria-label")) {
+      // As the slider's title begins, before what it shows.
+      const title = root.querySelector(".bk-slider-title")?.textContent ?? "", end = handleEnd(element);
+      element.setAttribute("aria-label", (title.split(/[(:[]/)[0].trim() || "slider") + end);
+    }
     if (element.matches(".bk-tab")) turnable(element);
     if (element.shadowRoot) name(element.shadowRoot);
   }
+}
+function handleEnd(handle) {
+  if (handle.parentElement.parentElement.querySelectorAll(".noUi-handle").length < 2) return "";
+  return handle.matches(".noUi-handle-lower") ? ", from" : ", to";
 }
 function turnable(tab) {
   tab.setAttribute("aria-selected", String(tab.classList.contains("bk-active")));

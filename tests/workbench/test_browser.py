@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import fitted_folders as folders
 import numpy as np
 import pandas as pd
 import pytest
@@ -24,6 +25,7 @@ from freelearn.api.settings.settings import TrainSettings
 from freelearn.api.tasks.loaded_table import load_table
 from freelearn.api.tasks.train_task import train
 from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.session_store import SessionStore
 
 pytestmark = pytest.mark.slow
 
@@ -528,3 +530,55 @@ def test_an_endless_row_of_fields_is_not_needed_to_reach_a_button(tab):
         assert focus[1]
         seen.append(focus[0].strip())
     assert {"Fit", "Find what is missing", "Compare", "Study"} <= set(seen)
+
+
+@pytest.fixture
+def logged(work, address):
+    """The address of a session in which a log of five recordings is fitted."""
+    session = work / "sessions" / secrets.token_hex(8)
+    time = np.arange(3000) / 100
+    parts = [
+        pd.DataFrame(
+            {"run": run, "elongation_mm": run - 3.0, "pressure_kpa": 30 - 30 * np.cos(time + run), "time_s": time}
+        )
+        for run in range(1, 6)
+    ]
+    table = pd.concat(parts, ignore_index=True).assign(**folders.design(3), twist_deg=0.0, buckled=0, step=0)
+    shown = folders.shown(folders.continuum({"pressure_gain": {"gain": 0.1}}), table)
+    folders.folder_of(session / "train_0123456789", folders.continuum(), shown)
+    store = SessionStore(session)
+    store.runs = [{"folder": "train_0123456789", "question": store.question}]
+    store.save()
+    return f"{address}/?session={session.name}"
+
+
+def test_a_log_is_played_beside_the_model_and_its_window_moved_with_the_keyboard(tab, logged):
+    tab.goto(logged)
+    model = "Bokeh.documents.flatMap(d => [...d._all_models.values()])"
+    said = f"() => {model}.find(m => m.type === 'Div' && m.text.startsWith('t ='))?.text"
+    spans = f"() => {model}.filter(m => m.type === 'Span').map(m => m.location)"
+    tab.get_by_label("speed", exact=True).select_option("5 times as fast")
+    button(tab, "Play").click()
+    tab.wait_for_function(f"({said})() !== undefined")
+    tab.wait_for_function(f"({spans})().every(t => t > 10)", timeout=9_000)
+    button(tab, "Pause").click()
+    button(tab, "Play").wait_for()
+    # One instant in pressure, force and moment, and as a mark on each loop.
+    places = tab.evaluate(spans)
+    assert len(places) == 3
+    assert len(set(places)) == 1
+    assert re.search(r"P = .* kPa .* F = .* N \(this fit .*\) .* M = .* N·mm", tab.evaluate(said))
+    marks = f"() => {model}.filter(m => m.type === 'Scatter').length"
+    assert tab.evaluate(marks) >= 2
+    force = f"() => {model}.find(m => m.type === 'Figure' && m.title.text === 'force').renderers[0].data_source.data.x"
+    before = tab.evaluate(f"({force})().length")
+    handle = tab.locator("[aria-label='time window, to']")
+    handle.focus()
+    handle.press("Home")
+    handle.press("PageUp")
+    tab.wait_for_function(f"({force})().length < {before / 3}")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 1280
+    names = [one.get_attribute("aria-label") for one in tab.locator(".noUi-handle").all()]
+    assert names == ["recording", "cursor at time t", "time window, from", "time window, to"]
+    drawn(tab)
+    assert not faults(tab)

@@ -28,6 +28,7 @@ from freelearn.common.cores import configure_runtime, give_back
 from freelearn.common.errors import UserError
 from freelearn.common.progress import watched
 from freelearn.data.columns import members_in
+from freelearn.data.logs import is_log
 from freelearn.data.sets import CONSTITUENT_SET, samples_of
 from freelearn.data.states import States
 from freelearn.discovery.residuals.failures import misfit
@@ -42,6 +43,7 @@ from freelearn.physics.effects.registry import missing_columns
 from freelearn.physics.models.build import build_model, check_model
 from freelearn.physics.models.continuum import CONSTITUENT
 from freelearn.physics.models.own_files import load_own_code
+from freelearn.queries.curves.log_spectra import Spectrum, log_spectra
 from freelearn.queries.curves.model_curves import StateCurves
 from freelearn.queries.curves.run_curves import run_curves
 from freelearn.records.provenance import Origin
@@ -233,13 +235,16 @@ def _write(
         begin_results(folder)
         log_run(outcome, folder, origin)
         shown: list[StateCurves] = []
+        spectra: list[Spectrum] = []
         if task.settings.figures:
             # matplotlib costs a second to import: only when there is something to draw.
             from freelearn.report.plots.tensorboard_figures import log_figures
 
             shown = run_curves(outcome, own, task.settings.bands, task.settings.split.by_states)
-            log_figures(outcome, own, shown, folder, origin.provenance.simulated)
-        report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown)
+            if is_log(own):
+                spectra = log_spectra(outcome.model, own, outcome.accuracy)
+            log_figures(outcome, own, shown, folder, origin.provenance.simulated, spectra)
+        report_run(outcome, folder, origin, command, own if task.settings.figures else None, shown, spectra)
         write_run(outcome, predicted, folder, origin)
     if console:
         from freelearn.report.terminal.printed_run import show_run

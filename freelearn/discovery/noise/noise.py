@@ -47,6 +47,13 @@ def variances(model: Model, states: States, accuracy: Accuracy, present: Tensor)
     return variance
 
 
+def own_variances(model: Model, states: States, accuracy: Accuracy) -> Tensor:
+    """Of what each row's readings err in by themselves, without the position error that the rows of a state share:
+    (N, 2) SI."""
+    every = torch.ones((len(states), 2), dtype=torch.bool)
+    return _parts(sensitivities(model, states), accuracy, states.bed, every)[0]
+
+
 def _parts(sensitivity: Tensor, accuracy: Accuracy, bed: Bed, told: Tensor) -> tuple[Tensor, Tensor]:
     """Variances (N, 2) of what each row errs in by itself, and what its state's position error does to it, (N, 2, 2),
     as far as it is told by a reading (N, 2)."""

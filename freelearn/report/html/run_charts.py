@@ -6,30 +6,69 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from freelearn.common.display import COLORS
 from freelearn.common.formats import sentence
 from freelearn.data.beds import bed_of
+from freelearn.data.logs import RUN, TIME, is_log
 from freelearn.queries.curves.curve_panels import LOOSE, SUSPECTED, curve_numbers, panels_of
 from freelearn.queries.curves.curve_rows import measured_quantities, plane, pressures, sweep, words
+from freelearn.queries.curves.log_spectra import ABOUT_SPECTRA, Spectrum, spectrum_table
+from freelearn.queries.curves.log_traces import loops_of, trace_of, worst_recording
 from freelearn.queries.curves.model_curves import StateCurves, has_band
 from freelearn.queries.curves.shown_states import state_title
 from freelearn.report.html.curve_charts import CurveCharts
 from freelearn.report.html.html_page import Section
+from freelearn.report.html.log_charts import LogCharts, spectrum_chart
 from freelearn.report.html.parity_chart import parity_charts
 from freelearn.report.html.residual_charts import ResidualCharts, residual_strips
 from freelearn.report.tables.picture_numbers import parity_numbers
 from freelearn.report.tables.residual_tables import Limits, drawn, residual_table, scale_limits, shown_samples
 
+# In charts of a log.
+MODEL = {"model": COLORS[1]}
 
-def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves]) -> list[Section]:
+
+def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves], spectra: Sequence[Spectrum] = ()) -> list[Section]:
     """The charts of one run. own: rows in the columns of predictions.csv; shown: the best, a middling and the worst
-    predicted state with their curves."""
+    predicted state with their curves; spectra: of what is left of a log, whose recordings take the states' place."""
     ranks = zip(shown, ("best", "middling", "worst"), strict=False)
-    curves = [curve_section(measured, lines, f"at the {rank} predicted state") for (measured, lines), rank in ranks]
+    if is_log(own):
+        curves = [recording_section(own), *spectra_section(spectra)]
+    else:
+        curves = [curve_section(measured, lines, f"at the {rank} predicted state") for (measured, lines), rank in ranks]
     numbers = parity_numbers(own)
     imposed = [*bed_of(own).state, *pressures(own)]
     charts = parity_charts(numbers, measured_quantities(own), imposed)
     parity = Section("Predicted against measured", charts=charts, numbers={"parity.csv": numbers})
     return [*curves, residual_section(own), parity]
+
+
+def recording_section(own: pd.DataFrame) -> Section:
+    """The recording of a log that is predicted worst, along its time, and the loops of its sample."""
+    rows, sample = worst_recording(own)
+    known, over = measured_quantities(sample), sweep(sample).over
+    charts = LogCharts(MODEL, pressures(sample), known, over)
+    charts.time.update(start=float(rows[TIME].iloc[0]), end=float(rows[TIME].iloc[-1]))
+    (model,) = MODEL
+    trace = trace_of(rows, over, {model: rows})
+    charts.show(trace)
+    said = rows.assign(**{q.column: rows[q.predicted] for q in known})
+    chosen = list(dict.fromkeys(sample[RUN])).index(rows[RUN].iloc[0])
+    loops = {q.column: loops_of(sample, over, q) for q in known}
+    charts.show_loops(loops, chosen, {model: {q.column: loops_of(said, over, q) for q in known}})
+    heading = f"Along the recording that is predicted worst: sample {rows['sample'].iloc[0]}, run {rows[RUN].iloc[0]}"
+    lines = ["Loops: thick of this recording, thin of the sample's others.", *([trace.told] if trace.told else [])]
+    return Section(heading, lines, charts=[*charts.times, *charts.loops])
+
+
+def spectra_section(spectra: Sequence[Spectrum]) -> list[Section]:
+    """What is left of a log by its frequency, beside the noise; none where no recording is long enough."""
+    if not spectra:
+        return []
+    (model,) = MODEL
+    charts = [spectrum_chart({model: spectrum}, MODEL) for spectrum in spectra]
+    heading, numbers = "What is left, by its frequency", {"spectra.csv": spectrum_table(spectra)}
+    return [Section(heading, [ABOUT_SPECTRA], charts=charts, numbers=numbers)]
 
 
 def curve_section(measured: pd.DataFrame, curves: Mapping[str, pd.DataFrame], when: str) -> Section:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from freelearn.queries.curves.log_spectra import Spectrum
 from freelearn.queries.curves.model_curves import StateCurves
 from freelearn.records.provenance import Origin
 from freelearn.records.run import Run, comparison_table
@@ -29,9 +30,11 @@ def report_run(
     command: str,
     own: pd.DataFrame | None = None,
     shown: Sequence[StateCurves] = (),
+    spectra: Sequence[Spectrum] = (),
 ) -> None:
     """Writes report.html. own: rows of the samples that were fitted, in the columns of predictions.csv, and shown:
-    states of them with their curves, for charts; None for none. command: the shell command that repeats the run."""
+    states of them with their curves, for charts; None for none; spectra: of
+    what is left of a log. command: the shell command that repeats the run."""
     sections = [Section("How good it is", [explained(run), row_counts(run)], [error_table(run)])]
     sections.append(Section(FOR_THE_LAB_BOOK, [run_note(run, origin)], kind="note"))
     if run.comparison:
@@ -44,7 +47,7 @@ def report_run(
         # Bokeh takes a second to import: a report without charts does without.
         from freelearn.report.html.run_charts import chart_sections
 
-        sections += chart_sections(own, shown)
+        sections += chart_sections(own, shown, spectra)
     facts = {"seed": origin.seed, "split": origin.split, "fit": f"{run.method}, {run.message}"}
     sections.append(provenance_section(origin.provenance, command, facts))
     title = f"{run.title}, fitted on {run.train}"

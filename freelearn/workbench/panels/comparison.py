@@ -9,11 +9,13 @@ import numpy as np
 import panel as pn
 from bokeh.models import Slider
 
+from freelearn.common.display import COLORS
 from freelearn.data.sets import samples_of
 from freelearn.queries.curves.curve_panels import panels_of
 from freelearn.queries.curves.shown_states import place_text
 from freelearn.report.html.curve_charts import CurveCharts, Drawing
 from freelearn.report.html.residual_charts import ResidualCharts, scales
+from freelearn.workbench.panels.playback import Playback
 from freelearn.workbench.panels.widgets import Tick, beside, share, steady, together, wide
 from freelearn.workbench.state.fitted import Fitted, of_run
 from freelearn.workbench.state.session import Session
@@ -89,6 +91,7 @@ class Comparison:
         # What each panel's legend names: of this sample all that was drawn, for each change of it is a layout anew.
         self.named: dict[int, set[str]] = {}
         self.curve_group, self.map_group = beside(), beside()
+        self.playback = Playback(dict(zip((FIRST, NOW), COLORS, strict=False)))
         self.charts = together(self.curve_group, self.map_group)
         self.curve_panes, self.map_panes = list[pn.pane.Bokeh](), list[pn.pane.Bokeh]()
         self._place_curves()
@@ -99,6 +102,7 @@ class Comparison:
         slid = pn.pane.Bokeh(self.slider, sizing_mode="stretch_width")
         self.view = pn.Column(
             pn.Row(self.sample, slid, pn.Column(self.fixed.view, self.banded.view), sizing_mode="stretch_width"),
+            self.playback.view,
             self.charts,
             sizing_mode="stretch_width",
         )
@@ -190,13 +194,21 @@ class Comparison:
             self._draw_curves()
         self.chosen = self._chosen()
         curves = list(self.labels)
-        self.ahead.prefetch(curves[new + 1 :] if new > old else curves[:new][::-1])
+        if self.now is not None and not self.now.log:
+            self.ahead.prefetch(curves[new + 1 :] if new > old else curves[:new][::-1])
 
     def _draw_curves(self) -> None:
         curve = self._curve()
         if self.now is None or curve is None:
             return
-        self.slider.title = f"kinematic state ({self.labels[curve]})"
+        self.slider.title = f"{'recording' if self.now.log else 'kinematic state'} ({self.labels[curve]})"
+        self.playback.view.visible = self.now.log
+        self.curve_group.visible = self.banded.view.visible = not self.now.log
+        if self.now.log:
+            # Along a recording a model is no function of the pressure.
+            first = {} if self.first is self.now or self.first is None else {FIRST: self.first}
+            self.playback.show({**first, NOW: self.now}, self.sample.value, self.now.rows(curve))
+            return
         self.drawn_banded = self.session.banded
         shown = panels_of(self.now.table.iloc[self.now.rows(curve)])
         if tuple(self.curves.shown) != shown:

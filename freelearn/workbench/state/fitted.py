@@ -15,6 +15,7 @@ from freelearn.api.fitted_run import FittedRun
 from freelearn.common.errors import UserError
 from freelearn.data.beds import Quantity, bed_of
 from freelearn.data.columns import usable_rows
+from freelearn.data.logs import RUN, is_log
 from freelearn.data.rows import Readings, Rows
 from freelearn.data.states import States, kinematic_state
 from freelearn.discovery.search.testable import candidates
@@ -24,6 +25,7 @@ from freelearn.physics.effects.registry import lent
 from freelearn.physics.models.build import load_model
 from freelearn.physics.written.source import effect_class
 from freelearn.queries.curves.curve_rows import curves_of, measured_quantities, misses, plane, sweep_text
+from freelearn.queries.curves.log_spectra import Spectrum, log_spectra
 from freelearn.queries.curves.model_curves import model_curve, taut_rows
 from freelearn.queries.curves.shown_states import ROWS_FOR_A_CURVE, fields, place_text, places
 from freelearn.queries.inverse.bands import Bands
@@ -75,7 +77,9 @@ class Fitted:
         return {int(n): self._label(int(n), place) for n, place in shown.iterrows()}
 
     def _label(self, curve: int, place: pd.Series) -> str:
-        parts = [place_text(place, self.bed.state), sweep_text(self.table.iloc[self.rows(curve)])]
+        rows = self.table.iloc[self.rows(curve)]
+        run = f"run {rows[RUN].iloc[0]}" if self.log else ""
+        parts = [run, place_text(place, self.bed.state), sweep_text(rows)]
         return ", ".join(part for part in parts if part).replace("-", "−")
 
     def worst(self, curves: list[int]) -> int:
@@ -96,6 +100,18 @@ class Fitted:
             self.model, (), self.table.columns, rows[torch.as_tensor(np.flatnonzero(self.usable))]
         )
         return names, {other["effect"]: other["reason"] for other in others}
+
+    @cached_property
+    def log(self) -> bool:
+        """Whether its rows are samples of recordings."""
+        return is_log(self.table)
+
+    @cached_property
+    def spectra(self) -> list[Spectrum]:
+        """What the model leaves of a log by its frequency, beside the noise that was stated or estimated."""
+        with lent(self.own):
+            accuracy = FittedRun.from_folder(self.folder).run.accuracy
+        return log_spectra(self.model, self.table, accuracy)
 
     @cached_property
     def bands(self) -> Bands | None:
