@@ -15,6 +15,7 @@ from benchmark.common import ROOT, Report
 
 import freelearn
 from freelearn.export.actuator import Actuator
+from freelearn.export.functions import Functions
 from freelearn.export.writers.c_file import compiler
 from freelearn.export.writers.onnx_file import answered, opened
 
@@ -55,7 +56,7 @@ def exported(report: Report) -> None:
             run.export(folder / "arm.onnx", force=True)
             run.export(folder / "arm.c", force=True)
             actuator = Actuator.from_fitted(run)
-            loads = actuator.functions[0]
+            loads = Functions(actuator).view.answer
             (folder / "main.c").write_text(
                 MAIN.format(inputs=len(loads.inputs), outputs=len(loads.outputs), calls=CALLS), encoding="utf-8"
             )

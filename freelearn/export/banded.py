@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from freelearn.queries.inverse.bands import SAME
 from freelearn.queries.inverse.miss import Miss
 from freelearn.queries.inverse.system import System
 
@@ -16,15 +15,12 @@ from freelearn.queries.inverse.system import System
 class Banded:
     """own (2, 2): covariance that is the same everywhere, of the readings and of what the model misses. errors (m,):
     one standard deviation of each input. matrix (p, p): of the model's raw vector, None where nothing is known of it.
-    unknown (u,) int64: its numbers that nobody knows. outputs (2,): standard deviations in a half band of each output;
-    inverse (2,): the same of a pressure, for each load given."""
+    unknown (u,) int64: its numbers that nobody knows."""
 
     own: Tensor
     errors: Tensor
     matrix: Tensor | None
     unknown: Tensor
-    outputs: Tensor
-    inverse: Tensor
 
     @classmethod
     def from_miss(cls, miss: Miss, system: System) -> Banded:
@@ -34,19 +30,12 @@ class Banded:
             readings = [getattr(miss.accuracy, q.error) for q in system.bed.readings]
             own = own + torch.diag(torch.tensor(readings, dtype=torch.float64) ** 2)
             errors = torch.tensor([getattr(miss.accuracy, q.error) for q in system.inputs], dtype=torch.float64)
-        told = system.mechanical and system.pressures == 1
-        inverse = [miss.factors((2,), (i,), SAME)[0] for i in (0, 1)] if told else [SAME[0], SAME[1]]
-        return cls(
-            own,
-            errors,
-            None if miss.parameters.silent else miss.parameters.matrix,
-            torch.nonzero(miss.parameters.undetermined)[:, 0],
-            miss.factors((), (0, 1), SAME),
-            torch.stack(inverse),
-        )
+        matrix = None if miss.parameters.silent else miss.parameters.matrix
+        return cls(own, errors, matrix, torch.nonzero(miss.parameters.undetermined)[:, 0])
 
-    def deviations(self, system: System, x: Tensor, slopes: Tensor) -> Tensor:
-        """One standard deviation of what a new measurement is off by, (1, 2); NaN where nobody knows."""
+    def deviations(self, system: System, x: Tensor, slopes: Tensor, maps: Tensor | None = None) -> Tensor:
+        """One standard deviation of what a new measurement is off by, of each output (1, 2), or of what maps (1, k, 2)
+        make of both, (1, k); NaN where nobody knows. slopes: (1, 2, m) at x."""
         spread = slopes * self.errors
         total = self.own + spread @ spread.transpose(1, 2)
         lost = torch.zeros(1, 2, dtype=torch.bool)
@@ -55,7 +44,11 @@ class Banded:
             total = total + rate @ self.matrix @ rate.transpose(1, 2)
             if len(self.unknown):
                 lost = (rate[:, :, self.unknown].abs() > 0).any(-1)
-        return torch.where(lost, torch.nan, torch.diagonal(total, dim1=-2, dim2=-1).clamp_min(0).sqrt())
+        if maps is not None:
+            total = maps @ total @ maps.transpose(1, 2)
+            lost = ((maps != 0) & lost[:, None, :]).any(-1)
+        variance = torch.diagonal(total, dim1=-2, dim2=-1)
+        return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt())
 
 
 def _by_parameters(system: System, x: Tensor) -> Tensor:

@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from freelearn.common.files import write_text
-from freelearn.export.actuator import Actuator
 from freelearn.export.certificate import PAGE, Certificate
-from freelearn.export.round_trip import Difference, Reference
-from freelearn.queries.fitted_model import FittedModel
-from freelearn.queries.inverse.bands import SAME
+from freelearn.export.checks import Check
+from freelearn.export.functions import Functions, View
+from freelearn.export.round_trip import Reference
 from freelearn.report.html.html_page import ENVIRONMENT
 from freelearn.report.plots.canvas import finish, new_figure
 
@@ -32,11 +31,20 @@ img { max-width: 100%; } .held { font-weight: 600; } .warning { border-left: 3px
 {% for line in c.warnings %}<p class="warning">{{ line }} Exported all the same, as asked.</p>{% endfor %}
 {% if trip %}
 <p class="held">{{ "Held" if trip.held else "Not held" }}: over {{ trip.states }} states in the data's box,
-{{ trip.on_edge }} of them on its edge, the largest difference from the model is
-{% for name, share in trip.largest_difference.items() %}{{ "%.1e"|format(share) }} of the range of the {{ name }}
-({{ "%.4g"|format(trip.ranges[name]) }}){{ ", " if not loop.last }}{% endfor %}; allowed are
-{{ "%g"|format(trip.limit) }}.
-{{ "%g"|format(100 * trip.outside.flagged) }} % of {{ trip.outside.states }} states beyond the data were flagged.</p>
+{{ trip.on_edge }} of them on its edge, no difference from the model may exceed {{ "%g"|format(trip.limit) }} of the
+range. {{ "%g"|format(100 * trip.outside.flagged) }} % of {{ trip.outside.states }} states beyond the data were
+flagged.</p>
+{% for line in c.broken %}<p class="warning">{{ line }}.</p>{% endfor %}
+<table><tr><th>function</th><th>output</th><th>largest difference</th><th>of</th></tr>
+{% for name, f in trip.functions.items() %}{% for output, share in f.largest_difference.items() %}
+<tr><td>{{ name if loop.first }}</td><td>{{ output }}</td>
+<td>{{ "not a number" if share < 0 else "%.1e"|format(share) }}</td><td>{{ "%.4g"|format(f.ranges[output]) }}</td></tr>
+{% endfor %}{% for flag, count in f.flags_that_differ.items() %}<tr><td></td><td>{{ flag }}</td>
+<td>{{ count }} of {{ f.states }} wrong</td><td></td></tr>{% endfor %}{% endfor %}</table>
+<p>Differences of an answer count as shares of its range over these states, of a derivative or band as shares of its
+largest amount; of pressures it is what they leave of the loads that were wanted.</p>
+{% for name, off in (c.simulated or {}).items() %}<p>In MuJoCo, {{ name }}: {{ "not found" if off is none else
+"%.1e of the range"|format(off) }}.</p>{% endfor %}
 {% else %}<p class="held">Not run on this machine: nothing was compared.</p>{% endif %}
 <p>Beyond the data: {{ c.outside }}</p>
 {% for about, picture in pictures %}<figure><img alt="{{ about }}" src="data:image/png;base64,{{ picture }}">
@@ -66,54 +74,59 @@ POINTS = 60
 LEVELS = (0.1, 0.5, 0.9)
 
 
-def write_page(actuator: Actuator, found: Certificate) -> None:
+def write_page(functions: Functions, found: Certificate) -> None:
     """Writes export.html beside the certificate."""
-    pictures = [("The loads over the pressure, with their 95 % bands, in the middle of the data", _loads(actuator))]
-    if found.difference is not None:
-        pictures.append(("Differences from the model over all states compared", _differences(found.difference)))
+    pictures = [(_about(view), _answers(view)) for view in functions.views]
+    if found.checks is not None:
+        about = "Differences from the model over all states compared, the largest of each function's outputs"
+        pictures.append((about, _differences(list(found.checks.every.values()))))
     shown = [(about, _embedded(figure)) for about, figure in pictures]
     text = TEXT.render(c=found.content, trip=found.content["round_trip"], pictures=shown)
     write_text(found.folder / PAGE, text)
 
 
-def _loads(actuator: Actuator) -> Figure:
-    """What is answered over the last input, at three levels of the first."""
+def _about(view: View) -> str:
+    names = " and ".join(p.name for p in view.actuator.answered)
+    pressures = "pressures, all alike" if view.actuator.states.members else "pressure"
+    return f"{names.capitalize()} over the {pressures}, with 95 % bands, in the middle of the data"
+
+
+def _answers(view: View) -> Figure:
+    """What is answered over the pressures, at three levels of what is imposed first, or of what it goes through."""
+    actuator = view.actuator
     low, high = np.array(actuator.domain).T
-    figure = new_figure(9.0, 3.6)
-    for i, port in enumerate(actuator.answered):
-        axes = figure.add_subplot(1, 2, i + 1)
-        for level in LEVELS:
-            x = np.zeros((POINTS, len(actuator.forward.inputs)))
-            x[:, : len(low)] = low + 0.5 * (high - low)
-            x[:, 0] = low[0] + level * (high[0] - low[0])
-            x[:, 2 : len(low)] = np.linspace(low[2:], high[2:], POINTS)
-            reference = Reference(actuator, x)
-            y, half = reference.answered[0][:, i], _half(actuator.fitted, reference)[:, i]
-            name = f"{actuator.imposed[0].name} {x[0, 0]:.3g} {actuator.imposed[0].unit}"
-            (line,) = axes.plot(x[:, 2], y, label=name)
+    names, answered = [p.name for p in view.inputs], actuator.answered
+    # What was never varied tells nothing.
+    first = 0 if high[0] > low[0] else 1
+    figure = new_figure(9.0 if len(answered) == 2 else 5.0, 3.6)
+    panels = [figure.add_subplot(1, len(answered), i + 1) for i in range(len(answered))]
+    for level in LEVELS:
+        x = np.zeros((POINTS, len(names)))
+        x[:, : len(low)] = low + 0.5 * (high - low)
+        x[:, first] = low[first] + level * (high[first] - low[first])
+        x[:, 2 : len(low)] = np.linspace(low[2:], high[2:], POINTS)
+        outputs = Reference(actuator, x, names).outputs
+        port = actuator.imposed[first]
+        for axes, answer in zip(panels, answered, strict=True):
+            y = np.where(outputs["status"] == 0, outputs[answer.name], np.nan)
+            half = np.nan_to_num(outputs.get(f"{answer.name}_half_band", np.zeros(POINTS)))
+            (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {x[0, first]:.3g} {port.unit}")
             axes.fill_between(x[:, 2], y - half, y + half, alpha=0.2, color=line.get_color(), linewidth=0)
-        finish(axes, f"{actuator.imposed[2].name} [{actuator.imposed[2].unit}]", f"{port.name} [{port.unit}]")
+    for axes, answer in zip(panels, answered, strict=True):
+        finish(axes, f"{actuator.imposed[2].name} [{actuator.imposed[2].unit}]", f"{answer.name} [{answer.unit}]")
         axes.legend(fontsize="small")
     figure.tight_layout()
     return figure
 
 
-def _half(fitted: FittedModel, reference: Reference) -> np.ndarray:
-    if fitted.bands is None:
-        return np.zeros((len(reference.inputs), 2))
-    system, x = reference.system, reference.x
-    half = fitted.bands.miss.half_width(system, x, system.slopes(x)[1], (), (0, 1), SAME)[1]
-    found: np.ndarray = np.nan_to_num(half.numpy())
-    return found
-
-
-def _differences(difference: Difference) -> Figure:
+def _differences(checks: list[Check]) -> Figure:
     figure = new_figure(6.0, 3.2)
     axes = figure.add_subplot()
-    shares = difference.shares[np.isfinite(difference.shares).all(1)]
-    bins = np.geomspace(1e-17, max(1e-14, 2 * float(shares.max(initial=1e-14))), 60)
-    for i, name in enumerate(difference.largest):
-        axes.hist(np.maximum(shares[:, i], 1e-17), bins=list(bins), histtype="step", label=name)
+    largest = [check.shares.max(1, initial=0.0) for check in checks]
+    finite = np.concatenate([share[np.isfinite(share)] for share in largest])
+    bins = np.geomspace(1e-17, max(1e-14, 2 * float(finite.max(initial=1e-14))), 60)
+    for check, share in zip(checks, largest, strict=True):
+        axes.hist(np.maximum(share[np.isfinite(share)], 1e-17), bins=list(bins), histtype="step", label=check.function)
     axes.set_xscale("log")
     finish(axes, "difference, share of the range", "states")
     axes.legend(fontsize="small")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.data.beds import DEG, KPA, MM
-from freelearn.data.states import severity
-from freelearn.export.actuator import HISTORY, Actuator
-from freelearn.physics.chain.prediction import Status
+from freelearn.data.beds import DEAD_LOAD, DEG, INFLATION, KPA, MM
+from freelearn.data.states import States, severity
+from freelearn.export.actuator import HISTORY, NEXT, WORST, Actuator
+from freelearn.queries.inverse.bands import SAME
 from freelearn.queries.inverse.system import System
 
 # States that are compared, and of them those with at least one input at the end of its data.
@@ -23,7 +23,7 @@ STATES, ON_EDGE = 10_000, 2_000
 # States beyond the data, by this share of their span.
 OUTSIDE, BEYOND = 500, (0.05, 0.5)
 # What is remembered at the states compared: least and most of each.
-REMEMBERED = {"clock": (0.0, 1e4), "dwell": (0.0, 600.0), "worst_severity": (0.0, 2.0)}
+REMEMBERED = {"clock": (0.0, 1e4), "dwell": (0.0, 600.0), WORST: (0.0, 2.0)}
 
 # Rows of a function's outputs for rows of its inputs: (n, inputs) → (n, outputs).
 Answers = Callable[[np.ndarray], np.ndarray]
@@ -31,14 +31,15 @@ Answers = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Samples:
-    """Inputs of the function `loads`, SI, (n, k). inside: those within the data. seed: that drew them."""
+    """Inputs of what is known at what an actuator's bed imposes, SI, (n, k): within the data, and beyond them."""
 
     inside: np.ndarray
     outside: np.ndarray
 
     @classmethod
-    def from_actuator(cls, actuator: Actuator, seed: int = 0, states: int = STATES) -> Samples:
-        """Drawn evenly over the box of the data; a fifth of them on its faces, edges and corners."""
+    def from_actuator(cls, actuator: Actuator, names: Sequence[str], seed: int = 0, states: int = STATES) -> Samples:
+        """Drawn evenly over the box of the data; a fifth of them on its faces, edges and corners. names: of all inputs,
+        the imposed ones first."""
         generator = np.random.default_rng(seed)
         low, high = np.array(actuator.domain).T
         x = generator.uniform(low, high, size=(states, len(low)))
@@ -50,73 +51,69 @@ class Samples:
         span = np.where(high > low, high - low, np.maximum(np.abs(high), 1e-3))
         far = generator.uniform(low, high, size=(OUTSIDE, len(low)))
         which = generator.integers(len(low), size=OUTSIDE)
-        step = span[which] * generator.uniform(*BEYOND, size=OUTSIDE) + 4 * _slack(actuator)[which]
+        slack = actuator.fitted.asker.slack(actuator.system).numpy()
+        step = span[which] * generator.uniform(*BEYOND, size=OUTSIDE) + 4 * slack[which]
         up, rows = generator.random(OUTSIDE) < 0.5, np.arange(OUTSIDE)
         far[rows, which] = np.where(up, high[which] + step, low[which] - step)
-        return cls(_remembering(actuator, x, generator), _remembering(actuator, far, generator))
+        span = np.ptp(np.array(actuator.domain), axis=1)
+        return cls(*(_remembering(names, at, span, generator) for at in (x, far)))
 
 
-def _slack(actuator: Actuator) -> np.ndarray:
-    slack: np.ndarray = actuator.fitted.asker.slack(actuator.system).numpy()
-    return slack
-
-
-def _remembering(actuator: Actuator, x: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+def _remembering(names: Sequence[str], x: np.ndarray, span: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     columns = [x]
-    span = np.ptp(np.array(actuator.domain), axis=1)
-    for port in actuator.forward.inputs[x.shape[1] :]:
-        if port.name.startswith("direction"):
+    for name in names[x.shape[1] :]:
+        if name.startswith("direction"):
             drawn = generator.integers(-1, 2, size=len(x)).astype(float)
-        elif port.name in ("moved_length", "moved_twist"):
-            half = 0.2 * span[0 if port.name == "moved_length" else 1]
+        elif name in ("moved_length", "moved_twist"):
+            half = 0.2 * span[0 if name == "moved_length" else 1]
             drawn = generator.uniform(-half, half, size=len(x))
         else:
-            drawn = generator.uniform(*REMEMBERED[port.name], size=len(x))
+            drawn = generator.uniform(*REMEMBERED[WORST if name.startswith(WORST) else name], size=len(x))
         columns.append(drawn[:, None])
     return np.concatenate(columns, axis=1)
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What the fitted model itself answers at inputs of `loads`, by its own searches."""
+    """What the fitted model itself answers, by its own searches. inputs (n, k): by names, the imposed ones first."""
 
     actuator: Actuator
     inputs: np.ndarray
+    names: Sequence[str]
 
     @cached_property
     def system(self) -> System:
         """Its equations at the inputs."""
         actuator, count = self.actuator, len(self.inputs)
-        states = actuator.system.states[torch.zeros(count, dtype=torch.int64)]
-        names = [p.name for p in actuator.forward.inputs]
-        given = {n: torch.as_tensor(self.inputs[:, i].copy()) for i, n in enumerate(names)}
-        shared = {p.name: given[p.name] for p in HISTORY[:4] if p.name in given}
-        if "worst_severity" in given:
-            now = torch.as_tensor(self.severity)
-            shared |= {"severity": now, "past_severity": torch.maximum(given["worst_severity"], now)}
-        members = tuple(
-            m.replace(**shared, **({"direction": given[f"direction_{i}"]} if f"direction_{i}" in given else {}))
-            for i, m in enumerate(states.members, start=1)
-        )
-        directed = {"direction": given["direction"]} if "direction" in given else {}
-        return System(actuator.fitted.model, states.replace(members=members, **shared, **directed))
+        states = actuator.states[torch.zeros(count, dtype=torch.int64)]
+        given = {n: torch.as_tensor(self.inputs[:, i].copy()) for i, n in enumerate(self.names)}
+        shared = {p.name: given[p.name] for p in HISTORY if p.name in given}
+        each = []
+        for i, one in enumerate(states.members or (states,)):
+            number = f"_{i + 1}" if states.members else ""
+            own = {"direction": given[f"direction{number}"]} if f"direction{number}" in given else {}
+            if f"{WORST}{number}" in given:
+                now = torch.as_tensor(self.severity(i))
+                own |= {"severity": now, "past_severity": torch.maximum(given[f"{WORST}{number}"], now)}
+            each.append(one.replace(**shared, **own))
+        moved = states.replace(**shared, members=tuple(each)) if states.members else each[0]
+        return System(actuator.fitted.model, moved)
 
-    @property
-    def severity(self) -> np.ndarray:
-        """Of each state, as a table's rows have it."""
-        states, count = self.actuator.states, len(self.inputs)
+    def severity(self, number: int) -> np.ndarray:
+        """Of each state, as a table's rows have it, of the member of this number, (n,)."""
+        actuator: States = (self.actuator.states.members or (self.actuator.states,))[number]
         columns = {
-            "length_mm": float(states.reference_length) / MM,
-            "inner_radius_mm": float(states.inner_radius) / MM,
-            "outer_radius_mm": float(states.outer_radius) / MM,
-            "gamma_deg": float(states.fiber_angle) / DEG,
+            "length_mm": float(actuator.reference_length) / MM,
+            "inner_radius_mm": float(actuator.inner_radius) / MM,
+            "outer_radius_mm": float(actuator.outer_radius) / MM,
+            "gamma_deg": float(actuator.fiber_angle) / DEG,
         }
-        if states.second_angle is not None and states.second_share is not None and bool(states.second_share[0]):
-            columns["gamma2_deg"] = float(states.second_angle) / DEG
+        if actuator.second_angle is not None and actuator.second_share is not None and bool(actuator.second_share[0]):
+            columns["gamma2_deg"] = float(actuator.second_angle) / DEG
         x = self.inputs
-        table = pd.DataFrame(columns, index=range(count)).assign(
-            elongation_mm=x[:, 0] / MM, twist_deg=x[:, 1] / DEG, pressure_kpa=x[:, 2] / KPA
-        )
+        table = pd.DataFrame(columns, index=range(len(x))).assign(pressure_kpa=x[:, 2 + number] / KPA)
+        if self.actuator.placed:
+            table = table.assign(elongation_mm=x[:, 0] / MM, twist_deg=x[:, 1] / DEG)
         return severity(table)
 
     @cached_property
@@ -127,60 +124,61 @@ class Reference:
 
     @cached_property
     def answered(self) -> tuple[np.ndarray, np.ndarray]:
-        """What is answered (n, 2), SI, and the status of each (n,)."""
+        """What is answered (n, 1 or 2), SI, and the status of each (n,)."""
         y, status = self.system.at(self.x)
-        return y.numpy(), status.numpy()
+        return y.numpy()[:, self.actuator.shown], status.numpy()
 
+    @cached_property
+    def _at_rest(self) -> tuple[System, torch.Tensor]:
+        """Where loads are hung, the equations of loads at a place, and the places."""
+        held = self.actuator.held
+        assert held is not None
+        place = torch.as_tensor(self.answered[0]) + held.rest[:2]
+        states = self.system.states.replace(bed=held.bed)
+        return System(self.system.model, states), torch.cat([place, self.x[:, 2:]], dim=-1)
 
-@dataclass(frozen=True)
-class Difference:
-    """states: compared; on_edge of them. settled: those with an answer. largest: difference of each answer as a share
-    of its range, by name. ranges: these, SI. statuses: rows whose status differs. flagged: share of the states
-    beyond the data that were told as such."""
+    @cached_property
+    def hung(self) -> bool:
+        """Whether the answer is a place that was looked for."""
+        return self.actuator.bed is DEAD_LOAD and self.actuator.held is not None
 
-    states: int
-    on_edge: int
-    settled: int
-    largest: dict[str, float]
-    ranges: dict[str, float]
-    statuses: int
-    outside: int
-    flagged: float
-    worst: dict[str, float]
-    shares: np.ndarray
+    @cached_property
+    def outputs(self) -> dict[str, np.ndarray]:
+        """Everything that is known there, by the names of the exported outputs."""
+        actuator = self.actuator
+        y, status = self.answered
+        names = [p.name for p in actuator.answered]
+        found = {n: y[:, i] for i, n in enumerate(names)} | {"status": status.astype(np.float64)}
+        inside = actuator.inside(self.x)
+        if self.hung:
+            assert actuator.held is not None
+            inside = inside & actuator.held.inside(self._at_rest[1])
+        found["inside"] = inside.numpy().astype(np.float64)
+        slopes = self.system.slopes(self.x)[1]
+        for i, name in enumerate(names):
+            for k, port in enumerate(actuator.imposed):
+                found[f"d_{name}_by_{port.name}"] = slopes[:, actuator.shown[i], k].numpy()
+        if actuator.fitted.bands:
+            half = self._half(slopes)
+            found |= {f"{n}_half_band": half[:, actuator.shown[i]] for i, n in enumerate(names)}
+        for k, name in enumerate(self.names):
+            if name.startswith(WORST):
+                now = self.severity(int(name.rsplit("_", 1)[1]) - 1 if actuator.states.members else 0)
+                found[name.replace(WORST, NEXT)] = np.maximum(self.inputs[:, k], now)
+        return found
 
-    @property
-    def most(self) -> float:
-        """The largest of all."""
-        return max(self.largest.values())
-
-
-def compared(actuator: Actuator, answers: Answers, samples: Samples) -> Difference:
-    """An export's answers beside the model's own. answers: those of the function `loads`."""
-    loads = actuator.functions[0]
-    place = {p.name: i for i, p in enumerate(loads.outputs)}
-    got, (want, status) = answers(samples.inside), Reference(actuator, samples.inside).answered
-    settled = (status != int(Status.NO_EQUILIBRIUM)) & np.isfinite(want).all(1)
-    ranges = np.ptp(want[settled], axis=0)
-    shares = np.abs(got[:, :2] - want)[settled] / np.where(ranges > 0, ranges, 1.0)
-    # What is not a number is as far off as can be.
-    shares = np.where(np.isnan(shares), np.inf, shares)
-    names = [p.name for p in actuator.answered]
-    flags = answers(samples.outside)[:, place["inside"]] == 0
-    worst = samples.inside[settled][shares.max(1).argmax()]
-    edges = len(samples.inside) * ON_EDGE // STATES
-    return Difference(
-        states=len(samples.inside),
-        on_edge=edges,
-        settled=int(settled.sum()),
-        largest=dict(zip(names, shares.max(0).tolist(), strict=True)),
-        ranges=dict(zip(names, ranges.tolist(), strict=True)),
-        statuses=int((got[:, place["status"]] != status).sum()) if "status" in place else 0,
-        outside=len(samples.outside),
-        flagged=float(flags.mean()),
-        worst=dict(zip((p.name for p in loads.inputs), worst.tolist(), strict=True)),
-        shares=shares,
-    )
+    def _half(self, slopes: torch.Tensor) -> np.ndarray:
+        bands = self.actuator.fitted.bands
+        assert bands is not None
+        system, x = self.system, self.x
+        if self.hung:
+            system, x = self._at_rest
+            slopes = system.slopes(x)[1]
+        inputs, outputs = bands.miss.half_width(system, x, slopes, (0, 1) if self.hung else (), (0, 1), SAME)
+        half: np.ndarray = (inputs if self.hung else outputs).numpy()
+        if self.actuator.bed is INFLATION and self.actuator.held:
+            half = np.c_[half[:, 0], np.full(len(half), bands.diameter)]
+        return half
 
 
 # What float64 leaves of the model's own numbers, as a share of the range: more is no rounding.
@@ -189,13 +187,16 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Written:
-    """files: in the folder, the first the one to use. answers: of its function `loads`, None where nothing here can run
-    it. limit: largest difference allowed, a share of the range. outside: what happens beyond the data. notes: what else
-    to know. more: further figures for the certificate."""
+    """files: in the folder, the first the one to use. answers: of its functions, by name; empty where nothing here can
+    run them. limit: largest difference allowed, a share of the range. outside: what happens beyond the data. notes:
+    what else to know. boxed: whether it knows the ends of each input alone. more: further figures for the certificate;
+    broken: which of these are larger than is allowed, in words."""
 
     files: list[Path]
-    answers: Answers | None
+    answers: Mapping[str, Answers]
     outside: str
     limit: float = ROUNDING
+    boxed: bool = False
     notes: list[str] = field(default_factory=list)
     more: dict[str, Any] = field(default_factory=dict)
+    broken: list[str] = field(default_factory=list)

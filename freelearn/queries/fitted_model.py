@@ -192,13 +192,13 @@ class FittedModel:
         states = _standing(states) if alone else _undirected(states, complete)
         system = System.from_model(self.model, states)
         x, y = _blanked(system, complete)
-        y[:, self._never_shown] = torch.nan
+        y[:, self.never_shown] = torch.nan
         asker = replace(self.asker, banded=bands)
         if along:
             answered = LogQuestion(complete, self.bed, system, self._largest).answered(asker, x, y)
         else:
             answered = asker.answered(system, x, y)
-        answered.y[:, self._never_shown] = torch.nan
+        answered.y[:, self.never_shown] = torch.nan
         known = np.isin(complete["sample"], np.unique(self.rows.states.sample.numpy())) & self._same_design(complete)
         found = answers(questions, system, answered, known, self._diameter(questions, system, answered.x, bands))
         return self._beside(found, system, x, y)
@@ -212,7 +212,7 @@ class FittedModel:
         return loads.abs().nan_to_num(nan=0.0).amax(0).clamp_min(1e-9)
 
     @cached_property
-    def _never_shown(self) -> list[int]:
+    def never_shown(self) -> list[int]:
         """Outputs that mean nothing: a network was never shown one of them."""
         if self.model.family != "mlp":
             return []

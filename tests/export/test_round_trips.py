@@ -14,6 +14,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.export.actuator import Actuator
 from freelearn.export.export_options import Options
+from freelearn.export.functions import Functions
 from freelearn.export.writers.c_file import compiler, run, write_c
 from freelearn.physics.models.build import build_model
 
@@ -27,7 +28,12 @@ def three(tmp_path_factory):
     fitted = actuator(tmp_path_factory.mktemp("three"), THREE)
     found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
     # Traced once: that takes the most time of all.
-    return fitted, found, {f.name: f for f in Actuator.from_fitted(fitted).functions}, run(found.files[0], "left")
+    return (
+        fitted,
+        found,
+        {f.name: f for f in Functions(Actuator.from_fitted(fitted)).every},
+        run(found.files[0], "left"),
+    )
 
 
 @needs_compiler
@@ -92,13 +98,13 @@ def test_a_ballooned_tube_is_flagged(tmp_path):
     """At its own pressures a soft wall without stiff fibers has no equilibrium; the C says so, as the model does."""
     model = build_model("continuum", {"C1": 8e4, "C2": 1e3}, [])
     fitted = freelearn.load(folder_of(tmp_path / "run", model, grid().assign(force_n=0.0, moment_nmm=0.0)))
-    actuator = Actuator.from_fitted(fitted)
-    write_c(actuator, tmp_path, Options("c", "soft"))
+    functions = Functions(Actuator.from_fitted(fitted))
+    write_c(functions, tmp_path, Options("c", "soft"))
     rows = grid()
     with torch.no_grad():
         status = model(States.from_table(rows)).status.numpy()
     state = np.column_stack([rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA])
-    out, flags = run(tmp_path / "soft.c", "soft").answers(actuator.functions[0], state)
+    out, flags = run(tmp_path / "soft.c", "soft").answers(functions.view.answer, state)
     assert 0 < status.sum() < len(rows)
     np.testing.assert_array_equal(out[:, 2], status)
     np.testing.assert_array_equal((flags & 2) > 0, status == 1)

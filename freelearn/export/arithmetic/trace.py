@@ -30,7 +30,7 @@ from freelearn.physics.mechanics.wall import Wall
 
 # Turns of each search. The certificate of every export finds out whether they were enough: rows that do not settle are
 # told as without equilibrium.
-HALLEY, BRACKET, MOUNT, HANG = 12, 40, 12, 60
+HALLEY, BRACKET, MOUNT, HANG = 12, 40, 12, dead_load.MAX_ITERATIONS
 
 
 @contextmanager
@@ -131,7 +131,11 @@ def _hung(
     weight = torch.stack([states.force, states.moment], dim=-1)
 
     def turn(carried: list[Tensor]) -> list[Tensor]:
-        q, reach, before, _, _ = carried
+        q, reach, before, _, _, turns = carried
+        # Those that have not settled early begin anew from where they are.
+        anew = turns == dead_load.EARLY
+        reach = torch.where(anew[:, None], largest, reach)
+        before = torch.where(anew, -1.0, before)
         shown, rate = rows_jacobian(lambda at: loads(dead_load._moved(states, at), values).loads, q)
         excess, stiffness = (shown - weight) * size, -rate * size[:, :, None] * size[:, None, :]
         followed, stable = dead_load._positive(stiffness)
@@ -143,13 +147,15 @@ def _hung(
         reach = torch.where((before < 0)[:, None], reach, shorter)
         scaled = torch.minimum(torch.maximum(step, -reach), reach)
         moved = size * torch.minimum(torch.maximum(q / size + scaled, bounds[:, 0]), bounds[:, 1])
-        return [torch.where(settled[:, None], q, moved), reach, far, -rate, settled]
+        return [torch.where(settled[:, None], q, moved), reach, far, -rate, settled, turns + 1]
 
-    none = -torch.ones_like(states.length)
-    no = torch.zeros_like(none, dtype=torch.bool)
-    zero = torch.zeros_like(size)[:, :, None].expand(-1, -1, 2)
-    place = torch.stack([states.length, states.twist], dim=-1)
-    q, _, _, stiffness, settled = repeated(turn, [place, largest, none, zero, no], HANG)
+    # Of the trace's own tensors, as all that is carried.
+    count = 0.0 * states.force
+    none, no = count - 1.0, torch.zeros_like(count, dtype=torch.bool)
+    zero = torch.zeros_like(weight)[:, :, None].expand(-1, -1, 2)
+    place = torch.stack([states.length, states.twist], dim=-1) + count[:, None]
+    begin = [place, largest + count[:, None], none, zero, no, count]
+    q, _, _, stiffness, settled, _ = repeated(turn, begin, HANG)
     return dead_load._Rest(q, stiffness, settled)
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
-from freelearn.export.actuator import Actuator
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options
-from freelearn.export.round_trip import Written
+from freelearn.export.functions import Functions
+from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_source import c_source
 
 # C that is compiled on this machine, to be checked and timed.
@@ -68,16 +68,20 @@ OUTSIDE = (
 )
 
 
-def write_c(actuator: Actuator, folder: Path, options: Options) -> Written:
+def write_c(functions: Functions, folder: Path, options: Options) -> Written:
     """NAME.c."""
-    functions = actuator.functions
+    every = functions.every
     path = folder / f"{options.name}.c"
-    write_text(path, c_source(options.name, title(actuator, options), functions))
-    notes = [f"{f.name}: {f.operations} operations in every call" for f in functions]
+    write_text(path, c_source(options.name, title(functions, options), every))
+    notes = [f"{f.name}: {f.operations} operations in every call" for f in every]
     if compiler() is None:
-        return Written([path], None, OUTSIDE, notes=[*notes, "No C compiler on this machine: the file was not run."])
+        return Written([path], {}, OUTSIDE, notes=[*notes, "No C compiler on this machine: the file was not run."])
     library = run(path, options.name)
-    return Written([path], lambda x: library.answers(functions[0], x)[0], OUTSIDE, notes=notes)
+
+    def answered(f: Function) -> Answers:
+        return lambda x: library.answers(f, x)[0]
+
+    return Written([path], {f.name: answered(f) for f in every}, OUTSIDE, notes=notes)
 
 
 def run(path: Path, name: str) -> Library:
@@ -90,8 +94,8 @@ def run(path: Path, name: str) -> Library:
         return Library(library, name)
 
 
-def title(actuator: Actuator, options: Options) -> str:
+def title(functions: Functions, options: Options) -> str:
     """The actuator in a line."""
-    states = actuator.states
-    design = "an end block of several actuators" if states.members else f"sample {actuator.sample}"
+    actuator = functions.actuator
+    design = "an end block of several actuators" if actuator.states.members else f"sample {actuator.sample}"
     return f"{options.name}: {actuator.fitted.title}, {design}, written by freelearn"

@@ -7,6 +7,7 @@ import platform
 import sys
 import tempfile
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,10 @@ import numpy as np
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_whole
 from freelearn.common.package import VERSION
-from freelearn.export.actuator import Actuator
+from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options, needed
-from freelearn.export.round_trip import Written
+from freelearn.export.functions import Functions
+from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_file import compiled, title
 from freelearn.export.writers.c_source import c_source
 from freelearn.export.writers.fmu_source import description, wrapper
@@ -32,15 +34,29 @@ BINARIES = {"linux": ("linux64", ".so"), "darwin": ("darwin64", ".dylib"), "win3
 DAY = (2020, 1, 1, 0, 0, 0)
 
 
-def write_fmu(actuator: Actuator, folder: Path, options: Options) -> Written:
-    """NAME.fmu. Raises UserError where its source cannot be compiled here."""
+def write_fmu(functions: Functions, folder: Path, options: Options) -> Written:
+    """NAME.fmu, and one more for each other question. Raises UserError where its source cannot be compiled here."""
     needed("fmu")
+    about = title(functions, options)
+    paths = {e: _written(folder, f"{options.name}{e}", about, f) for e, f in functions.files.items()}
+
+    def of(f: Function) -> Answers:
+        path, names = paths[functions.file_of(f)], [p.name for p in f.outputs]
+        return lambda x: answered(path, x, names)
+
+    where = f"{platform.system()} {platform.machine()}"
+    notes = [f"Compiled for {where}; other machines compile what is in sources/."]
+    return Written(list(paths.values()), {f.name: of(f) for f in functions.every}, OUTSIDE, notes=notes)
+
+
+def _written(folder: Path, name: str, about: str, f: Function) -> Path:
+    """NAME.fmu of one function."""
     from fmpy.validation import validate_fmu
 
-    name, forward = options.name, actuator.forward
-    source = c_source(name, title(actuator, options), [forward])
+    f = replace(f, name="forward")
+    source = c_source(name, about, [f])
     guid = "{" + hashlib.sha256(source.encode()).hexdigest()[:32] + "}"
-    source += wrapper(name, guid, forward)
+    source += wrapper(name, guid, f)
     where, ending = BINARIES.get(sys.platform, BINARIES["linux"])
     with tempfile.TemporaryDirectory() as place:
         written, library = Path(place) / f"{name}_fmu.c", Path(place) / f"{name}{ending}"
@@ -48,7 +64,7 @@ def write_fmu(actuator: Actuator, folder: Path, options: Options) -> Written:
         if problem := compiled([written], library, "-fvisibility=default"):
             raise UserError(f"An FMU needs a C compiler on this machine ({problem}): install gcc, or use to=c.")
         parts = {
-            "modelDescription.xml": description(name, title(actuator, options), guid, VERSION, forward).encode(),
+            "modelDescription.xml": description(name, about, guid, VERSION, f).encode(),
             f"sources/{name}_fmu.c": source.encode(),
             f"binaries/{where}/{library.name}": library.read_bytes(),
         }
@@ -56,10 +72,7 @@ def write_fmu(actuator: Actuator, folder: Path, options: Options) -> Written:
     write_whole(path, lambda beside: _zipped(beside, parts))
     if problems := validate_fmu(str(path)):
         raise UserError(f"FMPy refuses {path.name}: {problems[0]}")
-    loads = actuator.functions[0]
-    names = [p.name for p in loads.outputs]
-    notes = [f"Compiled for {platform.system()} {platform.machine()}; other machines compile sources/{name}_fmu.c."]
-    return Written([path], lambda x: answered(path, x, names), OUTSIDE, notes=notes)
+    return path
 
 
 def _zipped(path: Path, parts: dict[str, bytes]) -> None:

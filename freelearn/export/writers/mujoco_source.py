@@ -44,13 +44,14 @@ class Law:
 
     def _remember(self, pressures, time):
         for i, (now, then) in enumerate(zip(pressures, self.before[1]), start=1):
-            name = "direction" if len(pressures) == 1 else f"direction_{{i}}"
+            name = f"direction_{{i}}" if f"direction_{{i}}" in self.memory else "direction"
             if name in self.memory and now != then:
                 self.memory[name] = math.copysign(1.0, now - then)
         if "clock" in self.memory:
             self.memory["clock"] = time
-        if "worst_severity" in self.memory:
-            self.memory["worst_severity"] = self.answer[-1]
+        worst = [name for name in self.memory if name.startswith("worst_severity")]
+        for name, value in zip(worst, self.answer[len(self.answer) - len(worst) :]):
+            self.memory[name] = value
 
 
 def install(*laws):

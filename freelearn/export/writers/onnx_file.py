@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from freelearn.common.files import write_bytes
-from freelearn.export.actuator import Actuator
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
 from freelearn.export.export_options import Options, needed
-from freelearn.export.round_trip import Written
+from freelearn.export.functions import Functions
+from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_file import title
 
 # An actuator as ONNX models: float64, any number of rows at once, loops with a fixed number of turns.
@@ -185,15 +185,20 @@ OUTSIDE = (
 )
 
 
-def write_onnx(actuator: Actuator, folder: Path, options: Options) -> Written:
-    """NAME.onnx with loads, derivatives, bands and flags, and NAME_pressure_for_….onnx."""
+def write_onnx(functions: Functions, folder: Path, options: Options) -> Written:
+    """NAME.onnx with the answer, derivatives, bands and flags; one file more for each other question."""
     needed("onnx")
-    about, paths = title(actuator, options), []
-    for f in (actuator.forward, *actuator.inverses):
-        paths.append(folder / f"{options.name}{'' if f.name == 'forward' else '_' + f.name}.onnx")
+    about, sessions, paths = title(functions, options), {}, []
+    for ending, f in functions.files.items():
+        paths.append(folder / f"{options.name}{ending}.onnx")
         write_bytes(paths[-1], onnx_model(options.name, about, f).SerializeToString())
-    session = opened(paths[0])
-    return Written(paths, lambda x: answered(session, actuator.functions[0], x), OUTSIDE)
+        sessions[ending] = opened(paths[-1])
+
+    def of(f: Function) -> Answers:
+        session = sessions[functions.file_of(f)]
+        return lambda x: answered(session, f, x)
+
+    return Written(paths, {f.name: of(f) for f in functions.every}, OUTSIDE)
 
 
 def opened(path: Path) -> Any:

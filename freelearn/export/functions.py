@@ -1,0 +1,96 @@
+"""The functions that an actuator is exported as."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from freelearn.export.actuator import Actuator
+from freelearn.export.arithmetic.function import Function, Port
+from freelearn.export.forward import forward, parts
+from freelearn.export.inverse import MOST, inverses
+
+
+@dataclass(frozen=True)
+class View:
+    """An actuator as one bed asks it."""
+
+    actuator: Actuator
+
+    @cached_property
+    def whole(self) -> Function:
+        """All that is known there."""
+        return forward(self.actuator)
+
+    @cached_property
+    def parts(self) -> list[Function]:
+        """The answer, its derivatives and its bands."""
+        return parts(self.actuator, self.whole)
+
+    @property
+    def answer(self) -> Function:
+        """The answer alone."""
+        return self.parts[0]
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """What is imposed, and what is remembered as far as it matters."""
+        return self.whole.inputs
+
+
+@dataclass(frozen=True)
+class Functions:
+    """Of an actuator: what its bed asks, its loads at a place where that is another question, and inverses."""
+
+    actuator: Actuator
+
+    @cached_property
+    def view(self) -> View:
+        """What `predict` answers."""
+        return View(self.actuator)
+
+    @cached_property
+    def held(self) -> View | None:
+        """The loads at a place, where the bed asks for something else."""
+        held = self.actuator.held
+        return View(held) if held else None
+
+    @property
+    def views(self) -> list[View]:
+        """Both."""
+        return [self.view, *([self.held] if self.held else [])]
+
+    @property
+    def loads(self) -> View:
+        """What answers with loads at a place; of a network that does not, what it has."""
+        return self.held or self.view
+
+    @cached_property
+    def inverses(self) -> list[Function]:
+        """Pressures for what is wanted."""
+        return inverses(self.loads.actuator)
+
+    @property
+    def lacks(self) -> list[str]:
+        """What there is no function for, and why, a sentence each."""
+        count = len(self.actuator.states.members)
+        if count <= MOST:
+            return []
+        return [
+            f"No pressures for a load: the least of {count} are looked for on too many faces of their box; use predict."
+        ]
+
+    @property
+    def every(self) -> list[Function]:
+        """All of them."""
+        return [*(f for view in self.views for f in view.parts), *self.inverses]
+
+    @property
+    def files(self) -> dict[str, Function]:
+        """What formats of one function each write, by what the names of their files end in."""
+        held = {f"_{self.held.answer.name}": self.held.whole} if self.held else {}
+        return {"": self.view.whole, **held, **{f"_{f.name}": f for f in self.inverses}}
+
+    def file_of(self, f: Function) -> str:
+        """The ending of the file that holds a function."""
+        return next(ending for ending, whole in self.files.items() if whole.graph is f.graph)
