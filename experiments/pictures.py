@@ -17,6 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "experiments" / "real_data"))
 
+from first_files import ANSWERS  # noqa: E402
 from rich.progress import track  # noqa: E402
 from sets import SETS  # noqa: E402
 
@@ -27,11 +28,12 @@ STORY = ["discover.py", "data.hidden=random", "data.seed=7", "train=sample3", "h
 @dataclass(frozen=True)
 class Drawn:
     """commands: after `python`, in order; pictures: of docs, each by where the commands leave it. after: what has to be
-    drawn before, for the commands go on from its run."""
+    drawn before, for the commands go on from its run. answers: what is typed to their questions."""
 
     commands: list[list[str]]
     pictures: dict[str, str]
     after: str = ""
+    answers: str = ""
 
     @property
     def measured(self) -> bool:
@@ -80,6 +82,26 @@ ALL["reachable_poses"] = Drawn(
 )
 
 
+def started(name: str, picture: str, *words: str, data: bool = False, after: str = "") -> Drawn:
+    """The picture of an answer to a raw file of first_files.py. data: whether it is made of measured data."""
+    stem = Path(name).stem.lower()
+    made = ["experiments/first_files.py", "{work}/first", *(["--data", "{data}"] if data else [])]
+    start = ["-m", "freelearn", "start", f"{{work}}/first/{name}", *words, "--out", f"{{work}}/{stem}"]
+    return Drawn([made, start], {f"starts/{stem}": f"{stem}/{picture}"}, after, "\n".join(ANSWERS[name]) + "\n")
+
+
+BRAIDED = ("effects=[fiber_misalignment]", "ruled_out=[force_gain,pressure_gain]")
+STATED = tuple(f"data.accuracy.{of}" for of in ("force_n=3", "elongation_mm=0.3", "pressure_kpa=1"))
+ALL |= {
+    "muskel": started("Muskel.xlsx", "curves_1", *BRAIDED, *STATED),
+    "bahn": started("Bahn.xlsx", "answers", "--run", "{work}/muskel", after="muskel"),
+    "free": started("free.mat", "curves_1"),
+    "three": started("three.mat", "curves_1"),
+    "treloar": started("Treloar.xlsx", "curves", data=True),
+    "artery": started("artery.csv", "curves_1"),
+}
+
+
 def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/pictures.py", description=__doc__.split("\n")[0])
@@ -109,7 +131,8 @@ def draw(drawn: Drawn, docs: Path, places: dict[str, Path | None]) -> None:
     """Runs the commands and copies their pictures; those that a run has no reason to draw stay away."""
     for command in drawn.commands:
         words = [word.format(**places) for word in command]
-        done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=False)
+        asked = {"cwd": ROOT, "input": drawn.answers}
+        done = subprocess.run([sys.executable, *words], **asked, capture_output=True, text=True, check=False)
         if done.returncode:
             sys.exit(f"error: python {' '.join(words)}\n{done.stderr.strip() or done.stdout.strip()}")
     work = places["work"]

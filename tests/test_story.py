@@ -68,6 +68,26 @@ def test_the_numbers_in_the_text_are_those_of_the_command(story):
         assert text in page("reading")
 
 
+@pytest.mark.nightly
+def test_the_first_files_give_what_their_page_says(drawn):
+    """What is hidden in the simulated ones is named, as large as the page says."""
+    told = " ".join(page("starts").split())
+    for name, effect, says in (
+        ("free", "friction_hysteresis.force", "{:.3f} ± {:.3f} N where 0.6 N"),
+        ("three", "fiber_misalignment.angle[2]", "{:.4f} ± {:.4f} rad of the second"),
+        ("artery", "length_offset.length", "{:.3f} ± {:.3f} mm"),
+    ):
+        found = json.loads((drawn[1] / name / "discovery.json").read_text())
+        assert found["verdict"] == "named"
+        value = found["parameters"][effect]
+        size = 1e3 if name == "artery" else 1
+        assert says.format(size * value["value"], size * value["stderr"]) in told
+    muscle = json.loads((drawn[1] / "muskel" / "discovery.json").read_text())
+    before, after = (100 * muscle["error"][when] for when in ("before", "after"))
+    assert f"{before:.2f} to {after:.2f} %" in told
+    assert muscle["effects"] == ["small_strain_stiffness", "end_taper"]
+
+
 @pytest.mark.parametrize("name", PICTURES)
 def test_the_pictures_show_what_their_commands_draw(drawn, name):
     then, now = (Image.open(folder / name) for folder in (ROOT / "docs", drawn[0]))

@@ -38,6 +38,8 @@ def main() -> None:
     parser.add_argument("--no-search", action="store_true", help="only intake and the tables of errors")
     parser.add_argument("--only-search", action="store_true", help="no tables of errors")
     asked = parser.parse_intermixed_args()
+    if unknown := set(asked.names) - {each.recipe for each in SETS}:
+        parser.error(f"no data set {', '.join(sorted(unknown))}: choose from {', '.join(s.recipe for s in SETS)}")
     out = (asked.out or Path(tempfile.mkdtemp())).resolve()
     console = Console(width=200)
     chosen = [each for each in SETS if not asked.names or each.recipe in asked.names]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import shutil
 import sys
@@ -15,6 +16,8 @@ from freelearn.common.errors import UserError, cannot_write
 
 # Variables that name files of the user's own code.
 OWN_CODE = ("FREELEARN_EFFECTS", "FREELEARN_MODELS")
+# Where nobody has said how well a bed measures.
+ESTIMATED = "data.accuracy=estimate"
 # The installed command.
 INSTALLED = "freelearn"
 
@@ -56,6 +59,15 @@ def _as_found(path: Path) -> str:
     if relative.startswith(os.pardir):
         return str(path)
     return relative if os.sep in relative else os.path.join(os.curdir, relative)
+
+
+def option(name: str, path: Path) -> str:
+    """name=path, with the quotes that Hydra wants round a path of other than plain characters."""
+    text = str(path)
+    if re.fullmatch(r"[A-Za-z0-9_/.\- ]+", text):
+        return f"{name}={text}"
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'{name}="{escaped}"'
 
 
 # How a command ends where it cannot go on: one sentence and exit status 1, no traceback.

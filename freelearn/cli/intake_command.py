@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
-from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.settings import IntakeSettings
 from freelearn.api.tasks.intake_task import PROVENANCE, TakenIn, beside, taken_in
 from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in
-from freelearn.cli.command_line import command_line, program
-from freelearn.cli.hydra_app import small_app
+from freelearn.cli.command_line import ESTIMATED, command_line, option, program
 from freelearn.common.files import read_bytes, remove_unfinished, write_text
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.joined import guess_file
@@ -23,15 +19,6 @@ from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.data.intake.rubber.rubber_questions import rubber_draft
 from freelearn.report.terminal.printed_intake import show_draft, show_guess, show_intake, show_rubber, show_tests
-
-
-def intake_app() -> None:
-    """`intake`, from the words of the command line."""
-    small_app("intake", _intake, "the table was written")
-
-
-def _intake(content: Any, folder: Path) -> None:
-    take_in(parsed(IntakeSettings, content), folder, Console())
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
@@ -99,16 +86,7 @@ def table_options(made: TakenIn) -> list[str]:
     table += [f"data.bed={made.bed}"] if made.bed != "kinematic" else []
     table += [option("data.members", made.members)] if made.members is not None else []
     # Nobody has said how well this bed measures: the defaults are those of another one.
-    return [*table, "data.accuracy=estimate"]
-
-
-def option(name: str, path: Path) -> str:
-    """name=path, with the quotes that Hydra wants round a path of other than plain characters."""
-    text = str(path)
-    if re.fullmatch(r"[A-Za-z0-9_/.\- ]+", text):
-        return f"{name}={text}"
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'{name}="{escaped}"'
+    return [*table, ESTIMATED]
 
 
 def _command(words: Sequence[str]) -> str:

@@ -1,12 +1,14 @@
-"""predict, plan, referee and export: what is asked of a run's folder."""
+"""intake, and what is asked of a run's folder: predict, plan, referee and export."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.run_settings import ExportSettings, PredictSettings, RefereeSettings, plan_settings
+from freelearn.api.settings.settings import IntakeSettings
 from freelearn.cli.command_line import command_line, program
 from freelearn.cli.hydra_app import small_app
 from freelearn.common.errors import UserError
@@ -16,6 +18,24 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from freelearn.queries.answers import Answers
+
+
+def intake_app() -> None:
+    """`intake`, from the words of the command line."""
+    small_app("intake", _intake, "the table was written")
+
+
+def _intake(content: Any, folder: Path) -> None:
+    settings = parsed(IntakeSettings, content)
+    for path in (settings.data.path, settings.recipe, settings.design):
+        if path is not None and not os.path.isdir(path) and (problem := missing_file(path)):
+            raise UserError(problem)
+    # After the paths are checked: pandas and pint take a second to import.
+    from rich.console import Console
+
+    from freelearn.cli.intake_command import take_in
+
+    take_in(settings, folder, Console())
 
 
 # `predict`: what a fitted model answers to a table with blanks.

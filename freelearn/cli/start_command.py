@@ -1,13 +1,10 @@
-"""`start`: from a raw file to the report. What the file does not say is asked for, and kept as a recipe."""
+"""From a raw file to the report. What the file does not say is asked for, and kept as a recipe."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +12,8 @@ from rich.console import Console
 
 from freelearn.api.tasks.intake_task import actuators_of, asked_of, taken_in
 from freelearn.api.tasks.rubber_intake import is_rubber_recipe, rubber_taken_in, same_names
-from freelearn.cli.command_line import called, command_line, exit_on_user_error, program
-from freelearn.cli.intake_command import option, specimens_command, stem_of, table_options
+from freelearn.cli.command_line import command_line, option, program
+from freelearn.cli.intake_command import specimens_command, stem_of, table_options
 from freelearn.cli.interview import ActuatorInterview, Ask, Interview, RubberInterview, WantedInterview
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
@@ -38,50 +35,6 @@ class Next:
 
     command: str
     words: Sequence[str]
-
-
-def main() -> None:
-    """`start`, from the words of the command line."""
-    parser = argparse.ArgumentParser(
-        prog="freelearn start",
-        description="Asks what a laboratory's file does not say, keeps the answers as a recipe, makes the table, and "
-        "searches for the physics that a model of it misses. Ends with a report. Tests of rubber alone may be several "
-        "files, or the sheets of one.",
-    )
-    parser.add_argument("raw", type=Path, nargs="+", help="the file: text, Excel, OpenDocument, MATLAB, HDF5, Parquet")
-    parser.add_argument(
-        "--run", type=Path, help="a fitted run, of which the file asks: pressures for a trajectory, loads"
-    )
-    parser.add_argument("--design", type=Path, help="designs of several actuators, a file with a row for each")
-    parser.add_argument("--recipe", type=Path, help="of an earlier start: nothing is asked again")
-    parser.add_argument("--out", type=Path, help="folder for all that is made; by default outputs/start/DAY/TIME")
-    asked = parser.parse_intermixed_args()
-    # What has an equals sign and is no file is an option of the search.
-    options = [str(word) for word in asked.raw if "=" in str(word) and not word.exists()]
-    raws = [word for word in asked.raw if str(word) not in options]
-    if not raws:
-        parser.error("name a raw file")
-    now = datetime.now()
-    folder = asked.out or Path("outputs", "start", f"{now:%Y-%m-%d}", f"{now:%H-%M-%S-%f}")
-    with exit_on_user_error("interrupted; no table was written."):
-        following = start(raws, folder, Console(), input, asked.design, asked.recipe, asked.run)
-    # The search is a command of its own, with its settings, its report and its way of going on after an interruption.
-    if following.command == "specimens":
-        sys.argv = [called("specimens"), *following.words, "--out", str(folder)]
-        from freelearn.cli.specimen_fits import main as specimens
-
-        specimens()
-        return
-    if following.command == "predict":
-        sys.argv = [called("predict"), *following.words, *options, option("hydra.run.dir", folder)]
-        from freelearn.cli.run_commands import predict_app
-
-        predict_app()
-        return
-    sys.argv = [called("discover"), *following.words, *options, option("hydra.run.dir", folder)]
-    from freelearn.cli.fit_commands import discover_app
-
-    discover_app()
 
 
 def start(
@@ -195,18 +148,23 @@ class _Start:
                 made = make(recipe)
             except UserError as mistake:
                 self._tell(f"This makes no table: {mistake}")
-                if not interview.change():
+                if not self._changed(interview):
                     raise
                 continue
             names = tuple(f"{raw.name}: " for raw in self.raws)
             doubtful = [warning for warning in made.intake.warnings if not warning.startswith(names)]
             for warning in doubtful:
                 self._tell(f"! {warning}")
-            if not doubtful or not interview.change():
+            if not doubtful or not self._changed(interview):
                 break
         self.console.print(f"again without questions: {self._again()}", markup=False, highlight=False, soft_wrap=True)
         # What has been said need not be said again.
         return replace(made, intake=replace(made.intake, warnings=()))
+
+    def _changed(self, interview: Interview) -> bool:
+        """Whether an answer was changed."""
+        with self._answered(interview):
+            return interview.change()
 
     @contextmanager
     def _answered(self, interview: Interview) -> Iterator[None]:

@@ -73,6 +73,16 @@ def test_answers_are_kept_where_it_is_broken_off(tmp_path):
     assert "length_mm:   # TODO" in kept
 
 
+def test_nobody_answers_what_is_to_be_changed(tmp_path):
+    raw = tmp_path / "raw.csv"
+    raw.write_text("dl_mm,P_kPa,F_N\n" + "".join(f"{x},{p},{p}\n" for x in (0, -5) for p in (0, 50, 100)))
+    # A pull that rises is said, and whether anything is to be changed asked.
+    ask, asked = typed("", "", "25", "y", "90", "5", "6", "0", "n")
+    with pytest.raises(UserError, match=r"broken off\. The answers are kept in .*raw_recipe\.yaml"):
+        start([raw], tmp_path / "run", Console(file=StringIO()), ask)
+    assert "to change" in asked[-1]
+
+
 def test_a_line_of_the_guess_and_an_answer_are_put_right(tmp_path):
     raw = tmp_path / "raw.csv"
     raw.write_text("dl_mm,P_kPa,Kanal 3\n" + "".join(f"{x},{p},{-p}\n" for x in (0, -5) for p in (0, 50, 100)))

@@ -1,5 +1,7 @@
 """The search on every bed, on data of the reference physics: calibration of the noise, and what is found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -8,6 +10,8 @@ from hidden_beds import ALONE, BLOCK, MATERIAL, TUBES, blanked, model_of, questi
 from nightly import usually
 from scipy import stats
 
+from freelearn.api.tasks import preparation
+from freelearn.api.tasks.preparation import estimated
 from freelearn.data.accuracy import PAPER
 from freelearn.data.bed_accuracy import sensors, shared
 from freelearn.data.beds import DEAD_LOAD, bed_of
@@ -126,6 +130,19 @@ def test_the_accuracy_of_an_inflation_bed_is_estimated():
     assert found.diameter == pytest.approx(2 * PAPER.diameter, rel=0.2)
     # The pressure's error cannot be told from the load cell's own.
     assert found.force == pytest.approx(2 * PAPER.force, rel=0.25)
+
+
+def test_of_a_model_that_has_run_away_no_doubt_of_what_was_set_is_told(monkeypatch):
+    model, rows = truth(table_of("dead_load", seed=5))
+    fit = evaluated(model, rows, model.vector().detach())
+    (note,) = estimated(fit, rows).notes
+    assert "force 0." in note
+    # As a stiffness of 1e19 Pa makes of repeats, measured at 40 degrees.
+    lost = replace(PAPER, force=9e11, moment=2e10)
+    monkeypatch.setattr(preparation, "estimate", lambda *_: (lost, "how repeats differ"))
+    (note,) = estimated(fit, rows).notes
+    assert "of force and moment nothing can be told" in note
+    assert "e+" not in note
 
 
 HIDDEN = {

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
 import pandas as pd
 import torch
 
@@ -134,6 +135,14 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
     return estimated(evaluated(model, rows, model.vector().detach()), rows)
 
 
+def _beyond(rows: Rows, quantity: Quantity, error: float) -> bool:
+    """Whether an error is larger than all the range in which a quantity was set: of a model that has run away."""
+    values = getattr(rows.states, quantity.field, None)
+    read = np.zeros(0) if values is None else values.detach().cpu().numpy()
+    read = read[np.isfinite(read)]
+    return len(read) > 0 and error > float(np.ptp(read)) > 0
+
+
 def estimated(fit: WhiteFit, rows: Rows) -> Measuring:
     """Judged from a fit's residuals over rows, with what a reader should know of it."""
     accuracy, how = estimate(fit, rows, PAPER)
@@ -142,6 +151,10 @@ def estimated(fit: WhiteFit, rows: Rows) -> Measuring:
     def sizes(quantities: Sequence[Quantity]) -> list[str]:
         return [f"{q.name} {getattr(accuracy, q.error) / q.factor:.3g} {q.unit}".replace(" °", "°") for q in quantities]
 
-    common, own = " and ".join(sizes(bed.state)), ", ".join(sizes(bed.measured))
-    note = f"accuracy estimated from {how}: {common} per state (their ratio is the paper's), {own}"
+    own = ", ".join(sizes(bed.measured))
+    common = f"{' and '.join(sizes(bed.state))} per state (their ratio is the paper's)"
+    if any(_beyond(rows, q, getattr(accuracy, q.error)) for q in bed.state):
+        names = " and ".join(q.name for q in bed.state)
+        common = f"of {names} nothing can be told, for the model is too far off"
+    note = f"accuracy estimated from {how}: {common}, {own}"
     return Measuring(accuracy, [note])

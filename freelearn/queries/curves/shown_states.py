@@ -88,7 +88,8 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
     from the best to the worst predicted.
 
     Of the states with at least four usable rows in which no tube hangs loose (or, if there is none, with the most of
-    them), evenly spaced ranks of the mean squared error, so the first is the best and the last the worst.
+    them), evenly spaced ranks of the mean squared error, so the first is the best and the last the worst. None where no
+    two rows are of one curve, as of an end block whose pressures were all drawn at random.
     """
     predictions = predictions.reset_index(drop=True)
     state = pd.Series(curves_of(predictions, kinematic_state(predictions)))
@@ -98,6 +99,8 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
     # Where the tube hangs loose any push is right: a state of such rows alone would be the best of all.
     taut = each.index.map(predictions[SLACK] != 1) if SLACK in predictions else np.ones(len(each), dtype=bool)
     error = pd.DataFrame({"mean": each, "rows": taut}).groupby(state[each.index]).agg({"mean": "mean", "rows": "sum"})
+    if not len(error) or error["rows"].max() == 1:
+        return []
     enough = error[error["rows"] >= min(ROWS_FOR_A_CURVE, error["rows"].max())]
     ranked = enough.sort_values("mean", kind="stable").index.to_numpy()
     chosen = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))

@@ -104,6 +104,7 @@ def draw_curves(
         banded |= panel.banded and _band(axes, curve, *panel.line, color)
     finish(axes, panel.x.label, panel.y.label)
     axes.locator_params(nbins=6)
+    axes.locator_params(axis="x", nbins=5)
     if first and any(curve["extrapolated"].any() for curve in named.values()):
         axes.plot([], [], "-", color="0.6", lw=BEYOND, label="beyond the measured pressures")
     return banded

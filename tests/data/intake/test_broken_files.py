@@ -319,6 +319,7 @@ def test_a_recipe_that_is_absent_or_the_data(commands, tmp_path):
     raw.write_text(raw_text())
     done = commands.run("intake", f"data.path={raw}", f"recipe={tmp_path / 'mine.yml'}")
     assert done.status == 1
-    assert "did you mean mine.yaml?" in done.err
+    assert "mine.yml: " in done.err
+    assert "holds mine.yaml." in done.err
     with pytest.raises(UserError, match="is no recipe"):
         recipe_of(raw_text(), "raw.csv")

@@ -8,7 +8,7 @@ import numpy as np
 import openpyxl
 import pytest
 from scipy.io import savemat
-from test_messy import RIGHT, write
+from test_messy import REFUSED, RIGHT, write
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.convert import convert
@@ -210,6 +210,14 @@ def test_vectors_of_a_matlab_file_say_what_each_actuator_is():
     same = [q.key for q in questions(found, None, {**taken, "same_sizes": "yes"})]
     assert "design.length_mm" in same
     assert "design.length_mm.2" not in same
+
+
+@pytest.mark.parametrize("name", ["swiss thousands.csv", "german thousands.csv", "narrow spaces.csv"])
+def test_a_column_of_numbers_with_marks_between_their_digits_is_what_its_heading_says(name):
+    table, asked = table_of(REFUSED[name][0](), name, {"read": "1", "unit.P_Pa": "Pa"})
+    assert "read" in asked
+    assert table["pressure_kpa"].tolist() == [0, 50, 100, 150] * 3
+    assert table["force_n"].min() == -36
 
 
 def test_what_was_held_at_zero_may_be_answered_by_yes():

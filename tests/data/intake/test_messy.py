@@ -1,7 +1,11 @@
-"""Forty messy files of one small experiment: each gives its numbers, or is refused in a sentence."""
+"""Some hundred messy files of one small experiment: each gives its numbers, or is refused in a sentence."""
 
+import datetime
+import decimal
+import gzip
 import io
 import re
+import zipfile
 
 import numpy as np
 import openpyxl
@@ -90,8 +94,6 @@ def thousandths(sheet, _):
 
 def grouped_header(sheet, _):
     """Names of groups merged over the headings, a column of times and one of remarks."""
-    import datetime
-
     filled(sheet, ("Weg [mm]", "Druck [kPa]", "Kraft [N]"), start=4, column=2)
     sheet["A4"], sheet["E4"], sheet["E7"] = "Zeitpunkt", "Bemerkung", "Ventil nachgestellt"
     for row in range(5, 17):
@@ -117,8 +119,6 @@ def with_sums(sheet, _):
 
 
 def with_a_date(sheet, _):
-    import datetime
-
     filled(sheet)
     sheet.cell(4, 3).value = datetime.datetime(2026, 2, 25)
 
@@ -131,6 +131,44 @@ def merged_down(sheet, _):
 def merged_across(sheet, _):
     filled(sheet)
     sheet.merge_cells("A2:B2")
+
+
+def names_over_units(sheet, _):
+    """Names in one row, units in the next."""
+    filled(sheet, ("mm", "kPa", "N"), start=2)
+    for place, name in enumerate(("Weg", "Druck", "Kraft"), start=1):
+        sheet.cell(1, place).value = name
+
+
+def with_values(name, values):
+    """A further column of such values."""
+
+    def fill(sheet, _):
+        filled(sheet)
+        for row, value in enumerate([name, *map(values, range(len(TRUE)))], start=1):
+            sheet.cell(row, 4).value = value
+
+    return fill
+
+
+def with_hidden_parts(sheet, _):
+    """What a filter hides, and a note on a cell."""
+    filled(sheet)
+    sheet.row_dimensions[5].hidden = sheet.column_dimensions["B"].hidden = True
+    sheet["C4"].comment = openpyxl.comments.Comment("Ventil klemmt", "ann")
+
+
+def in_percent(sheet, _):
+    filled(sheet, ("Dehnung [%]", *PLAIN[1:]))
+    for row in range(2, 14):
+        sheet.cell(row, 1).value /= 1.5
+
+
+def one_heading_over_two(sheet, _):
+    """Which of two columns the merged heading is about, nobody knows."""
+    filled(sheet, ("Soll", "gemessen", "F"), start=2)
+    sheet["A1"], sheet["C1"] = "Druck [kPa]", "Kraft [N]"
+    sheet.merge_cells("A1:B1")
 
 
 def mat(**variables):
@@ -206,6 +244,63 @@ def parquet(frame):
     return out.getvalue()
 
 
+def titled_ods():
+    """A title and a blank line above the headings."""
+    pytest.importorskip("odf")
+    rows = [["Versuch 3", None, None], [None] * 3, list(GERMAN), *(TRUE * np.array(BAR)).tolist()]
+    out = io.BytesIO()
+    with pd.ExcelWriter(out, engine="odf") as writer:
+        pd.DataFrame(rows).to_excel(writer, sheet_name="A", index=False, header=False)
+    return out.getvalue()
+
+
+def as_text_records(file):
+    """Records with a word in each, and a note beside them."""
+    kinds = [*((name, "f8") for name in PLAIN), ("who", "S2")]
+    file["log"] = np.array([(*row, b"ok") for row in TRUE.tolist()], dtype=kinds)
+    file["note"] = "rig 2"
+
+
+def with_others(file):
+    """MATLAB's columns beside a text, switches and a cell array, which refers to what lies elsewhere in the file."""
+    import h5py
+
+    as_matlab(file)
+    for name, kind, values in (("note", "char", [[114], [105]]), ("open", "logical", np.ones((1, 12)))):
+        file[name] = np.array(values, dtype="u2" if kind == "char" else "u1")
+        file[name].attrs["MATLAB_class"] = np.bytes_(kind)
+    file["#refs#/a"] = np.array([[1.0]])
+    cells = file.create_dataset("names", (1, 1), dtype=h5py.ref_dtype)
+    cells[0, 0] = file["#refs#/a"].ref
+    cells.attrs["MATLAB_class"] = np.bytes_("cell")
+
+
+def deep(file):
+    for name, values in zip(PLAIN, TRUE.T, strict=True):
+        file[f"entry/data/{name}"] = values
+
+
+def grouped_by(mark, decimal_mark="."):
+    """Pressures in Pa, with such a mark between groups of digits."""
+    lines = [
+        ";".join(
+            (
+                f"{x}".replace(".", decimal_mark),
+                f"{int(1000 * p):,}".replace(",", mark),
+                f"{f}".replace(".", decimal_mark),
+            )
+        )
+        for x, p, f in TRUE.tolist()
+    ]
+    return text(("dl_mm", "P_Pa", "F_N"), ";", rows=lines)
+
+
+def stamped(stamp, *heading):
+    """A time as somebody's program writes it in front of each row."""
+    rows = [f"{stamp(i)};{';'.join(map(str, row))}" for i, row in enumerate(TRUE.tolist())]
+    return text((*heading, *PLAIN), ";", rows=rows)
+
+
 FRAME = pd.DataFrame(TRUE, columns=PLAIN)
 GERMAN, FRENCH = ("Weg [mm]", "Druck [bar]", "Kraft [N]"), ("Allongement (mm)", "Pression (bar)", "Force (N)")
 ITALIAN, SPANISH = (
@@ -265,6 +360,41 @@ RIGHT = {
     "records.h5": lambda: hdf5(as_records),
     "group.hdf5": lambda: hdf5(as_group),
     "table.parquet": lambda: parquet(FRAME),
+    "iso stamps.csv": lambda: stamped(lambda i: f"2026-02-25T10:00:{i:02d}.125+01:00", "timestamp"),
+    "dates and clocks.csv": lambda: stamped(lambda i: f"25.02.2026;10:00:{i:02d},5", "Datum", "Uhrzeit"),
+    "minutes.csv": lambda: stamped(lambda i: f"00:{i:02d}.5", "time"),
+    "quoted commas.csv": lambda: text(
+        GERMAN, rows=[",".join(f'"{v * f:.4f}"'.replace(".", ",") for v, f in zip(r, BAR, strict=True)) for r in TRUE]
+    ),
+    "trailing commas.csv": lambda: text().replace("\n", ",,\n"),
+    "some windows ends.csv": lambda: text().replace("\n", "\r\n", 5),
+    "utf-16 little, no mark.csv": lambda: text(GERMAN, ";", ",", BAR).encode("utf-16-le"),
+    "slashes.csv": lambda: text(("Weg / mm", "Druck / kPa", "Kraft / N")),
+    "units after commas.csv": lambda: text(("Weg, mm", "Druck, kPa", "Kraft, N"), ";"),
+    "kilogram-force.csv": lambda: text((*PLAIN[:2], "F [kgf]"), factors=(1, 1, 1 / 9.80665)),
+    "labview.lvm": lambda: text(PLAIN, "\t", before="LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\n"),
+    "excel names over units.xlsx": lambda: book(names_over_units),
+    "excel clock.xlsx": lambda: book(with_values("Uhrzeit", lambda i: datetime.time(10, 0, i))),
+    "excel durations.xlsx": lambda: book(with_values("t", lambda i: datetime.timedelta(seconds=i))),
+    "excel hidden.xlsx": lambda: book(with_hidden_parts),
+    "excel percent.xlsx": lambda: book(in_percent),
+    "german.ods": lambda: ods({"Tab": pd.DataFrame(TRUE * np.array(BAR), columns=GERMAN)}),
+    "title.ods": titled_ods,
+    "dates.ods": lambda: ods({"A": FRAME.assign(Zeit=pd.date_range("2026-02-25", periods=12, freq="s"))}),
+    "texts.ods": lambda: ods({"A": FRAME.astype(str)}),
+    "commas.ods": lambda: ods({"A": FRAME.map(lambda v: f"{v:.2f}".replace(".", ","))}),
+    "stamps.parquet": lambda: parquet(
+        FRAME.assign(t=pd.date_range("2026-02-25", periods=12, freq="s", tz="Europe/Berlin"))
+    ),
+    "index.parquet": lambda: parquet(FRAME.set_index(pd.date_range("2026", periods=12, freq="s"))),
+    "categories.parquet": lambda: parquet(FRAME.assign(who=pd.Categorical(["a"] * 12))),
+    "decimals.parquet": lambda: parquet(FRAME.assign(F_N=[decimal.Decimal(f"{f:.2f}") for f in TRUE[:, 2]])),
+    "whole numbers.parquet": lambda: parquet(FRAME.assign(P_kPa=FRAME["P_kPa"].astype("Int64"))),
+    "lists.parquet": lambda: parquet(FRAME.assign(v=[[1, 2]] * 12)),
+    "words.h5": lambda: hdf5(as_text_records),
+    "others.mat": lambda: hdf5(with_others, 512),
+    "rows.mat": lambda: mat(**{name: values[None, :] for name, values in zip(PLAIN, TRUE.T, strict=True)}),
+    "singles.mat": lambda: mat(**{name: v.astype("f4") for name, v in zip(PLAIN, TRUE.T, strict=True)}),
     "sheet.ods": lambda: ods({"Tabelle1": FRAME}),
     "sheets.ods": lambda: ods({"Notizen": pd.DataFrame({"Notiz": ["Ventil"]}), "Messung": FRAME}),
 }
@@ -282,6 +412,44 @@ REFUSED = {
         lambda: text(("wer", *PLAIN), rows=[f"{'ab'[i % 2]},{','.join(map(str, r))}" for i, r in enumerate(TRUE)]),
         "sample is blank",
     ),
+    "swiss thousands.csv": (lambda: grouped_by("'"), "thousands|not a number"),
+    "german thousands.csv": (lambda: grouped_by(".", ","), "thousands|not a number"),
+    "narrow spaces.csv": (lambda: grouped_by("\u202f"), "thousands|not a number"),
+    "gap.parquet": (
+        lambda: parquet(FRAME.assign(P_kPa=FRAME["P_kPa"].where(FRAME.index != 3))),
+        "pressure_kpa is blank",
+    ),
+    "gap.mat": (
+        lambda: mat(dl_mm=TRUE[:, 0], P_kPa=np.where(np.arange(12) == 3, np.nan, TRUE[:, 1]), F_N=TRUE[:, 2]),
+        "pressure_kpa is blank",
+    ),
+    "russian.csv": (
+        lambda: text(("Удлинение, мм", "Давление, кПа", "Сила, Н"), ";").encode("cp1251"),
+        "pressure_kpa is blank",
+    ),
+    "chinese.csv": (lambda: text(("位移(mm)", "压力(kPa)", "力(N)")).encode("gb18030"), "elongation_mm is blank"),
+    "korean.csv": (lambda: text(("변위(mm)", "압력(kPa)", "힘(N)")).encode("euc-kr"), "elongation_mm is blank"),
+    "remark without heading.csv": (lambda: lines(n5=text().splitlines()[5] + ",valve stuck"), "4 values for 3 columns"),
+    "in rows.csv": (
+        lambda: "".join(f"{n},{','.join(map(str, v))}\n" for n, v in zip(PLAIN, TRUE.T, strict=True)),
+        "transpose it",
+    ),
+    "excel heading over two.xlsx": (lambda: book(one_heading_over_two), "pressure_kpa is blank"),
+    "matrix.h5": (lambda: hdf5(lambda file: file.create_dataset("data", data=TRUE)), "pressure_kpa is blank"),
+    "no units.h5": (
+        lambda: hdf5(
+            lambda file: [file.create_dataset(n, data=v) for n, v in zip(("dl", "P", "F"), TRUE.T, strict=True)]
+        ),
+        "has no unit",
+    ),
+    "deep.h5": (lambda: hdf5(deep), "holds no numeric arrays"),
+    "complex.mat": (lambda: mat(dl_mm=TRUE[:, 0], P_kPa=TRUE[:, 1], F_N=TRUE[:, 2] + 1j), "complex"),
+    "three dimensions.mat": (lambda: mat(data=np.dstack([TRUE, TRUE])), "3 dimensions"),
+    "packed.csv.gz": (lambda: gzip.compress(text().encode()), "unpack it first"),
+    "packed.zip": (lambda: zipped(text()), "unpack it"),
+    "page.xls": (lambda: "<html><table><tr><td>1</td></tr></table></html>", "web page"),
+    "header alone.csv": (lambda: ",".join(PLAIN) + "\n", "holds no rows"),
+    "nul.csv": (lambda: text().encode().replace(b"50", b"5\x00", 1), "binary file"),
     "damaged.h5": (lambda: b"\x89HDF\r\n\x1a\n" + bytes(300), "HDF5"),
     "damaged.parquet": (lambda: b"PAR1" + bytes(99), "Parquet"),
     "damaged.ods": (lambda: ods({"a": FRAME})[:900], "damaged"),
@@ -298,13 +466,20 @@ def table_of(path):
     return convert(recipe_of(text, "draft"), {path.name: path.read_bytes()}).table
 
 
+def zipped(content):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        archive.writestr("a.csv", content)
+    return out.getvalue()
+
+
 def write(path, content):
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return path
 
 
-def test_there_are_forty():
-    assert len(RIGHT) + len(REFUSED) >= 40
+def test_there_are_a_hundred():
+    assert len(RIGHT) + len(REFUSED) >= 100
 
 
 @pytest.mark.parametrize("name", RIGHT)

@@ -17,7 +17,7 @@ from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETE
 from freelearn.data.intake.guesses.reading_doubts import reading_doubts
 from freelearn.data.intake.guesses.row_doubts import row_doubts, sums
 from freelearn.data.intake.headings import INNER_DIAMETER, Confidence, heading
-from freelearn.data.intake.readers.cells import numbers
+from freelearn.data.intake.readers.cells import number_styles, numbers
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, Reading
@@ -77,8 +77,10 @@ def column_guess(raw: RawTable, name: str) -> ColumnGuess:
     example = next((cell.strip() for cell in raw.columns[name] if cell.strip()), "")
     read = numbers(raw.columns[name], raw.style)
     finite = read.values[~np.isnan(read.values)]
-    # Some cells that are none, dates for instance, are told by their lines when the column is read.
-    finite = finite if len(read.bad) < len(finite) else np.zeros(0)
+    # Some cells that are none, dates for instance, are told by their lines when the column is read; what numbers with
+    # marks between groups of digits say is asked.
+    grouped = number_styles([raw.columns[name][row].strip() for row in read.bad]) if read.bad else []
+    finite = finite if len(read.bad) < len(finite) or grouped else np.zeros(0)
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (np.nan, np.nan)
     if said.quantity == "stretch" and not said.unit and not 0.2 < low <= high < 5:
         # No ratio of lengths: an elongation, whose unit is asked for.
