@@ -74,8 +74,8 @@ def test_the_artery(made):
     table, following, _ = made("artery.csv", first_files.artery)
     assert "data.bed=inflation" in following.words
     assert sorted(table["elongation_mm"].unique()) == pytest.approx([4, 6, 8, 10])
-    # A wall at rest is 3.5 mm wide, and held longer than at rest it pulls.
-    assert table["outer_diameter_mm"].between(2.3, 8).all()
+    # A wall that is 3.5 mm wide at rest, pulled long and swollen; held longer than at rest it pulls.
+    assert table["outer_diameter_mm"].between(2, 8).all()
     assert (table["force_n"] < 0).all()
     assert table["pressure_kpa"].max() == pytest.approx(140 * first_files.MMHG, rel=0.02)
 
