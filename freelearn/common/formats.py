@@ -12,6 +12,15 @@ RUN_AWAY = 10.0
 MINUS = "−"
 
 
+def chance(value: float, digits: int = 2) -> str:
+    """A probability; of one that nobody can tell from none, how little it is at most.
+
+    >>> chance(0.0432), chance(3e-120), chance(0.0)
+    ('0.043', '< 1e-16', '< 1e-16')
+    """
+    return "< 1e-16" if value < 1e-16 else number(value, digits)
+
+
 def number(value: float | None, digits: int = 5) -> str:
     """A number with so many significant digits; a dash where there is none.
 

@@ -144,6 +144,8 @@ TITLE = "freelearn workbench"
 GONE = "The workbench has ended or cannot be reached. Start it again in the same folder and reload: your work is kept."
 # Charts, widgets and words alike; hues keep their meaning.
 DARK = "@media (prefers-color-scheme: dark) { html { background: #fff; filter: invert(0.92) hue-rotate(180deg); } }"
+# Charts keep the width that they have on the screen: a sheet has room for that of a large one. Colors are printed, too.
+PRINTED = "@page { size: A4 landscape; margin: 8mm; } @media print { html { zoom: 0.55; print-color-adjust: exact; } }"
 
 
 def _prepare() -> None:
@@ -155,7 +157,7 @@ def _prepare() -> None:
 def serve(port: int, folder: Path, sweeps: Path, open_browser: bool) -> None:
     """Serves until interrupted, to this machine only. Raises UserError when the port is taken."""
     started = time.perf_counter()
-    pn.extension("filedropper", disconnect_notification=GONE, notifications=True, raw_css=[DARK])
+    pn.extension("filedropper", disconnect_notification=GONE, notifications=True, raw_css=[DARK, PRINTED])
     log_in_lines()
     load_named_code()
     sessions = Sessions(folder)

@@ -244,3 +244,33 @@ def test_a_study_is_run_and_shown(session, tmp_path):
     alone = json.loads(next(page.choice.value.parent.glob("linear_sample3*/results.json")).read_text())
     fitted = freelearn.fit("virtual", model="linear", train="sample3", split="states", progress=False)
     assert alone["tests"]["sample6"]["E"] == pytest.approx(fitted.errors.loc["sample6", "E"], rel=1e-12)
+    # A click on a cell shows its run's curves, of the test set's states, worst first.
+    heat = page.maps.objects[0].object
+    cells = heat.renderers[0].data_source
+    (place,) = [
+        n
+        for n, pair in enumerate(zip(cells.data["train"], cells.data["test"], strict=True))
+        if pair == ("sample3", "sample6")
+    ]
+    assert page.curves is None
+    cells.selected.indices = [place]
+    assert page.curves.view.visible
+    error = 100 * alone["tests"]["sample6"]["E"]
+    assert f"E {error:.3g} %" in page.curves.said.object
+    predictions = pd.read_csv(next(page.choice.value.parent.glob("linear_sample3*/predictions.csv")))
+    assert page.curves.labels
+    assert all(text.startswith("sample 6, ") for text in page.curves.labels.values())
+    missed = (predictions["force_n"] - predictions["force_pred_n"]).where(predictions["sample"] == 6).abs()
+    worst = predictions.loc[page.curves.fit.rows(list(page.curves.labels)[page.curves.slider.value])]
+    assert set(worst["sample"]) == {6}
+    shown = page.curves.charts.rows[0].data["force_n"]
+    assert set(shown) <= set(worst["force_n"])
+    assert missed[worst.index].mean() > missed.mean()
+    page.curves.slider.value = 0
+    assert page.curves.slider.title.startswith("kinematic state (sample 6, ")
+    # Of a run that is gone it is said.
+    for path in page.choice.value.parent.glob("linear_sample6*/results.json"):
+        path.unlink()
+    cells.selected.indices = [list(cells.data["train"]).index("sample6")]
+    assert "cannot be shown" in page.hint.object
+    assert not page.curves.view.visible

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -19,17 +19,21 @@ OPEN = "const link = source.data.link[source.selected.indices[0]]; if (link) win
 
 
 def heatmap_chart(
-    cells: pd.DataFrame, label: str, reports: Mapping[tuple[str, str, str], str] = MappingProxyType({})
+    cells: pd.DataFrame,
+    label: str,
+    reports: Mapping[tuple[str, str, str], str] = MappingProxyType({}),
+    tapped: Callable[[str, str], None] | None = None,
 ) -> figure:
     """One label's map. cells: of summary.cells, of all labels: they share the order of sets and the color scale.
-    reports: where a click on a cell leads, by its label, training and test set."""
+    reports: where a click on a cell leads, by its label, training and test set. tapped: called instead, on a server,
+    with the training and the test set of a cell that was clicked."""
     low, high = error_range(cells)
     across, down = set_order(cells["train"]), set_order(cells["test"])
     part = cells[(cells["label"] == label) & cells["E"].notna()]
     # The title has to fit above the narrowest.
     width, height = max(165 + 38 * len(across), 400), 150 + 30 * len(down)
     panel = chart(
-        f"{label}\n{mean_text(part)}", "training set", "test set", width, height,
+        f"{label}: E [%]\n{mean_text(part)}", "training set", "test set", width, height,
         x_range=across, y_range=down[::-1],
     )  # fmt: skip
     # Small errors are bright.
@@ -49,21 +53,27 @@ def heatmap_chart(
         "train", "test", 0.97, 0.97, source=cells_shown,
         fill_color={"field": "percent", "transform": mapper}, line_color=None,
     )  # fmt: skip
-    panel.text(
+    texts = panel.text(
         "train", "test", text="text", source=cells_shown, text_color="ink", text_align="center",
         text_baseline="middle", text_font_size="8pt",
     )  # fmt: skip
     tips = [("trained on", "@train"), ("tested on", "@test"), ("E", "@percent{0.00} %"), ("seeds", "@seeds")]
     hover(panel, [*tips, ("rows scored", "@n{0}")], [squares])
-    if any(link):
+    if any(link) or tapped:
         open_it = CustomJS(args={"source": cells_shown}, code=OPEN)
         cells_shown.selected.js_on_change("indices", open_it)
+        if tapped:
+            pairs = list(zip(part["train"], part["test"], strict=True))
+            cells_shown.selected.on_change("indices", lambda attr, old, new: tapped(*pairs[new[0]]) if new else None)
         panel.add_tools("tap")
-        squares.nonselection_glyph = None
+        # The others stay as they are.
+        squares.nonselection_glyph = texts.nonselection_glyph = None
+        squares.selection_glyph = squares.glyph.clone()
+        squares.selection_glyph.line_color, squares.selection_glyph.line_width = "black", 2.5
     panel.xaxis.major_label_orientation = 1.0
     panel.grid.visible = False
     ticks = [m * 10.0**e for e in range(-2, 4) for m in (1, 2, 5) if low <= m * 10.0**e <= high]
-    bar = ColorBar(color_mapper=mapper, title="E [%]", width=10, padding=4, ticker=FixedTicker(ticks=ticks))
+    bar = ColorBar(color_mapper=mapper, width=10, padding=4, ticker=FixedTicker(ticks=ticks))
     bar.formatter = BasicTickFormatter(use_scientific=False)
     panel.add_layout(bar, "right")
     return panel

@@ -78,7 +78,7 @@ class LogCharts:
         return panel
 
     def _loop_chart(self, quantity: Quantity, width: int, height: int) -> figure:
-        title = f"{quantity.symbol}–{self.over.symbol}, colored by how fast the pressure changes"
+        title = f"{quantity.symbol}–{self.over.symbol}, colored by the pressure's rate [{self.over.unit}/s]"
         panel = chart(title, self.over.label, quantity.label, width, height)
         panel.segment(
             "x0", "y0", "x1", "y1", source=self.segments[quantity.column], line_width="wide",
@@ -91,8 +91,7 @@ class LogCharts:
             )  # fmt: skip
         if self.models:
             legend_below(panel)
-        rate = f"{self.over.unit}/s"
-        panel.add_layout(ColorBar(color_mapper=self.mapper, width=10, padding=4, title=f"[{rate}]"), "right")
+        panel.add_layout(ColorBar(color_mapper=self.mapper, width=10, padding=4), "right")
         return panel
 
     def show(self, trace: Trace) -> None:

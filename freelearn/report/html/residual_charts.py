@@ -51,7 +51,7 @@ class ResidualCharts:
 
     def _panel(self, load: Quantity, width: int, height: int, tap: bool) -> tuple[LinearColorMapper, figure]:
         x, y = self.plane
-        panel = chart(f"{load.name}: measured − predicted", x.label, y.label, width, height)
+        panel = chart(f"{load.name}: measured − predicted [{load.unit}]", x.label, y.label, width, height)
         mapper = LinearColorMapper(PALETTE, low=-1, high=1, nan_color=NOTHING)
         cells = panel.rect(
             x.column,
@@ -70,7 +70,7 @@ class ResidualCharts:
         hover(panel, tips(self.plane, self.quantities), [cells])
         if tap:
             panel.add_tools("tap")
-        panel.add_layout(ColorBar(color_mapper=mapper, title=f"[{load.unit}]", width=10, padding=4), "right")
+        panel.add_layout(ColorBar(color_mapper=mapper, width=10, padding=4), "right")
         return mapper, panel
 
     def show(self, table: pd.DataFrame, limits: Sequence[float] | None = None) -> None:

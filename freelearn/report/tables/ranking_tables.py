@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.common.display import DisplayTable
-from freelearn.common.formats import RUN_AWAY, error_percent, fixed, known_floor, number
+from freelearn.common.formats import RUN_AWAY, chance, error_percent, fixed, known_floor
 from freelearn.discovery.thresholds import CLEAR
 
 # Effects more alike than this can hardly be told apart.
@@ -52,7 +52,7 @@ def ranking_table(numbers: pd.DataFrame, most: int | None = None) -> DisplayTabl
     """numbers: of ranking_numbers. most: effects shown, None for all."""
     columns = [numbers[name].tolist() for name in ("effect", "size", "p_value", "E_heldout")]
     rows = [
-        [effect, fixed(size, 1), number(p_value, 3), error_percent(error, 3)]
+        [effect, fixed(size, 1), chance(p_value, 3), error_percent(error, 3)]
         for effect, size, p_value, error in list(zip(*columns, strict=True))[:most]
     ]
     return DisplayTable.from_rows(

@@ -101,7 +101,10 @@ def _shown(answer: pd.DataFrame) -> pd.DataFrame:
     from freelearn.queries.curves.curve_rows import pressures
 
     known = [q for bed in BEDS.values() for q in (*bed.imposed, *bed.measured)]
-    names = {q.column: f"{q.name} {q.unit}" for q in (*known, *pressures(answer))}
+    pressed = pressures(answer)
+    names = {q.column: f"{q.name} {q.unit}" for q in (*known, *pressed)}
+    # Those of several actuators by their numbers: two columns of one name would be one.
+    names |= {q.column: f"pressure {q.symbol} {q.unit}" for q in pressed} if len(pressed) > 1 else {}
     names |= {f"{column}_{end}": f"{name} {end}" for column, name in names.items() for end in ("low", "high")}
     shown = answer.drop(columns=[*UNTOLD], errors="ignore").dropna(axis="columns", how="all")
     numbers = dict.fromkeys(shown.select_dtypes("number"), float)

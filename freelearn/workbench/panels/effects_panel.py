@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 import panel as pn
 
-from freelearn.common.formats import error_in_words
+from freelearn.common.formats import chance, error_in_words
 from freelearn.discovery.search.next_states import NextState
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.report.tables.discovery_tables import next_state_lines
@@ -167,7 +167,7 @@ def _ranked(search: dict[str, Any], step: int) -> dict[str, str]:
     for row in ranking_numbers(search["candidates"], step).itertuples():
         error = "" if pd.isna(row.E_heldout) else f", E held-out {error_in_words(row.E_heldout)}"
         suspect = EFFECTS[row.effect].suspect if row.effect in EFFECTS else ""
-        evidence = f"{row.effect}: effect size {row.size:.1f}, p by chance {row.p_value:.2g}{error}"
+        evidence = f"{row.effect}: effect size {row.size:.1f}, p by chance {chance(row.p_value)}{error}"
         labels[f"{evidence}. {suspect}".rstrip(". ")] = row.effect
     for name in search["trail"][step]["effects"]:
         labels.setdefault(f"{name}: in the model", name)

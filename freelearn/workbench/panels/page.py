@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import panel as pn
 
 from freelearn.common.errors import UserError
-from freelearn.workbench.panels.asides import Planning
+from freelearn.workbench.panels.asides import Aside, Planning
 from freelearn.workbench.panels.mapping import Made, Mapping
 from freelearn.workbench.panels.predicting import Predicting
 from freelearn.workbench.panels.rubber_panel import Rubber
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+# Place of the first tab that is made when somebody turns to it.
+FIRST_ASIDE = 2
 EVERY = 250  # ms between looks at what runs
 
 WELCOME = (
@@ -39,24 +42,29 @@ class Page:
 
     def __init__(self, session: Session, sweeps: Path) -> None:
         self.session, self.shown = session, -1
-        self.steps, self.sweeps = Steps(session), Sweeps(sweeps, session)
+        self.steps = Steps(session)
         self.results: Results | None = None
         self.mapping, self.made = Mapping(session), Made(session)
         self.welcome, self.problem = words(), words()
         say(self.welcome, WELCOME, "quiet")
         wide = {"sizing_mode": "stretch_width"}
         self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
-        self.predicting, self.planning, self.rubber = Predicting(session), Planning(session), Rubber(session)
+        # Made when somebody turns to them: the first page is there sooner without.
+        self.later: dict[str, Callable[[], Aside | Rubber | Sweeps]] = {
+            "Predict and command": lambda: Predicting(session),
+            "Plan": lambda: Planning(session),
+            "Rubber": lambda: Rubber(session),
+            "Study": lambda: Sweeps(sweeps, session),
+        }
+        self.asides: dict[str, Aside | Rubber | Sweeps] = {}
+        self.places = {name: pn.Column(**wide) for name in self.later}
         self.nothing = words()
         say(self.nothing, [NOTHING], "quiet")
         self.missing = pn.Column(self.nothing, **wide)
         self.tabs = pn.Tabs(
             ("Compare", self.main),
             ("What is missing", self.missing),
-            ("Predict and command", self.predicting.view),
-            ("Plan", self.planning.view),
-            ("Rubber", self.rubber.view),
-            ("Study", self.sweeps.view),
+            *self.places.items(),
             **wide,
         )
         self.tabs.param.watch(self._turned, "active")
@@ -80,10 +88,8 @@ class Page:
         say(self.problem, [])
         try:
             self._show()
-            self.predicting.refresh()
-            self.planning.refresh()
-            self.rubber.refresh()
-            self.sweeps.refresh()
+            for aside in self.asides.values():
+                aside.refresh()
         except Exception as problem:
             # Such as a run's folder that somebody has removed meanwhile: the page says so and goes on.
             log.error("a run cannot be shown: %s", problem, exc_info=not isinstance(problem, (OSError, UserError)))
@@ -110,5 +116,12 @@ class Page:
             self.results.refresh()
 
     def _turned(self, event: Any) -> None:
-        if event.new == len(self.tabs) - 1:
-            self.sweeps.look()
+        name = [*self.places][event.new - FIRST_ASIDE] if event.new >= FIRST_ASIDE else ""
+        if name and name not in self.asides:
+            self.asides[name] = aside = self.later[name]()
+            self.places[name].append(aside.view)
+            self.shown = -1
+            self.look()
+        shown = self.asides.get(name)
+        if isinstance(shown, Sweeps):
+            shown.look()

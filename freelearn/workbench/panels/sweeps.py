@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import pandas as pd
 import panel as pn
 
 from freelearn.common.errors import UserError
@@ -12,7 +15,11 @@ from freelearn.workbench.panels.studying import Studying
 from freelearn.workbench.panels.widgets import heading, say, table, words
 from freelearn.workbench.state.session import Session
 
+if TYPE_CHECKING:
+    from freelearn.workbench.panels.cell_curves import CellCurves
+
 MOST_MAPS = 6
+HINT = "Click a cell: its curves stand below."
 
 
 class Sweeps:
@@ -28,13 +35,17 @@ class Sweeps:
         self.again = pn.widgets.Button(name="Look again", width=120, align="end")
         self.note = words()
         self.maps = pn.FlexBox(sizing_mode="stretch_width")
+        self.hint = words()
+        # Where a study has curves, they come with its maps.
+        self.curves: CellCurves | None = None
+        self.chosen = pn.Column(sizing_mode="stretch_width")
         self.paper, self.differ = words(), words()
         self.published = pn.Column(heading("Beside the paper's maps"), self.differ, self.paper, visible=False)
         self.again.on_click(lambda _: self.look())
         self.choice.param.watch(lambda _: self._draw(), "value")
         self.view = pn.Column(
             self.studying.view, heading("Finished studies and sweeps"), pn.Row(self.choice, self.again), self.note,
-            self.maps, self.published, sizing_mode="stretch_width",
+            self.maps, self.hint, self.chosen, self.published, sizing_mode="stretch_width",
         )  # fmt: skip
 
     def refresh(self) -> None:
@@ -66,6 +77,9 @@ class Sweeps:
         from freelearn.report.tables.sweep_tables import PUBLISHED, beside_the_paper, cells, summary, where_they_differ
 
         self.maps.clear()
+        say(self.hint, [])
+        if self.curves is not None:
+            self.curves.hide()
         self.published.visible = False
         if self.choice.value is None:
             return
@@ -80,12 +94,34 @@ class Sweeps:
         labels = sorted(dict.fromkeys(shown["label"]), key=lambda n: order.index(n) if n in order else len(order))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
         say(self.note, [f"Error E of every training set on every test set; one color scale.{more}"], "quiet")
-        self.maps.objects = [pn.pane.Bokeh(heatmap_chart(shown, label)) for label in labels[:MOST_MAPS]]
+        self.maps.objects = [
+            pn.pane.Bokeh(heatmap_chart(shown, label, tapped=partial(self._tapped, gathered, label)))
+            for label in labels[:MOST_MAPS]
+        ]
+        say(self.hint, [HINT], "quiet")
         paper = beside_the_paper(numbers)
         self.published.visible = paper is not None
         table(self.paper, paper)
         simulated = _simulated(self.choice.value.parent, str(gathered["run"].iloc[0]))
         say(self.differ, where_they_differ(shown, numbers, simulated))
+
+    def _tapped(self, gathered: pd.DataFrame, label: str, train: str, test: str) -> None:
+        """Shows the curves behind a cell; of several seeds those of the first."""
+        # torch is imported with it: not before there is a curve.
+        from freelearn.workbench.panels.cell_curves import CellCurves
+
+        if self.curves is None:
+            self.curves = CellCurves()
+            self.chosen.objects = [self.curves.view]
+        here = (gathered["label"] == label) & (gathered["train"] == train) & (gathered["test"] == test)
+        row = gathered[here & (gathered["error"] == "")].iloc[0]
+        run = self.choice.value.parent / str(row["run"])
+        try:
+            self.curves.show(run, label, train, test, float(row["E"]), int(row["n"]))
+            say(self.hint, [HINT], "quiet")
+        except (OSError, UserError) as problem:
+            self.curves.hide()
+            say(self.hint, [f"The run of this cell cannot be shown: {problem}"], "bad")
 
 
 def _simulated(sweep: Path, run: str) -> bool:
