@@ -34,6 +34,9 @@ def compared(runs: Sequence[FittedRun]) -> Compared:
     first, second = runs
     tables = [_marked(one) for one in runs]
     keys = [name for name in PLACE if name in tables[0] and name in tables[1]]
+    # A reading that is whole in one table may have digits in the other.
+    whole = {name: np.float64 for name in keys if name != "sample"}
+    tables = [table.astype(whole) for table in tables]
     predicted = [q.predicted for q in bed_of(tables[0]).measured if q.predicted in tables[0]]
     other = tables[1][[*keys, "seen", *(name for name in predicted if name in tables[1])]]
     rows = tables[0].merge(other.drop_duplicates(keys), on=keys, how="inner", suffixes=("_a", "_b"))

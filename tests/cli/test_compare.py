@@ -1,9 +1,11 @@
 """`compare`: each run's error on the rows that both have is its own error on these rows."""
 
+import numpy as np
 import pytest
 from fitted_folders import continuum, folder_of, grid, shown
 
 import freelearn
+from freelearn.api.compared import compared
 from freelearn.cli.comparing import compare
 from freelearn.common.errors import UserError
 
@@ -35,3 +37,13 @@ def test_runs_without_a_common_row_are_refused(tmp_path):
         folder_of(tmp_path / name, continuum(), table[table["force_n"].notna()].reset_index(drop=True))
     with pytest.raises(UserError, match="no row in common"):
         compare(tmp_path / "a", tmp_path / "b", tmp_path / "page.html")
+
+
+def test_readings_that_are_whole_in_one_table_are_the_same_ones(tmp_path):
+    table = shown(continuum(), grid())
+    table = table[table["force_n"].notna()].reset_index(drop=True)
+    whole = table.assign(force_n=table["force_n"].round().astype(int))
+    folder_of(tmp_path / "a", continuum(), whole)
+    folder_of(tmp_path / "b", continuum(), table.assign(force_n=whole["force_n"] + np.where(table.index % 2, 0.0, 0.5)))
+    found = compared([freelearn.load(tmp_path / name) for name in "ab"])
+    assert len(found.rows) == len(table) // 2

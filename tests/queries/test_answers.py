@@ -1,6 +1,7 @@
 """freelearn.load(…).invert(frame): what comes back of a table with blanks, and what is said of one without sense."""
 
 import warnings
+from types import SimpleNamespace
 
 import beds
 import numpy as np
@@ -10,6 +11,7 @@ from fitted_folders import LOADS, PLACE, continuum, design, fitted, grid, shown
 
 from freelearn.common.errors import UserError
 from freelearn.data.columns import with_members
+from freelearn.physics.effects.dissipation.friction_hysteresis import FrictionHysteresis
 from freelearn.physics.models.build import build_model
 from freelearn.report.tables.answer_tables import answer_lines, answers_table
 
@@ -218,3 +220,12 @@ def test_all_that_the_terminal_says_of_answers_are_sentences(run):
     assert any(sentence.startswith("1 unanswered:") for sentence in said)
     assert any(sentence.startswith("row 2:") for sentence in said)
     assert "±" in answers_table(answers).text()
+
+
+def test_that_pressures_are_told_between_rising_and_falling_is_said(run):
+    rubs = SimpleNamespace(model=SimpleNamespace(effects=[FrictionHysteresis()]), bands=run.bands)
+    asks = run.invert(run.table().drop(columns="pressure_kpa").head(3))
+    assert any("friction_hysteresis goes by whether the pressure rises or falls" in s for s in answer_lines(asks, rubs))
+    assert not any("rises or falls" in s for s in answer_lines(asks, run))
+    loads = run.invert(run.table().drop(columns=LOADS).head(3))
+    assert not any("rises or falls" in s for s in answer_lines(loads, rubs))

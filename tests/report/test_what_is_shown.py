@@ -6,9 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from fitted_folders import continuum, grid, shown
 
 from freelearn.data.error import Error
 from freelearn.physics.models.hybrid import Hybrid
+from freelearn.report.html.run_charts import chart_sections
+from freelearn.report.plots.simple_plots import parity
 from freelearn.report.tables.ranking_tables import staircase, staircase_table
 from freelearn.report.tables.run_tables import beside, error_table, misfit_lines
 
@@ -65,3 +68,13 @@ def test_what_a_hybrid_has_learned_is_counted():
 @pytest.mark.parametrize(("n", "of", "tells"), [(2, 17, False), (9, 17, True), (0, 0, True)])
 def test_half_of_the_rows_tell(n, of, tells):
     assert Error(0.1, (("force", 0.1), ("moment", 0.1)), n, of).tells is tells
+
+
+def test_a_model_that_answers_no_row_is_drawn_without_a_word_from_the_libraries():
+    table = shown(continuum(), grid())
+    blank = {"force_pred_n": np.nan, "moment_pred_nmm": np.nan}
+    table = table.assign(**blank, status="no_equilibrium", split="train")
+    figure = parity(table, "a title", simulated=False)
+    assert not any(axes.get_legend() for axes in figure.axes)
+    section = chart_sections(table, [])[-1]
+    assert (section.lines, section.charts) == (["The model answers no row."], [])

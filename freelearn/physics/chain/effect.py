@@ -41,6 +41,8 @@ class Effect(Generic[P]):
     source: ClassVar[str] = ""
     # Columns of the table that it needs besides the required ones.
     needs: ClassVar[tuple[str, ...]] = ()
+    # Whether it goes by the way in which the pressure changes.
+    directed: ClassVar[bool] = False
     # Names of the beds (beds) on which it can be told.
     beds: ClassVar[tuple[str, ...]] = tuple(BEDS)
     # Effects of one port act in the order of their places, and of their names where these are equal.

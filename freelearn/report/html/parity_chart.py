@@ -22,7 +22,9 @@ MARKS = ("circle", "triangle", "square")
 
 def parity_charts(shown: pd.DataFrame, quantities: Sequence[Quantity], imposed: Sequence[Quantity]) -> list[figure]:
     """Force and moment, or what else was measured, by split, with the line of a perfect model. shown: of
-    picture_numbers.parity_numbers; imposed: what stands under the mouse besides."""
+    picture_numbers.parity_numbers; imposed: what stands under the mouse besides. None where no row has an answer."""
+    if shown.empty:
+        return []
     place = [("sample", "@sample"), *((f"{q.name} {q.symbol}", f"@{q.column}{q.suffix}") for q in imposed)]
     panels = []
     loose = shown[loose_rows(shown)]

@@ -39,7 +39,8 @@ def chart_sections(own: pd.DataFrame, shown: Sequence[StateCurves], spectra: Seq
     numbers = parity_numbers(own)
     imposed = [*bed_of(own).state, *pressures(own)]
     charts = parity_charts(numbers, measured_quantities(own), imposed)
-    parity = Section("Predicted against measured", charts=charts, numbers={"parity.csv": numbers})
+    lines = [] if charts else ["The model answers no row."]
+    parity = Section("Predicted against measured", lines, charts=charts, numbers={"parity.csv": numbers})
     return [*curves, residual_section(own), parity]
 
 

@@ -68,7 +68,9 @@ def draw_parity(panels: Sequence[Axes], predictions: pd.DataFrame, quantities: S
             (ends,) = parity_ends(shown, [load])
             axes.plot(ends, ends, "-", color="black", linewidth=1, label="perfect")
         finish(axes, f"measured {load.label}", f"predicted {load.label}")
-        axes.legend(frameon=False, fontsize=8)
+        # Of a model that answers no row there is nothing to name.
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(frameon=False, fontsize=8)
 
 
 # Which states an actuator reaches without buckling.

@@ -78,6 +78,12 @@ def answer_lines(answers: Answers, fitted: FittedModel) -> list[str]:
     beyond = int(table[EXTRAPOLATED].sum())
     if beyond:
         sentences.append(f"{beyond} extrapolated beyond what the model was fitted on: their bands may be too narrow")
+    directed = [effect.name for effect in fitted.model.effects if effect.directed]
+    if directed and good and "run" not in table and any(name.startswith("pressure") for name in answers.asked):
+        sentences.append(
+            f"{', '.join(directed)} goes by whether the pressure rises or falls, which is not known before it is "
+            "answered: each pressure is told midway between the two"
+        )
     words = table.loc[table[STATUS] == "unanswered", NOTE]
     sentences += [f"row {i + 1}: {text}" for i, text in words.head(5).items()]
     banded = [f"{name}_low" for name in answers.asked]

@@ -46,6 +46,7 @@ class ContactFriction(DissipationEffect[Contact]):
     """
 
     name = "contact_friction"
+    directed = True
     place = 1
     suspect = "Loads differ between inflating and deflating, and the more the higher the pressure."
     source = "Tondu & Lopez (2000), F = f S P; Chou & Hannaford (1996); Davis & Caldwell (2006)"

@@ -38,6 +38,7 @@ class FrictionHysteresis(DissipationEffect[Friction]):
     """
 
     name = "friction_hysteresis"
+    directed = True
     place = 1
     suspect = "Loads at one pressure differ between inflating and deflating."
     source = "Coulomb friction as in Chou & Hannaford (1996) for McKibben muscles"
