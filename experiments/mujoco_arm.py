@@ -20,13 +20,15 @@ import freelearn as fl
 
 # Lever of both muscles [m], how much each is contracted at 0 rad [m], the load [kg] on the forearm [m] it hangs on.
 LEVER, CONTRACTED, LOAD, FOREARM = 0.03, 0.04, 4.0, 0.3
+# Damping of the elbow [N m s/rad], and the inertia about it [kg m²].
+DAMPING, INERTIA = 5.0, LOAD * FOREARM**2 + 1e-3
 GRAVITY, TRICEPS, SECONDS = 9.81, 150e3, 4.0
 
 ARM = f"""
 <mujoco model="arm">
   <option timestep="5e-4" gravity="0 0 -{GRAVITY}" integrator="implicitfast"/>
   <worldbody><body name="forearm">
-    <joint name="elbow" type="hinge" axis="0 -1 0" damping="5"/>
+    <joint name="elbow" type="hinge" axis="0 -1 0" damping="{DAMPING}"/>
     <inertial pos="{FOREARM} 0 0" mass="{LOAD}" diaginertia="1e-3 1e-3 1e-3"/>
   </body></worldbody>
   <tendon>

@@ -113,6 +113,7 @@ def _answers(view: View) -> Figure:
             (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {x[0, first]:.3g} {port.unit}")
             axes.fill_between(x[:, 2], y - half, y + half, alpha=0.2, color=line.get_color(), linewidth=0)
     for axes, answer in zip(panels, answered, strict=True):
+        axes.locator_params(axis="x", nbins=5)
         finish(axes, f"{actuator.imposed[2].name} [{actuator.imposed[2].unit}]", f"{answer.name} [{answer.unit}]")
         axes.legend(fontsize="small")
     figure.tight_layout()

@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,15 +106,29 @@ def _free(folder: Path, options: Options) -> None:
 @contextmanager
 def _beside(folder: Path) -> Iterator[Path]:
     """A folder in another, for as long as something is made in it. Raises UserError where nothing can be written."""
+    there = folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".export.", dir=folder) as place:
             yield Path(place)
     except OSError as problem:
         raise cannot_write(folder, problem, "choose another folder, or make room") from problem
+    finally:
+        if not there:
+            # Not empty where the export was written.
+            with suppress(OSError):
+                folder.rmdir()
 
 
 def _moved(place: Path, folder: Path) -> None:
-    """The certificate last: where it lies the export is whole."""
-    for path in sorted(place.iterdir(), key=lambda path: path.name == CERTIFICATE):
-        os.replace(path, folder / path.name)
+    """The certificate goes first and comes last: where it lies the export is whole."""
+    (folder / CERTIFICATE).unlink(missing_ok=True)
+    moved: list[Path] = []
+    try:
+        for path in sorted(place.iterdir(), key=lambda path: path.name == CERTIFICATE):
+            os.replace(path, folder / path.name)
+            moved.append(folder / path.name)
+    except OSError:
+        for path in moved:
+            path.unlink(missing_ok=True)
+        raise

@@ -53,7 +53,10 @@ def test_a_folder_of_ones_own(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures():
+@pytest.mark.parametrize("example", ["mujoco_arm", "fmu_arm", "c_arm"])
+def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures(example, monkeypatch):
     pytest.importorskip("mujoco")
-    held = runpy.run_path(str(ROOT / "experiments" / "mujoco_arm.py"))["hold"](0.1, 0.25)
+    pytest.importorskip("fmpy")
+    monkeypatch.syspath_prepend(ROOT / "experiments")
+    held = runpy.run_path(str(ROOT / "experiments" / f"{example}.py"))["hold"](0.1, 0.25)
     assert held.reached == pytest.approx(held.wanted, abs=1e-3)

@@ -1,17 +1,23 @@
 """What is not exported, and what is said of it."""
 
+import errno
 import json
+import os
 import sys
 
+import numpy as np
 import pytest
-from exported import actuator
+from exported import VALUES, actuator
+from fitted_folders import folder_of, grid, shown
 
+import freelearn
 from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.run_settings import ExportSettings
 from freelearn.common.errors import UserError
 from freelearn.export.export import doubts
 from freelearn.export.export_options import Options, asked_for, needed
+from freelearn.physics.models.build import build_model
 
 
 def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
@@ -21,14 +27,62 @@ def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
     assert not (tmp_path / "out.c").exists()
 
 
-def test_an_undecided_search_is_doubted(tmp_path):
-    fitted = actuator(tmp_path / "run")
+@pytest.mark.parametrize("verdict", ["undecided", "unexplained"])
+def test_a_search_that_does_not_know_is_exported_by_force_alone(tmp_path, verdict):
+    fitted = _linear(tmp_path / "run")
     assert doubts(fitted) == []
     content = json.loads((tmp_path / "run" / "results.json").read_text())
-    (tmp_path / "run" / "results.json").write_text(json.dumps(content | {"verdict": "undecided"}))
-    from freelearn import load
+    (tmp_path / "run" / "results.json").write_text(json.dumps(content | {"verdict": verdict}))
+    doubted = freelearn.load(tmp_path / "run")
+    with pytest.raises(UserError, match=rf"{verdict}.*force=true"):
+        doubted.export(tmp_path / "out", "table")
+    assert not (tmp_path / "out").exists()
+    found = doubted.export(tmp_path / "out", "table", force=True)
+    assert found.content["forced"]
+    assert verdict in found.content["warnings"][0]
+    assert "Exported all the same" in (tmp_path / "out" / "export.html").read_text()
 
-    assert "undecided" in doubts(load(tmp_path / "run"))[0]
+
+def test_a_folder_holds_one_export(tmp_path):
+    fitted = _linear(tmp_path / "run")
+    fitted.export(tmp_path / "left.nc", error=0.1)
+    with pytest.raises(UserError, match="holds the export of left to=table"):
+        fitted.export(tmp_path / "right.nc", error=0.1)
+    # The same once more takes its place.
+    assert fitted.export(tmp_path / "left.nc", error=0.2).content["round_trip"]["limit"] == 0.2
+
+
+@pytest.mark.parametrize("count", range(4))
+def test_a_disk_that_fills_leaves_nothing(tmp_path, monkeypatch, count):
+    """Three files are made, then moved: the export, its certificate, its page."""
+    fitted, move, taken = _linear(tmp_path / "run"), os.replace, []
+
+    def replace(source, target):
+        if len(taken) == count:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        taken.append(target)
+        move(source, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", replace)
+        with pytest.raises(UserError, match=r"Cannot write to .*No space left on device"):
+            fitted.export(tmp_path / "out", "table", error=0.1)
+    assert not (tmp_path / "out").exists()
+
+
+def test_effects_that_carry_a_state_along_a_log_are_refused(tmp_path):
+    model = build_model("linear", VALUES["linear"], ["creep"])
+    table = shown(build_model("linear", VALUES["linear"], []), grid()).iloc[:40]
+    log = table.assign(time_s=np.arange(40.0), run=1)
+    fitted = freelearn.load(folder_of(tmp_path / "run", model, log, covariance=np.eye(len(model.declared))))
+    with pytest.raises(UserError, match=r"'creep'.*log"):
+        fitted.export(tmp_path / "out", "table")
+
+
+def _linear(folder):
+    """The quickest of all to trace."""
+    model = build_model("linear", VALUES["linear"], [])
+    return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
 
 
 def test_a_missing_package_is_said_with_the_line_that_installs_it(monkeypatch):

@@ -138,12 +138,29 @@ def _hung(model: Any, data: Any, own: Any, view: View, place: np.ndarray) -> dic
     data.qpos[:] = place[:2] - 0.05 * span
     for what, hung in (("hung", -load), ("released", np.zeros(2))):
         data.qfrc_applied[:] = hung
-        want = _rest(actuator, -hung, place) if what == "released" else place[:2]
         found[what] = None
+        if own.memory:
+            # What is remembered on the way there makes the place: the model's own that is next to it, with the same.
+            if _at_rest(model, data, span):
+                found[what] = _lacking(view, own.memory, data.qpos, -hung, place, span)
+            continue
+        want = _rest(actuator, -hung, place) if what == "released" else place[:2]
         # Only where the model itself has one place of rest is there anything to find.
         if want is not None and _at_rest(model, data, span):
             found[what] = float((np.abs(data.qpos - want) / span).max())
     return found
+
+
+def _lacking(
+    view: View, memory: dict[str, float], at: np.ndarray, load: np.ndarray, place: np.ndarray, span: np.ndarray
+) -> float:  # fmt: skip
+    """How far from a place (2,) the fitted model itself carries a load, a share of the span."""
+    names = [p.name for p in view.inputs]
+    x = np.array([[*at, *place[2:], *(memory[n] for n in names[len(place) :])]])
+    reference = Reference(view.actuator, x, names)
+    rate = reference.system.slopes(reference.x)[1][0, :, :2].numpy()
+    step = np.linalg.solve(rate, load - reference.answered[0][0])
+    return float((np.abs(step) / span).max())
 
 
 def _at_rest(model: Any, data: Any, span: np.ndarray) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from freelearn.common.errors import UserError
-from freelearn.common.files import write_whole
+from freelearn.common.files import write_bytes
 from freelearn.export.export_options import Options, needed
 from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import Reference, Written
@@ -47,7 +47,8 @@ def write_table(functions: Functions, folder: Path, options: Options) -> Written
     told = {"title": title(functions, options), "interpolation": "linear", "largest_error": options.error}
     dataset: Any = modules["xarray"].Dataset(data, coordinates, told)
     path = folder / f"{options.name}.nc"
-    write_whole(path, lambda beside: _stored(dataset, beside))
+    # In memory first: HDF5 may bring down the whole process where a disk is full.
+    write_bytes(path, bytes(dataset.to_netcdf(engine="h5netcdf")))
     stored = modules["xarray"].load_dataset(path, engine="h5netcdf")
     grid = tuple(stored[p.name].to_numpy() for p in ports)
     look = RegularGridInterpolator(
@@ -62,10 +63,6 @@ def write_table(functions: Functions, folder: Path, options: Options) -> Written
     size = " × ".join(str(len(axis)) for axis in axes)
     notes = [f"{size} nodes; interpolate linearly"]
     return Written([path], {view.answer.name: answers}, OUTSIDE, options.error, True, notes)
-
-
-def _stored(dataset: Any, path: Path) -> None:
-    dataset.to_netcdf(path, engine="h5netcdf")
 
 
 def _nodes(axes: list[np.ndarray]) -> np.ndarray:
