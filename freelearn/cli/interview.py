@@ -70,7 +70,7 @@ class Interview:
     def number(self, prompt: str, count: int) -> int | None:
         """The place of what somebody chose by its number, None where nothing was typed."""
         while typed := self.ask(prompt).strip():
-            if typed.isdigit() and 1 <= int(typed) <= count:
+            if typed.isdecimal() and 1 <= int(typed) <= count:
                 return int(typed) - 1
             self.tell(f"{typed!r} is none of them: write a number from 1 to {count}")
         return None

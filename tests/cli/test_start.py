@@ -71,6 +71,10 @@ def test_answers_are_kept_where_it_is_broken_off(tmp_path):
     kept = (tmp_path / "run" / "raw_recipe.yaml").read_text()
     assert "gamma2_deg: -25" in kept
     assert "length_mm:   # TODO" in kept
+    # Between the two questions about the fibers.
+    with pytest.raises(UserError, match="broken off"):
+        start([raw], tmp_path / "other", Console(file=StringIO()), typed("", "", "25")[0])
+    assert "gamma_deg: 25   # a braid" in (tmp_path / "other" / "raw_recipe.yaml").read_text()
 
 
 def test_nobody_answers_what_is_to_be_changed(tmp_path):

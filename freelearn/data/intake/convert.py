@@ -50,7 +50,7 @@ def with_designs(recipe: Recipe, sources: Mapping[str, bytes], content: bytes | 
         if (number := numbers.get(word)) is not None
     }
     sample = recipe.sample
-    if sample.source is not None and sample.numbers is None and not all(word.isdigit() for word in words):
+    if sample.source is not None and sample.numbers is None and not all(word.isdecimal() for word in words):
         sample = Sample(source=sample.source, numbers=numbers)
     return replace(recipe, samples={**recipe.samples, **samples}, sample=sample, design=None)
 
@@ -64,7 +64,7 @@ def _numbers(recipe: Recipe, words: list[str], name: str) -> dict[str, int]:
         )
     if recipe.sample.numbers is not None:
         return {word: number for word, number in recipe.sample.numbers.items() if word in words}
-    if all(word.removesuffix(".0").isdigit() for word in words):
+    if all(word.removesuffix(".0").isdecimal() for word in words):
         return {word: int(float(word)) for word in words}
     return {word: number for number, word in enumerate(words, start=1)}
 

@@ -183,7 +183,10 @@ class _Draft:
                 self.remarks["constants", name] = "TODO: no column says it; 0 if it was held at 0"
         self.content["constants"] = constants
         if "gamma_deg" in constants and "braid" not in answers and "gamma2_deg" not in quantities_given(found):
-            self.remarks["constants", "gamma_deg"] += f"; {SECOND}, as gamma2_deg"
+            before = self.remarks.get(("constants", "gamma_deg"))
+            self.remarks["constants", "gamma_deg"] = "; ".join(
+                [*([before] if before else []), f"{SECOND}, as gamma2_deg"]
+            )
 
     def _column(self, name: str, column: ColumnGuess) -> dict[str, Any]:
         path: Path = ("columns", name)
@@ -303,7 +306,7 @@ def sample_keys(found: Guess) -> list[tuple[int, str]]:
 
 def numbered(found: Guess) -> bool:
     """Whether the file numbers its actuators 1, 2, … itself."""
-    return all(word.removesuffix(".0").isdigit() and float(word) >= 1 for word in found.samples)
+    return all(word.removesuffix(".0").isdecimal() and float(word) >= 1 for word in found.samples)
 
 
 def quantities_given(found: Guess) -> dict[str, ColumnGuess]:

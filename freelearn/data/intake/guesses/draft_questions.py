@@ -276,7 +276,7 @@ def _chosen(question: Question, typed: str) -> str:
     names = [name for name, _ in question.options]
     if set(names) == {YES, NO} and typed.lower() in (*SAID_YES, *SAID_NO):
         return YES if typed.lower() in SAID_YES else NO
-    if typed.isdigit() and 1 <= int(typed) <= len(names) and set(names) != {YES, NO}:
+    if typed.isdecimal() and 1 <= int(typed) <= len(names) and set(names) != {YES, NO}:
         return names[int(typed) - 1]
     for name, words in question.options:
         if typed.lower() in (name.lower(), words.lower()):

@@ -77,9 +77,9 @@ def files_of(root: Section) -> tuple[Part, ...]:
 def samples_of(section: Section) -> dict[int, Constants]:
     """Constants by number of the sample."""
     for key, _ in section.items():
-        if not key.isdigit():
+        if not key.isdecimal():
             section.say("is no number of a sample", key)
-    return {int(key): constants_of(section.section(key)) for key, _ in section.items() if key.isdigit()}
+    return {int(key): constants_of(section.section(key)) for key, _ in section.items() if key.isdecimal()}
 
 
 def design_of(root: Section) -> Design | None:
