@@ -48,7 +48,8 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     accuracy = told(made.told)
     rows = Rows.from_table(seen)
     library, _ = candidates(build([]), [], seen.columns, rows)
-    result = job | {"rows": len(rows), "values": made.hidden, "sizes": sizes(made), "floor": made.floor}
+    size, alone = sizes(made)
+    result = job | {"rows": len(rows), "values": made.hidden, "sizes": size, "alone": alone, "floor": made.floor}
     began = time.perf_counter()
     try:
         with within(LIMIT):
@@ -130,11 +131,12 @@ def fresh(model: Model, made: few.Few) -> float:
     return float(np.hypot(missed, made.floor) / made.floor)
 
 
-def sizes(made: few.Few) -> dict[str, float]:
-    """σ of each hidden effect on the table after refitting C1 and C2, by the true accuracy."""
+def sizes(made: few.Few) -> tuple[dict[str, float], dict[str, float]]:
+    """σ of each hidden effect on the table by the true accuracy: after refitting C1 and C2, and of that what the other
+    hidden effects cannot do in its place."""
     tables = {name: as_read(table, made.bed) for name, table in made.without.items()}
     if not tables:
-        return {}
+        return {}, {}
     exact = as_read(made.exact, made.bed)
     good = np.all([usable_rows(table) for table in (exact, *tables.values())], axis=0)
     rows = Rows.from_table(exact[good].reset_index(drop=True))
@@ -147,9 +149,14 @@ def sizes(made: few.Few) -> dict[str, float]:
     jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
     seen = torch.where(felt[:, :, None], jacobian.reshape(len(rows), 2, -1).nan_to_num(), 0.0)
     span = orthonormal(whiten(seen).flatten(0, 1))
-    found = {}
+    changes = {}
     for name, other in others.items():
         change = torch.where(felt & ~other.readings.slack[:, None], other.readings.value - readings.value, 0.0)
         white = whiten(change).reshape(-1)
-        found[name] = float((white - span @ (span.T @ white)).norm())
-    return found
+        changes[name] = white - span @ (span.T @ white)
+    alone = {}
+    for name, change in changes.items():
+        beside = [other for key, other in changes.items() if key != name]
+        taken = orthonormal(torch.stack(beside, dim=1)) if beside else change.new_zeros(len(change), 0)
+        alone[name] = float((change - taken @ (taken.T @ change)).norm())
+    return {name: float(change.norm()) for name, change in changes.items()}, alone

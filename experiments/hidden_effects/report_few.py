@@ -17,6 +17,8 @@ from freelearn.common.files import write_text
 CLAIMS = ("adequate", "named", "class", "proposed")
 # σ and states from which on an effect has to be found; floors between the states at which an answer is right, or wrong.
 LARGE, STATES = 15.0, 5
+# Of effects that are hidden together, what the others cannot do in one's place, in σ: from, up to.
+ALONE = ((0.0, 4.0), (4.0, 8.0), (8.0, 15.0), (15.0, float("inf")))
 RIGHT, REFUTED = 1.3, 2.0
 
 
@@ -35,7 +37,7 @@ def report_few(results: list[dict[str, Any]], out: Path) -> None:
         console.print(f"  {line}", markup=False, soft_wrap=True)
     write_text(out / "rates.md", markdown(title, rows))
     cells = frame.assign(classes=frame["classes"].map(lambda groups: ["/".join(group) for group in groups]))
-    cells = cells.drop(columns=["sizes", "values", "formulas"]).map(
+    cells = cells.drop(columns=["sizes", "values", "formulas", "alone"]).map(
         lambda c: "; ".join(c) if isinstance(c, list) else c
     )
     write_text(out / "tables.csv", csv_text(cells))
@@ -79,6 +81,7 @@ def rates(frame: pd.DataFrame) -> list[Row]:
         rows.append(
             ("three or four: effects listed, claimed or not", hidden, _share(several["listed"].sum(), hidden), "")
         )
+    rows += _by_size(several)
     rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
     rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
     rows += rate(f"all: between the states ≤ {RIGHT:g} floors", frame, frame["fresh"] <= RIGHT, "")
@@ -114,6 +117,20 @@ def markdown(title: str, rows: list[Row]) -> str:
     """The rates as a table of Markdown."""
     cells = [f"| {what} | {count} | {value} | {target} |" for what, count, value, target in rows]
     return "\n".join([f"| {title} | of | rate % | target |", "|---|---|---|---|", *cells, ""])
+
+
+def _by_size(several: pd.DataFrame) -> list[Row]:
+    """Rows of the report: effects that are hidden together, by what the others cannot do in their place."""
+    effects = pd.DataFrame([
+        {"alone": alone, "found": each["claims"] and any(name in group for group in each["classes"])}
+        for each in several.to_dict("records") for name, alone in each["alone"].items()
+    ], columns=["alone", "found"])  # fmt: skip
+    rows: list[Row] = []
+    for least, most in ALONE:
+        part = effects[(effects["alone"] >= least) & (effects["alone"] < most)]
+        between = f"≥ {least:g} σ" if most == float("inf") else f"{least:g} to {most:g} σ"
+        rows += rate(f"… that the others cannot stand in for by {between}: in the answer", part, part["found"], "")
+    return rows
 
 
 def _written(frame: pd.DataFrame) -> pd.Series:

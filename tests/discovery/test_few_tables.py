@@ -2,6 +2,7 @@
 
 import importlib
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,7 +30,7 @@ def muscle(module):
 def result(**said):
     plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
     return plain | {
-        "values": {}, "sizes": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [], "stopped": [],
+        "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [], "stopped": [],
         "fresh": 1.0, "seconds": 1.0,
     } | said  # fmt: skip
 
@@ -51,7 +52,18 @@ def test_the_true_model_is_at_the_floor_between_the_states_and_one_without_the_e
     whole.set_values(values | {f"fiber_misalignment.{n}": v for n, v in muscle.hidden["fiber_misalignment"].items()})
     assert examined.fresh(whole, muscle) < 1.1
     assert examined.fresh(plain, muscle) > 2
-    assert examined.sizes(muscle)["fiber_misalignment"] > 15
+    sizes, alone = examined.sizes(muscle)
+    assert sizes["fiber_misalignment"] > 15
+    # Nothing else is hidden that could stand in for it.
+    assert alone == sizes
+
+
+def test_what_another_hidden_effect_does_as_well_is_not_one_s_own(module, muscle):
+    examined = module("hidden_effects.examine_few")
+    twice = replace(muscle, without=muscle.without | {"twin": muscle.without["fiber_misalignment"]})
+    sizes, alone = examined.sizes(twice)
+    assert sizes["twin"] == sizes["fiber_misalignment"] > 15
+    assert max(alone.values()) < 1e-6
 
 
 def test_a_search_that_takes_too_long_is_a_result_too(module, monkeypatch):
@@ -65,7 +77,8 @@ def test_a_search_that_takes_too_long_is_a_result_too(module, monkeypatch):
 
 def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
     report = module("hidden_effects.report_few")
-    several = {"kind": "several", "hidden": ["end_clamps", "force_gain", "wall_thickness"]}
+    several = {"kind": "several", "hidden": ["end_clamps", "force_gain", "wall_thickness"],
+               "alone": {"end_clamps": 20.0, "force_gain": 30.0, "wall_thickness": 2.0}}  # fmt: skip
     rows = {
         what: (count, value)
         for what, count, value, _ in report.rates(
@@ -84,6 +97,9 @@ def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
     assert rows["one effect, ≥ 15 σ, ≥ 5 states: in the answer"] == (1, "100.0")
     assert rows["three or four: effects in the answer"] == (6, "16.7")
     assert rows["three or four: effects listed, claimed or not"] == (6, "33.3")
+    own = "… that the others cannot stand in for by"
+    assert rows[f"{own} ≥ 15 σ: in the answer"] == (4, "25.0")
+    assert rows[f"{own} 0 to 4 σ: in the answer"] == (2, "0.0")
     assert rows["three or four: tables with nothing wrong named"] == (2, "50.0")
     assert rows["claims that states in between refute (> 2 floors)"] == (4, "25.0")
     assert rows["effects kept where unexplained: median, most (not %)"] == (1, "1, 1")
