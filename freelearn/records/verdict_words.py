@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,6 +21,8 @@ from freelearn.records.written_effects import file_of
 
 # Stated noise that is wrong by more than this factor is said to be.
 WRONG_NOISE = 1.5
+# A scale estimated from so few readings may be off by more: by so many of its standard errors.
+UNCERTAIN = 2.0
 # Position errors of fewer states, and such as hardly show, tell little of themselves.
 WRONG_POSITION = 2.0
 # Share of an unexplained model's error below which the set that predicts best is told.
@@ -81,11 +84,17 @@ def _wrong(step: Step, found: Scatter) -> str:
     bed, deviations = step.states.bed, found.deviations.tolist()
     position = found.position * found.tails.deviation
     common = "hung loads' scatter" if bed is DEAD_LOAD else "positions' scatter"
-    parts = []
-    for name, factor, most in (
+    free = int(step.whiten.present.sum()) - len(step.fit.vector)
+    if free <= 0:
+        # Readings that a model passes through say nothing of their scatter.
+        return ""
+    # The logarithm of a scale from n readings has the standard error 1/√(2n).
+    unsure, parts = math.exp(UNCERTAIN / math.sqrt(2 * free)), []
+    for name, factor, least in (
         *((f"{bed.readings[i].name}'s scatter", deviations[i], WRONG_NOISE) for i in measured_channels(step)),
         (common, position, WRONG_POSITION),
     ):
+        most = least * unsure
         if factor > most:
             parts.append(f"the {name} is {factor:.2g} times larger")
         elif factor < 1 / most:

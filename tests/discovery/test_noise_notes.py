@@ -1,7 +1,11 @@
 """What a search says about the noise: nothing where it is as stated, else what is wrong, and by how much."""
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import torch
 from first_step import first_step
 from linear_bed import bench, student
 
@@ -28,6 +32,16 @@ def test_what_is_misstated_is_told_with_its_factor():
         # 420 readings: 4 standard errors of a scale, of which shapes take a third, and two digits.
         assert float(part.split(" is ")[1].split()[0]) == pytest.approx(factor, rel=0.17 + 0.02)
     assert "data.accuracy=estimate" in note
+
+
+def test_as_many_readings_as_parameters_say_nothing_of_their_scatter():
+    """Two parameters go through both loads of one row, whatever their noise."""
+    made = bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4))
+    _, step = first_step(made.question())
+    assert any("scatter" in note for note in noise_notes(step))
+    whiten = copy(step.whiten)
+    whiten.present = whiten.present & (torch.arange(len(whiten.present)) < 1)[:, None]
+    assert not any("scatter" in note for note in noise_notes(replace(step, whiten=whiten)))
 
 
 def test_position_errors_are_told_apart():
