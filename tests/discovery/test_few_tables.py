@@ -30,8 +30,8 @@ def muscle(module):
 def result(**said):
     plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
     return plain | {
-        "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [], "stopped": [],
-        "fresh": 1.0, "seconds": 1.0,
+        "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [],
+        "stopped": [], "fresh": 1.0, "seconds": 1.0,
     } | said  # fmt: skip
 
 
