@@ -13,7 +13,7 @@ from freelearn.data.rows import Rows
 from freelearn.discovery.fits import white_fit as white_fit_module
 from freelearn.discovery.fits.derivatives import none_vector
 from freelearn.discovery.fits.prepare import Question
-from freelearn.discovery.fits.white_fit import WhiteProblem, _ended, promise, white_fit
+from freelearn.discovery.fits.white_fit import WhiteProblem, _ended, _slow, promise, white_fit
 from freelearn.discovery.search.search import search
 from freelearn.fitting.solver import Termination
 from freelearn.physics.models.build import build_model
@@ -114,3 +114,11 @@ def test_a_fit_that_cannot_come_near_a_rival_ends_early_and_is_far_behind(optimu
     assert ended_early.message.startswith("Ended: another model fits far better")
     whole = white_fit(asked.build([]), prepared.rows, base.whiten, start)
     assert friction.chi2 < whole.chi2 <= ended_early.chi2
+
+
+def test_a_search_whose_steps_bring_too_little_to_come_near_a_rival_is_slow():
+    stuck = [3.7e5, 3.1e5, 3.0e5, 2.99e5, 2.98e5, 2.97e5]
+    assert _slow(stuck, rival=640.0)
+    # A tenth of it again and again is enough, and so is a rival that is near.
+    assert not _slow([3.7e5 * 0.9**k for k in range(6)], rival=640.0)
+    assert not _slow(stuck, rival=2.96e5)

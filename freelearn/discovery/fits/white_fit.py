@@ -218,7 +218,7 @@ def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | 
     state = solver.init(start[None])
     message, count, losses = "", problem.problem.rows.readings.count, list[float]()
     while state.running and not (message := _enough(state, count, roughly) or _stalled(losses, roughly)):
-        if rival is not None and len(losses) >= FEW and _behind(state, rival):
+        if rival is not None and len(losses) >= FEW and (_behind(state, rival) or _slow(losses, rival)):
             message = "Ended: another model fits far better than this one can."
             break
         state = solver.step(state)
@@ -251,6 +251,14 @@ def _behind(state: State, rival: float) -> bool:
     """Whether a search cannot come near a rival's χ², though the linear model promised several times as much."""
     loss, promised = float(state.point.loss[0]), float(state.point.model.attainable()[0])
     return loss - TRUST * promised > rival + BEHIND
+
+
+def _slow(losses: Sequence[float], rival: float) -> bool:
+    """Whether at the pace of its last steps a search comes near a rival's χ² in none of those that it may take: where
+    rows have no equilibrium, the linear model may promise for long what no step brings."""
+    steps = min(FEW, len(losses) - 1)
+    fallen = losses[-steps - 1] - losses[-1]
+    return losses[-1] - fallen * (MAX_ITERATIONS - len(losses)) / steps > rival + BEHIND
 
 
 def _stalled(losses: Sequence[float], roughly: bool) -> str:
