@@ -117,7 +117,7 @@ def test_a_fit_that_cannot_come_near_a_rival_ends_early_and_is_far_behind(optimu
 
 
 def test_a_search_whose_steps_bring_too_little_to_come_near_a_rival_is_slow():
-    stuck = [3.7e5, 3.1e5, 3.0e5, 2.99e5, 2.98e5, 2.97e5]
+    stuck = [3.7e5, 3.01e5, 3.0e5, 2.99e5, 2.985e5, 2.98e5, 2.97e5]
     assert _slow(stuck, rival=640.0)
     # A tenth of it again and again is enough, and so is a rival that is near.
     assert not _slow([3.7e5 * 0.9**k for k in range(6)], rival=640.0)
