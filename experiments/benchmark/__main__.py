@@ -28,6 +28,7 @@ ALL = {
     "memory": commands.memory,
     "reports": commands.reports,
     "page": page.page,
+    "playback": page.playback,
     "export": exported.exported,
 }
 

@@ -16,6 +16,8 @@ import numpy as np
 from benchmark.common import ROOT, Report
 from playwright.sync_api import Page, sync_playwright
 
+from freelearn.testing.reference.simulated_logs import UNIT, log
+
 CHROMIUM = "/usr/bin/chromium"
 MOVES = 100
 # From a key on the slider until the curves are those of another state, and drawn.
@@ -29,6 +31,41 @@ MOVED = """key => new Promise(told => {
         ? requestAnimationFrame(() => told(performance.now() - began)) : setTimeout(look, 1)
     handle.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }))
     look()
+})"""
+
+# When a page first showed anything [ms].
+PAINTED = "() => performance.getEntriesByName('first-contentful-paint')[0].startTime"
+# Samples a second of five recordings of 40 s.
+LOGS = (114.4, 500.0)
+# Milliseconds of each move of a log's cursor until it is drawn: the second frame after it.
+CURSOR = """count => new Promise(told => {
+    const every = Bokeh.documents.flatMap(d => [...d._all_models.values()])
+    const cursor = every.find(m => m.type === 'Slider' && m.title.startsWith('cursor')), took = []
+    const go = () => {
+        const began = performance.now()
+        cursor.value = cursor.start + (cursor.end - cursor.start) * (took.length % 50) / 50
+        requestAnimationFrame(() => requestAnimationFrame(() => {
+            took.push(performance.now() - began)
+            took.length < count ? go() : told(took)
+        }))
+    }
+    go()
+})"""
+# Milliseconds until another recording is there, and drawn.
+RECORDING = """count => new Promise(told => {
+    const every = Bokeh.documents.flatMap(d => [...d._all_models.values()])
+    const slider = every.find(m => m.type === 'Slider' && m.title.startsWith('recording')), took = []
+    const go = () => {
+        const began = performance.now(), before = slider.title
+        slider.value = (slider.value + 1) % (slider.end + 1)
+        const look = () => slider.title !== before || performance.now() - began > 5000
+            ? requestAnimationFrame(() => {
+                took.push(performance.now() - began)
+                took.length < count ? setTimeout(go, 300) : told(took)
+            }) : setTimeout(look, 1)
+        look()
+    }
+    go()
 })"""
 
 
@@ -45,13 +82,47 @@ def page(report: Report) -> None:
         report("the page usable, from the command", f"{time.perf_counter() - began:.1f} s", "≤ 3 s")
         again = time.perf_counter()
         _first(tab, address)
-        report("  a further tab", f"{time.perf_counter() - again:.1f} s", "")
+        report("  a further tab usable", f"{time.perf_counter() - again:.1f} s", "")
+        report("  its first paint", f"{tab.evaluate(PAINTED) / 1e3:.2f} s", "≤ 2 s")
         tab.get_by_role("button", name="Fit", exact=True).click()
         tab.get_by_text("Fitting: done").wait_for()
         moves = np.array(_moves(tab))
         slow = np.quantile(moves, 0.95)
-        detail = f"median {np.median(moves):.0f} ms, {100 * np.mean(moves <= 60):.0f} % within 60 ms, {MOVES} moves"
-        report("slider to new curve, 22,880 rows, 95 % of moves", f"{slow:.0f} ms", "≤ 60 ms", detail)
+        detail = f"median {np.median(moves):.0f} ms, {100 * np.mean(moves <= 50):.0f} % within 50 ms, {MOVES} moves"
+        report("slider to new curve, 22,880 rows, 95 % of moves", f"{slow:.0f} ms", "≤ 50 ms", detail)
+        browser.close()
+
+
+def playback(report: Report) -> None:
+    """A log on the page: a move of its cursor, and another recording, of few samples and of many."""
+    if not Path(CHROMIUM).exists():
+        report("a log in a browser", "not measured", "", f"needs Debian's chromium at {CHROMIUM}")
+        return
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver, _served() as (address, _):
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        for rate in LOGS:
+            table = log({"creep": UNIT["creep"]}, 0, recordings=5, rate=rate, seconds=40.0)
+            path = Path(folder) / f"log_{len(table)}.csv"
+            table.to_csv(path, index=False)
+            tab = browser.new_page(viewport={"width": 1440, "height": 900})
+            tab.set_default_timeout(300_000)
+            _first(tab, address)
+            tab.get_by_label("data", exact=True).select_option(label="my own file")
+            tab.locator("input[type=file]").first.set_input_files(path)
+            tab.get_by_text(f"{path.name}: {len(table)} rows").wait_for()
+            tab.get_by_role("button", name="Fit", exact=True).click()
+            tab.get_by_label("cursor at time t").wait_for()
+            tab.wait_for_timeout(3000)
+            moves = np.array(tab.evaluate(CURSOR, MOVES))
+            detail = f"median {np.median(moves):.0f} ms, of which 33 ms are two frames without a move"
+            report(
+                f"cursor of a log, {len(table)} samples, 95 % of moves",
+                f"{np.quantile(moves, 0.95):.0f} ms",
+                "≤ 50 ms",
+                detail,
+            )
+            report("  another recording", f"{np.median(tab.evaluate(RECORDING, 20)):.0f} ms", "")
+            tab.close()
         browser.close()
 
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import pandas as pd
 import panel as pn
-from bokeh.models import ColumnDataSource, CustomJS, Div, RangeSlider, Select, Slider, Span, Toggle
+from bokeh.models import CustomJS, Div, Label, RangeSlider, Select, Slider, Span, Toggle
 
 from freelearn.data.logs import RUN, TIME
 from freelearn.queries.curves.curve_rows import measured_quantities, pressures, sweep
 from freelearn.queries.curves.log_spectra import ABOUT_SPECTRA
-from freelearn.queries.curves.log_traces import loops_of, trace_of
+from freelearn.queries.curves.log_traces import Loops, loops_of, trace_of
 from freelearn.report.html.log_charts import LogCharts, spectrum_chart
 from freelearn.workbench.panels.widgets import say, together, wide, words
 from freelearn.workbench.state.fitted import Fitted
@@ -26,6 +26,13 @@ PLAY = "Play"
 SPEEDS = [("1", "real time"), ("5", "5 times as fast"), ("25", "25 times as fast")]
 LOOPS = "Loops: thick of this recording, thin of the sample's others."
 WIDTH, HEIGHT, LOOP_HEIGHT = 480, 210, 330
+# The instant of the cursor on a loop. What moves with it is drawn over everything else, which then stays as it is; and
+# it is no glyph, whose data would have the ranges of the chart looked at.
+RING = "○"
+MARKED: dict[str, Any] = {
+    "level": "overlay", "text_align": "center", "text_baseline": "middle", "text_font_size": "22px",
+    "text_font_style": "bold",
+}  # fmt: skip
 TWO = "repeat(2, minmax(0, 1fr))"
 
 # The last sample drawn before the cursor, in every chart; in the browser alone, so that it follows the mouse.
@@ -43,7 +50,7 @@ _MOVED = """
     const told = [`t = ${shown(t)} s`, `${pressure} = ${shown(p)} ${unit}`]
     quantities.forEach((about, i) => {
         const values = about.sources.map(at)
-        marks[i].data = {x: values.map(_ => p), y: values, color: colors}
+        marks[i].forEach((ring, k) => ring.setv({x: p, y: values[k], visible: Number.isFinite(p + values[k])}))
         const models = values.slice(1).map((value, k) => `${names[k]} ${shown(value)}`).join(", ")
         told.push(`${about.symbol} = ${shown(values[0])} ${about.unit} (${models})`)
     })
@@ -81,36 +88,36 @@ class Playback:
         self.rows = pd.DataFrame()
         self.models: dict[str, pd.DataFrame] = {}
         self.waiting: Any = None
+        self.runs: list[Any] = []
+        self.loops: dict[str, Loops] = {}
 
     def show(self, models: dict[str, Fitted], sample: int, rows: Any) -> None:
         """models: the fits whose predictions are drawn, by their names, the latest last; rows: positions of a recording
         in the latest one's table."""
         now = list(models.values())[-1]
-        whole = now.table[now.table["sample"] == sample]
         self.rows = now.table.iloc[rows]
         self.models = {name: _same_rows(fit, self.rows) for name, fit in models.items()}
-        self.over = sweep(whole).over
-        self._build(models, whole, sample)
+        # Of many samples all that is the same for each recording takes most of the time.
+        of = (tuple((name, fit.folder, id(fit)) for name, fit in models.items()), sample)
+        if of != self.of:
+            self.of = of
+            self._build(models, now.table[now.table["sample"] == sample])
         assert self.drawn is not None
         time = self.rows[TIME]
         self._place(float(time.iloc[0]), float(time.iloc[-1]))
         self._draw()
         known = self.drawn.measured
-        chosen = _number(whole, self.rows)
-        loops = {q.column: loops_of(whole, self.over, q) for q in known}
         modeled = {
             name: {q.column: loops_of(table.assign(**{q.column: table[q.predicted]}), self.over, q) for q in known}
             for name, table in self.models.items()
         }
-        self.drawn.show_loops(loops, chosen, modeled)
+        self.drawn.show_loops(self.loops, self.runs.index(self.rows[RUN].iloc[0]), modeled)
 
-    def _build(self, models: dict[str, Fitted], whole: pd.DataFrame, sample: int) -> None:
-        """Charts and controls of these models and this sample's quantities, where there are no such yet."""
-        known = measured_quantities(whole)
-        of = (tuple((name, fit.folder, id(fit)) for name, fit in models.items()), sample, known, self.over)
-        if of == self.of:
-            return
-        self.of = of
+    def _build(self, models: dict[str, Fitted], whole: pd.DataFrame) -> None:
+        """Charts and controls of these models and a sample's rows."""
+        known, self.over = measured_quantities(whole), sweep(whole).over
+        self.runs = whole[RUN].unique().tolist()
+        self.loops = {q.column: loops_of(whole, self.over, q) for q in known}
         self.drawn = charts = LogCharts(
             {name: self.colors[name] for name in models}, pressures(whole), known, self.over, WIDTH, HEIGHT, LOOP_HEIGHT
         )
@@ -142,13 +149,17 @@ class Playback:
 
     def _link(self, charts: LogCharts) -> None:
         """Has the cursor, the window and the charts follow each other in the browser."""
-        spans = [Span(dimension="height", line_color="#8a1f00", line_width=1.5) for _ in charts.times]
+        spans = [Span(dimension="height", line_color="#8a1f00", line_width=1.5, level="overlay") for _ in charts.times]
         for panel, span in zip(charts.times, spans, strict=True):
             panel.add_layout(span)
         colors = ["black", *charts.models.values()]
-        marks = [ColumnDataSource({"x": [], "y": [], "color": []}) for _ in charts.measured]
-        for panel, mark in zip(charts.loops, marks, strict=True):
-            panel.scatter("x", "y", source=mark, size=13, line_color="color", fill_color=None, line_width=3)
+        marks = [
+            [Label(x=0, y=0, text=RING, text_color=color, visible=False, **MARKED) for color in colors]
+            for _ in charts.measured
+        ]
+        for panel, rings in zip(charts.loops, marks, strict=True):
+            for ring in rings:
+                panel.add_layout(ring)
         about = [
             {"symbol": q.symbol, "unit": q.unit,
              "sources": [charts.readings[q.column], *(charts.predicted[name][q.column] for name in charts.models)]}
@@ -156,7 +167,7 @@ class Playback:
         ]  # fmt: skip
         args = {
             "cursor": self.cursor, "across": charts.across, "spans": spans, "marks": marks, "quantities": about,
-            "colors": colors, "names": list(charts.models), "readout": self.readout, "pressure": self.over.symbol,
+            "names": list(charts.models), "readout": self.readout, "pressure": self.over.symbol,
             "unit": self.over.unit,
         }  # fmt: skip
         moved = CustomJS(args=args, code=_MOVED)
@@ -211,11 +222,6 @@ def _same_rows(fit: Fitted, rows: pd.DataFrame) -> pd.DataFrame:
             return own
     found = fit.table.merge(rows[KEYS], on=KEYS, how="right").set_index(rows.index)
     return found.fillna({"status": "", "buckled": 0})
-
-
-def _number(whole: pd.DataFrame, rows: pd.DataFrame) -> int:
-    """The recording's number among those of its sample."""
-    return list(dict.fromkeys(whole[RUN])).index(rows[RUN].iloc[0])
 
 
 def _spectra(models: dict[str, Fitted], colors: Mapping[str, str]) -> list[Any]:
