@@ -53,7 +53,7 @@ def exported(report: Report) -> None:
             words = [f"effects={effects}", "train=sample3", "figures=false", f"hydra.run.dir={folder / 'run'}"]
             subprocess.run([sys.executable, "train.py", *words], cwd=ROOT, check=True, capture_output=True)
             run = freelearn.load(folder / "run")
-            run.export(folder / "arm.onnx", force=True)
+            run.export(folder / "onnx" / "arm.onnx", force=True)
             run.export(folder / "arm.c", force=True)
             actuator = Actuator.from_fitted(run)
             loads = Functions(actuator).view.answer
@@ -64,7 +64,7 @@ def exported(report: Report) -> None:
             subprocess.run(command, cwd=folder, check=True)
             done = subprocess.run([str(folder / "arm")], check=True, capture_output=True, text=True)
             own = float(done.stdout.split()[0])
-            session, row = opened(folder / "arm.onnx"), np.zeros((1, len(loads.inputs)))
+            session, row = opened(folder / "onnx" / "arm.onnx"), np.zeros((1, len(loads.inputs)))
             row[0, :3] = 1e-3, 0.3, 3e4
             onnx = _each(partial(answered, session, loads, row), 200)
             x = torch.as_tensor(row[:, :3].copy()) + actuator.rest
