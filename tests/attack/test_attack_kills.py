@@ -134,7 +134,7 @@ COMMANDS: dict[str, Callable[[Attacked], list[str]]] = {
 }  # fmt: skip
 # How often each command is killed: every time, and in the usual tests.
 MOMENTS = {
-    "train": (8, 2), "sweep": (8, 1), "discover": (10, 2), "predict": (4, 1), "plan": (4, 1), "gather": (5, 1),
+    "train": (8, 2), "sweep": (8, 1), "discover": (10, 1), "predict": (4, 1), "plan": (4, 1), "gather": (5, 1),
     "figures": (3, 0), "draft": (2, 0), "intake": (5, 1), "specimens": (4, 1),
 }  # fmt: skip
 KILLS = [

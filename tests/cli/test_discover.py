@@ -496,7 +496,7 @@ def test_the_table_of_steps_cuts_no_number_short(friction):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("every", usually(6, nightly=[1]))
+@pytest.mark.parametrize("every", usually(12, nightly=[6, 1]))
 def test_real_measurements_are_not_explained_away(every, shared_data, tmp_path):
     # Another laboratory's bed: its force follows a fifth of the pressure's thrust, and its own notes say that nobody
     # knows why. An answer that claims to have explained it would be wrong.

@@ -61,7 +61,7 @@ def found(request, tmp_path_factory):
 def fitted(request, tmp_path_factory):
     """A run on each bed: its name and folder."""
     folder = tmp_path_factory.mktemp(request.param)
-    run(folder / "run", *beds.write(request.param, {}, folder), "train=all")
+    run(folder / "run", *beds.write(request.param, {}, folder), "train=all", "figures=true")
     return request.param, folder / "run"
 
 

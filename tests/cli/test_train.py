@@ -34,7 +34,7 @@ def csv(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("model", ["continuum", "linear", "mlp"])
 def test_every_file_of_the_contract(model, csv, tmp_path):
     folder = tmp_path / "run"
-    outcome = run(folder, f"model={model}", "train=all", "data=csv", f"data.path={csv}", "seed=3")
+    outcome = run(folder, f"model={model}", "train=all", "data=csv", f"data.path={csv}", "seed=3", "figures=true")
     results = json.loads((folder / "results.json").read_text())
     assert {"model", "train", "fit", "effects", "seed", "parameters", "tests", "counts", "seconds"} <= set(results)
     assert (results["model"], results["train"], results["seed"]) == (model, "all", 3)
@@ -108,7 +108,7 @@ def test_effects_lower_the_error_of_data_that_have_them(tmp_path, csv):
 
 
 def test_constituent_fits_nothing(csv, tmp_path):
-    outcome = run(tmp_path / "run", "train=constituent", "data=csv", f"data.path={csv}")
+    outcome = run(tmp_path / "run", "train=constituent", "data=csv", f"data.path={csv}", "figures=true")
     assert outcome.model.scalars() == pytest.approx({"C1": 5e5, "C2": 1e6})
     assert json.loads((tmp_path / "run/results.json").read_text())["fit"] == "none"
 
@@ -170,7 +170,6 @@ def test_rows_that_are_left_out_are_never_fitted_or_scored_but_counted(csv, tmp_
             "data=csv",
             f"data.path={tmp_path / name}.csv",
             "effects=[twist_offset]",
-            "figures=false",
         )
         shown[name] = json.loads((tmp_path / name / "results.json").read_text())
         assert (outcome.labels[marked] == "").all()
@@ -271,7 +270,7 @@ def test_an_interrupted_run_leaves_no_results(tmp_path):
 
 def test_real_measurements_run_through(shared_data, tmp_path):
     path = shared_data / "free70_single/measurements.csv"
-    outcome = run(tmp_path / "run", "model=linear", "train=all", "data=csv", f"data.path={path}")
+    outcome = run(tmp_path / "run", "model=linear", "train=all", "data=csv", f"data.path={path}", "figures=true")
     assert outcome.errors["all"].n == 74
     # The measured force is a fifth of what the pressure on the bore must give: the fluid term alone overshoots.
     assert outcome.errors["all"].E > 1

@@ -118,7 +118,7 @@ def test_the_switch_is_for_pictures_alone(table, tmp_path):
     given = ["train=sample3", "data=csv", f"data.path={table}"]
     pages = {}
     for switch in ("true", "false"):
-        run(tmp_path / switch, *given, f"bands={switch}")
+        run(tmp_path / switch, *given, f"bands={switch}", "figures=true")
         pages[switch] = (tmp_path / switch / "report.html").read_text()
     with_bands, without = (json.loads((tmp_path / name / "results.json").read_text()) for name in pages)
     times = {"seconds", "fit_seconds"}
@@ -131,7 +131,9 @@ def test_a_run_of_which_nobody_knows_the_accuracy_has_them_too(tmp_path):
     few = make_csv(tmp_path / "few.csv", rows=60)
     table = pd.read_csv(few)
     table[table["sample"] == table["sample"].iloc[0]].iloc[:30].to_csv(few, index=False)
-    outcome = run(tmp_path / "run", "train=all", "data=csv", f"data.path={few}", "data.accuracy=estimate")
+    outcome = run(
+        tmp_path / "run", "train=all", "data=csv", f"data.path={few}", "data.accuracy=estimate", "figures=true"
+    )
     assert outcome.accuracy is None
     text = re.sub(r"<script.*?</script>", "", (tmp_path / "run" / "report.html").read_text(), flags=re.DOTALL)
     assert "Shaded" in text

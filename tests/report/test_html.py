@@ -32,7 +32,7 @@ def without_scripts(page):
 def fitted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     csv = make_csv(folder / "<i>mine<i>.csv", rows=1200)
-    run(folder / "run", "train=all", "data=csv", f"data.path='{csv}'", "split=states")
+    run(folder / "run", "train=all", "data=csv", f"data.path='{csv}'", "split=states", "figures=true")
     return folder / "run", csv
 
 
