@@ -45,15 +45,16 @@ def inflated(length: float, inner: float, outer: float, highest: float, stretche
     return table.assign(**sizes, outer_diameter_mm=swollen, force_n=-0.02 * np.arange(12))
 
 
+CAROTID = {"a mouse's carotid": (6.0, 0.24, 0.3, 20.0)}
 VESSEL = {"a mouse's": (4.5, 1.9, 2.7, 3.4), "a rat's": (9.0, 0.8, 1.1, 12.0), "an artery's": (15.0, 2.5, 4.2, 11.0)}
 
 
-@pytest.mark.parametrize("sizes", VESSEL.values(), ids=VESSEL)
+@pytest.mark.parametrize("sizes", (VESSEL | CAROTID).values(), ids=VESSEL | CAROTID)
 def test_a_vessel_is_what_it_is(sizes):
     assert unit_warnings(inflated(*sizes)) == []
 
 
-@pytest.mark.parametrize("sizes", VESSEL.values(), ids=VESSEL)
+@pytest.mark.parametrize("sizes", (VESSEL | CAROTID).values(), ids=VESSEL | CAROTID)
 def test_a_vessel_in_inches_or_meters_is_suspected(sizes):
     for factor in (INCH, 1000):
         table = inflated(*sizes)

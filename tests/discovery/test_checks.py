@@ -94,6 +94,20 @@ def test_a_sorted_table_is_said(plain):
     assert order(plain.iloc[:5]).status == CANNOT
 
 
+def test_a_diameter_that_rises_with_the_pressure_all_along_was_not_sorted():
+    """Inflated once, at a length that scatters; sorted by the diameter, the pressures would run up and down."""
+    rng = np.random.default_rng(3)
+    pressure = np.linspace(0, 16, 20)
+    table = pd.DataFrame({
+        "sample": 1, "step": range(20), "twist_deg": 0.0, "elongation_mm": rng.normal(0.6, 0.02, 20),
+        "pressure_kpa": pressure, "outer_diameter_mm": 0.6 + 0.03 * pressure, "force_n": rng.normal(0.02, 0.001, 20),
+        "bed": "inflation",
+    })  # fmt: skip
+    assert order(table).status == PASS
+    scattered = table.assign(pressure_kpa=rng.permutation(pressure))
+    assert order(scattered).status == FAIL
+
+
 @pytest.mark.parametrize(
     ("column", "value"),
     [("length_mm", 0.09), ("gamma_deg", 0.5), ("inner_radius_mm", 6.73), ("elongation_mm", 400.0)],

@@ -1,5 +1,7 @@
 """What is known of parameters beforehand: declared everywhere, with a source, and wide enough for what there is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -10,13 +12,14 @@ from freelearn.physics.chain.priors import raw_prior
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import MODELS, build_model
 from freelearn.physics.models.linear import Linear
+from freelearn.physics.models.stated_knowledge import stated
 
 # Largest loads of a common bed [N, N·m].
 SPANS = {"force": 50.0, "moment": 0.5}
 OWN = [(kind.name, p) for kind in MODELS.values() if kind is not Linear for p in kind.parameter_class.records()]
 ALL = [*OWN, *((name, p) for name, effect in EFFECTS.items() for p in effect.declared_parameters())]
-# So soft that no tube of it holds a pressure, and so hard that none swells: who has one says so.
-RARE = {"dragon_skin_fx_pro_slacker", "ecoflex_00_10", "tpu_cheetah"}
+# So soft that no tube of it holds a pressure, so hard that none swells, or no rubber: who has one says so.
+RARE = {"dragon_skin_fx_pro_slacker", "ecoflex_00_10", "tpu_cheetah", "artery"}
 
 
 @pytest.mark.parametrize(("owner", "p"), ALL, ids=lambda x: getattr(x, "name", x))
@@ -97,3 +100,16 @@ def test_values_of_several_samples_differ_by_less_than_their_common_value():
     torch.testing.assert_close(
         covariance, 0.05**2 * torch.tensor([[1.0, 0.8], [0.8, 1.0]], dtype=torch.float64), rtol=1e-12, atol=0
     )
+
+
+def test_an_artery_brings_its_fibers():
+    """Of the rabbit's carotid, Holzapfel et al. (2000): 3 and 0.3 kPa; collagen 2.4 and 0.56 kPa; Gasser et al. (2006):
+    996.6 kPa. Nothing of that is rubber or thread."""
+    known = stated("continuum", of="artery")
+    for name, moduli in (("C1", (3e3, 0.3e3, 7.64e3)), ("C2", (2.4e3, 0.56e3, 996.6e3))):
+        low, high = replace(build_model("continuum").declared[name], prior=known.priors[name]).plausible({})
+        assert all(low < modulus < high for modulus in moduli), name
+        assert known.starts[name] == known.priors[name].middle
+    told = stated("continuum", values={"C2": 7e4}, errors={"C2": 1e4}, of="artery")
+    assert told.priors["C2"].middle == 7e4
+    assert "C2" not in stated("continuum", of="latex").priors

@@ -58,6 +58,8 @@ LARGEST_TWIST_RAD = 2.2
 # Outer radius [mm] below which a short tube whose diameter is measured is taken for a blood vessel, or a part of one,
 # and the least and largest shares of its length by which such are stretched.
 VESSEL_MM, LEAST_STRAIN, LARGEST_STRAIN = 5.0, -0.5, 1.0
+# Below 1 mm it may be a mouse's carotid artery, or an actuator in inches: by the highest pressure [kPa], 300 mmHg.
+NARROWEST_MM, NARROW_KPA = 0.1, 40.0
 # Shares of the pressure's thrust on the bore, and of that and a soft wall's spring [Pa], beyond which no table's
 # largest force is: of measured and simulated actuators it was 0.24 to 96 times the thrust.
 LEAST_OF_THRUST, MOST_OF_LOADS, WALL_PA = 0.03, 300.0, 1e6
@@ -76,7 +78,7 @@ def _lengths(used: pd.DataFrame) -> Iterator[str]:
         radius = used[column].median()
         if radius < 0.05:
             yield f"{column} looks like meters (median {radius:.4g}): in mm it would be {1000 * radius:.4g}."
-        elif outer < 1:
+        elif outer < 1 and not _vessel(used):
             in_mm = INCH_MM * radius
             yield f"{column} may be in inches (median {radius:.4g}): in mm it would be {in_mm:.4g}."
 
@@ -162,7 +164,8 @@ def _vessel(used: pd.DataFrame) -> bool:
     swollen = used["outer_diameter_mm"].max() / (2 * outer)
     strain = used["elongation_mm"] / used["length_mm"]
     stretched = strain.min() > LEAST_STRAIN and 0.01 < strain.abs().max() < LARGEST_STRAIN
-    return bool(1 < outer < VESSEL_MM and length > outer and 0.5 < swollen < 3 and stretched)
+    narrow = "pressure_kpa" in used and NARROWEST_MM < outer <= 1 and used["pressure_kpa"].max() <= NARROW_KPA
+    return bool((narrow or 1 < outer < VESSEL_MM) and length > outer and 0.5 < swollen < 3 and stretched)
 
 
 # What each check looks at: columns that all have to be there. It sees the table's other columns of numbers beside them.

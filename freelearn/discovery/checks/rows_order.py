@@ -67,8 +67,9 @@ def _backwards(rows: pd.DataFrame) -> Iterator[str]:
 
 
 def _measured_in_order(rows: pd.DataFrame, place: np.ndarray) -> Iterator[str]:
-    """A reading scatters: over several places it never rises from the first row to the last."""
-    if len(np.unique(place)) < 3:
+    """A reading scatters: over several places it never rises from the first row to the last, but where all pressures
+    go one way as well, in which it may follow them."""
+    if len(np.unique(place)) < 3 or any(_one_way(rows[name]) for name in Columns.from_table(rows).pressures):
         return
     for quantity in bed_of(rows).measured:
         if quantity.column not in rows:
@@ -77,6 +78,11 @@ def _measured_in_order(rows: pd.DataFrame, place: np.ndarray) -> Iterator[str]:
         values = values[np.append(True, np.diff(values) != 0)] if len(values) else values
         if len(values) >= FEWEST and (np.all(np.diff(values) > 0) or np.all(np.diff(values) < 0)):
             yield f"{quantity.column}, a reading, {'rises' if values[-1] > values[0] else 'falls'} from row to row"
+
+
+def _one_way(values: pd.Series) -> bool:
+    steps = np.diff(values.to_numpy(np.float64))
+    return bool(np.all(steps > 0) or np.all(steps < 0))
 
 
 def _pressure_in_order(rows: pd.DataFrame, name: str, place: np.ndarray) -> Iterator[str]:

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 
 import torch
 
+from freelearn.data.beds import INFLATION
 from freelearn.discovery.fits.white_fit import GONE
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
+from freelearn.physics.chain.material import FIBERS, RUBBER
 from freelearn.physics.chain.parameters import Parameter
 from freelearn.physics.chain.priors import spans
 
@@ -42,6 +44,8 @@ def _plausible(case: Case) -> Check:
     name, value, low, high, p = max(wrong, key=lambda w: _beyond(w[1], w[2], w[3]))
     says = f"{name} = {value:.3g} {p.unit} is not what such actuators have: {low:.3g} to {high:.3g} {p.unit}"
     says += f" ({p.known.source})." if p.known.source else "."
+    if case.rows.states.bed is INFLATION and p.known in (RUBBER, FIBERS):
+        says += " Of a vessel say material=artery."
     if len(wrong) > 1:
         says += f" Nor are {', '.join(w[0] for w in wrong if w[0] != name)}."
     return Check("parameters plausible", FAIL, value, high if value > high else low, says)

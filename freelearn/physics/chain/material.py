@@ -28,12 +28,14 @@ class Material(Parameters):
 
 @dataclass(frozen=True)
 class Stock:
-    """A material that one can buy. C1: shear modulus [Pa]. deviation: of its natural logarithm: batches, mixing, curing
-    and age, and how far a neo-Hookean rubber is from it. source: of the modulus."""
+    """A material that one can buy, or that grows. C1: shear modulus [Pa]. deviation: of its natural logarithm: batches,
+    mixing, curing and age, and how far a neo-Hookean rubber is from it. source: of the modulus. fiber: what is known of
+    C2, where the material brings its fibers."""
 
     C1: float
     deviation: float
     source: str
+    fiber: Prior | None = None
 
     @property
     def prior(self) -> Prior:
@@ -82,6 +84,13 @@ MATERIALS: dict[str, Stock] = {
     "silicone_50a": Stock(8.5e5, 0.4, "Shore 50 A by Gent (1958): E = 2.5 MPa"),
     "tpu_ninjaflex": Stock(4.0e6, 0.4, "E/3 of NinjaTek's sheet: E = 12 MPa"),
     "tpu_cheetah": Stock(8.7e6, 0.4, "E/3 of NinjaTek's sheet: E = 26 MPa"),
+    # The moduli are 0.3 to 8 kPa, those of the collagen 0.6 kPa to 1 MPa, before it stiffens.
+    "artery": Stock(
+        4e3,
+        1.2,
+        "layers of arteries: Holzapfel et al. (2000), Gasser et al. (2006)",
+        Prior(2.5e4, 1.6, "collagen in layers of arteries: Holzapfel et al. (2000), Gasser et al. (2006)"),
+    ),
 }
 
 

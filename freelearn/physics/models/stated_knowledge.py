@@ -57,6 +57,10 @@ def stated(
         if values.get("C1", declared["C1"].start) != declared["C1"].start:
             raise UserError("model.C1 and material both say what C1 is: leave one of them out.")
         known["C1"], starts["C1"] = stock.prior, stock.C1
+        if stock.fiber is not None and "C2" in declared and "C2" not in errors:
+            known["C2"] = stock.fiber
+            if values.get("C2", declared["C2"].start) == declared["C2"].start:
+                starts["C2"] = stock.fiber.middle
     return Known(starts, tuple(fix), dict(bounds), known, not priors)
 
 
