@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-# Place of the first tab that is made when somebody turns to it.
+# Place of the first tab that is made later.
 FIRST_ASIDE = 2
 EVERY = 250  # ms between looks at what runs
 
@@ -49,7 +49,7 @@ class Page:
         say(self.welcome, WELCOME, "quiet")
         wide = {"sizing_mode": "stretch_width"}
         self.main = pn.Column(self.problem, self.mapping.view, self.made.view, self.welcome, **wide)
-        # Made when somebody turns to them: the first page is there sooner without.
+        # Made once the first page is there, which is sooner without them.
         self.later: dict[str, Callable[[], Aside | Rubber | Sweeps]] = {
             "Predict and command": lambda: Predicting(session),
             "Plan": lambda: Planning(session),
@@ -74,6 +74,7 @@ class Page:
             **wide,
         )
         self.look()
+        pn.state.onload(self._make_asides)
         pn.state.add_periodic_callback(self.look, period=EVERY)
 
     def look(self) -> None:
@@ -115,13 +116,15 @@ class Page:
         else:
             self.results.refresh()
 
-    def _turned(self, event: Any) -> None:
-        name = [*self.places][event.new - FIRST_ASIDE] if event.new >= FIRST_ASIDE else ""
-        if name and name not in self.asides:
-            self.asides[name] = aside = self.later[name]()
+    def _make_asides(self) -> None:
+        for name, make in self.later.items():
+            self.asides[name] = aside = make()
             self.places[name].append(aside.view)
-            self.shown = -1
-            self.look()
-        shown = self.asides.get(name)
+        self.later = {}
+        self.shown = -1
+        self.look()
+
+    def _turned(self, event: Any) -> None:
+        shown = [*self.asides.values()][event.new - FIRST_ASIDE] if self.asides and event.new >= FIRST_ASIDE else None
         if isinstance(shown, Sweeps):
             shown.look()
