@@ -111,10 +111,15 @@ class Lines(logging.Formatter):
         return line
 
 
+# As Bokeh says of a tab that was closed, or loaded anew, before it had all that it asked for.
+CLOSED = "Failed sending message as connection was closed"
+
+
 def of_interest(record: logging.LogRecord) -> bool:
     """Whether a record says more than that a tab was closed while something was on its way to it."""
     problem = record.exc_info[1] if record.exc_info else None
-    return not isinstance(problem, StreamClosedError | WebSocketClosedError)
+    closed = isinstance(problem, StreamClosedError | WebSocketClosedError)
+    return not closed and not record.getMessage().startswith(CLOSED)
 
 
 def _ours(trace: TracebackType | None) -> bool:

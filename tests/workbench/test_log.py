@@ -20,3 +20,8 @@ def test_a_tab_that_was_closed_is_no_fault(problem, told):
 
 def test_what_has_no_exception_is_told():
     assert of_interest(logging.LogRecord("bokeh", logging.WARNING, "", 1, "port", None, None))
+
+
+def test_a_tab_that_was_loaded_anew_before_it_was_there_is_no_fault():
+    told = "Failed sending message as connection was closed"
+    assert not of_interest(logging.LogRecord("bokeh.server.views.ws", logging.WARNING, "", 1, told, None, None))
