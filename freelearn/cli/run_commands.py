@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from freelearn.api.settings.settings import IntakeSettings
 from freelearn.cli.command_line import command_line, program
 from freelearn.cli.hydra_app import small_app
 from freelearn.common.errors import UserError
-from freelearn.common.files import missing_file
+from freelearn.common.files import check_there, missing_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,9 +26,7 @@ def intake_app() -> None:
 
 def _intake(content: Any, folder: Path) -> None:
     settings = parsed(IntakeSettings, content)
-    for path in (settings.data.path, settings.recipe, settings.design):
-        if path is not None and not os.path.isdir(path) and (problem := missing_file(path)):
-            raise UserError(problem)
+    check_there(settings.data.path, settings.recipe, settings.design)
     # After the paths are checked: pandas and pint take a second to import.
     from rich.console import Console
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from freelearn.cli.command_line import ESTIMATED, called, exit_on_user_error, option
 from freelearn.common.errors import UserError
-from freelearn.common.files import missing_file
+from freelearn.common.files import check_there
 
 
 def main() -> None:
@@ -36,9 +36,7 @@ def main() -> None:
     if not raws:
         parser.error("name a raw file")
     with exit_on_user_error("interrupted; no table was written."):
-        for path in (*raws, *filter(None, (asked.design, asked.recipe))):
-            if not os.path.isdir(path) and (problem := missing_file(path)):
-                raise UserError(problem)
+        check_there(*raws, asked.design, asked.recipe)
         if asked.run is not None and not os.path.isdir(asked.run):
             raise UserError(f"No folder at {asked.run}: give that of a run of train or discover, --run FOLDER.")
         if options and asked.run is None:

@@ -121,6 +121,13 @@ def missing_file(path: str | Path) -> str | None:
         return f"{shown} cannot be read: {getattr(error, 'strerror', None) or error}."
 
 
+def check_there(*paths: str | Path | None) -> None:
+    """Raises UserError for the first that is neither a folder nor a file that is read; None counts for nothing."""
+    for path in paths:
+        if path is not None and not os.path.isdir(path) and (problem := missing_file(path)):
+            raise UserError(problem)
+
+
 @contextmanager
 def opened(path: str | Path) -> Iterator[BinaryIO]:
     """The file, open for reading its bytes. Raises UserError, in one sentence, where there is no regular file of a size

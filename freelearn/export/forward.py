@@ -13,7 +13,7 @@ from freelearn.export.arithmetic.function import Function, Port, pruned
 from freelearn.export.arithmetic.trace import traced
 from freelearn.export.banded import Banded
 from freelearn.physics.chain.prediction import Status
-from freelearn.physics.chain.row_derivatives import determinant, rows_jacobian
+from freelearn.physics.chain.row_derivatives import determinant
 from freelearn.queries.inverse.bands import SAME
 
 STATUS = "; ".join(f"{int(s)} {s.name.lower()}" for s in Status)
@@ -93,12 +93,8 @@ def _direct(actuator: Actuator) -> Callable[..., Sequence[Tensor]]:
 
     def known(*inputs: Tensor) -> Sequence[Tensor]:
         system, x, worst = actuator.place(inputs)
-
-        def outputs(at: Tensor) -> Tensor:
-            return system.model.chain(system.states.with_inputs(at.unbind(-1)), values).loads
-
-        answer, status = system.model.chain(system.states.with_inputs(x.unbind(-1)), values)
-        slopes = rows_jacobian(outputs, x)[1]
+        answer, status = system.recorded(x, values)
+        slopes = system.recorded_slopes(x, values)[1]
         found = [answer[:, shown], status.to(torch.float64), actuator.inside(x).to(torch.float64), slopes[:, shown]]
         if banded is not None and bands is not None and factors is not None:
             half = factors * banded.deviations(system, x, slopes)
@@ -120,15 +116,11 @@ def _hung(actuator: Actuator) -> Callable[..., Sequence[Tensor]]:
 
     def known(*inputs: Tensor) -> Sequence[Tensor]:
         system, x, worst = actuator.place(inputs)
-        answer, status = system.model.chain(system.states.with_inputs(x.unbind(-1)), values)
+        answer, status = system.recorded(x, values)
         # The same row with its place imposed: derivatives by the implicit function theorem.
         still = type(system)(system.model, system.states.replace(bed=held.bed))
         at = torch.cat([answer + held.rest[:2], x[:, 2:]], dim=-1)
-
-        def outputs(place: Tensor) -> Tensor:
-            return system.model.chain(still.states.with_inputs(place.unbind(-1)), values).loads
-
-        slopes = rows_jacobian(outputs, at)[1]
+        slopes = still.recorded_slopes(at, values)[1]
         yields = inverted(slopes[:, :, :2])
         rates = torch.cat([yields, -yields @ slopes[:, :, 2:]], dim=-1)
         inside = actuator.inside(x) & held.inside(at)

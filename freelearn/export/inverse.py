@@ -16,7 +16,6 @@ from freelearn.export.arithmetic.trace import traced
 from freelearn.export.banded import Banded
 from freelearn.export.forward import inverted
 from freelearn.physics.chain.prediction import Status
-from freelearn.physics.chain.row_derivatives import rows_jacobian
 from freelearn.queries.inverse.bands import SAME
 
 # The search for a pressure: parts of its span that are looked through, and turns in the one with a solution.
@@ -64,24 +63,16 @@ def _one(actuator: Actuator, given: int) -> Function:
 
         def lacking(pressure: Tensor) -> Tensor:
             system, x, _ = actuator.place((*inputs[:2], pressure, *rest))
-            loads, status = system.model.chain(system.states.with_inputs(x.unbind(-1)), values)
+            loads, status = system.recorded(x, values)
             return torch.where(status == Status.OK, loads[:, which] - wanted, torch.nan)
 
         def slope(pressure: Tensor) -> Tensor:
             system, x, _ = actuator.place((*inputs[:2], pressure, *rest))
-
-            def outputs(at: Tensor) -> Tensor:
-                return system.model.chain(system.states.with_inputs(at.unbind(-1)), values).loads
-
-            return rows_jacobian(outputs, x)[1][:, which, 2]
+            return system.recorded_slopes(x, values)[1][:, which, 2]
 
         pressure, there = _least_zero(lacking, slope, low, high, wanted)
         system, x, _ = actuator.place((*inputs[:2], pressure, *rest))
-
-        def outputs(at: Tensor) -> Tensor:
-            return system.model.chain(system.states.with_inputs(at.unbind(-1)), values).loads
-
-        loads, slopes = rows_jacobian(outputs, x)
+        loads, slopes = system.recorded_slopes(x, values)
         rate = slopes[:, which, 2]
         moves = there & (rate != 0)
         polished = pressure - torch.where(moves, (loads[:, which] - wanted) / torch.where(moves, rate, 1.0), 0.0)
@@ -180,11 +171,7 @@ def _several(actuator: Actuator, given: tuple[int, ...]) -> Function:
         def loads(share: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
             """At pressures (1, k) in spans: the miss and its derivatives, in scales, and the model's x and slopes."""
             system, x, _ = actuator.place((*place, *(share * size).unbind(-1), *rest))
-
-            def outputs(at: Tensor) -> Tensor:
-                return system.model.chain(system.states.with_inputs(at.unbind(-1)), values).loads
-
-            y, slopes = rows_jacobian(outputs, x)
+            y, slopes = system.recorded_slopes(x, values)
             picked = slopes[:, list(given)]
             return (y[:, list(given)] - wanted) / scale, picked[:, :, 2:] * size / scale[:, None], x, slopes
 

@@ -69,19 +69,21 @@ def _backwards(rows: pd.DataFrame) -> Iterator[str]:
 def _measured_in_order(rows: pd.DataFrame, place: np.ndarray) -> Iterator[str]:
     """A reading scatters: over several places it never rises from the first row to the last, but where all pressures
     go one way as well, in which it may follow them."""
-    if len(np.unique(place)) < 3 or any(_one_way(rows[name]) for name in Columns.from_table(rows).pressures):
+    pressures = (rows[name].to_numpy(np.float64) for name in Columns.from_table(rows).pressures)
+    if len(np.unique(place)) < 3 or any(map(_one_way, pressures)):
         return
     for quantity in bed_of(rows).measured:
         if quantity.column not in rows:
             continue
         values = rows[quantity.column].dropna().to_numpy(np.float64)
         values = values[np.append(True, np.diff(values) != 0)] if len(values) else values
-        if len(values) >= FEWEST and (np.all(np.diff(values) > 0) or np.all(np.diff(values) < 0)):
+        if len(values) >= FEWEST and _one_way(values):
             yield f"{quantity.column}, a reading, {'rises' if values[-1] > values[0] else 'falls'} from row to row"
 
 
-def _one_way(values: pd.Series) -> bool:
-    steps = np.diff(values.to_numpy(np.float64))
+def _one_way(values: np.ndarray) -> bool:
+    """Whether each value is above the one before it, or each below."""
+    steps = np.diff(values)
     return bool(np.all(steps > 0) or np.all(steps < 0))
 
 

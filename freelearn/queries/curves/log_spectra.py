@@ -26,6 +26,7 @@ PAUSE = 5
 ABOUT_SPECTRA = (
     "Spectra: of all recordings, without their means (Welch). What rises above the noise has a cause that lasts."
 )
+HERTZ, STATED, LEFT = "frequency [Hz]", "noise, as stated or estimated", "measured − predicted"
 # Rows at which the stated noise is worked out.
 LOOKED_AT = 1000
 

@@ -21,6 +21,8 @@ STRETCHES = 600
 LOOPED = 1500
 # A pressure's rate is that over this share of the recording to either side: over a sample alone it would be noise.
 AROUND = 0.005
+SECONDS = "time t [s]"
+ABOUT_LOOPS = "Loops: thick of this recording, thin of the sample's others."
 # What no recording of a sample is faster than but for so many of its samples ends the scale of rates.
 MOST = 0.98
 
@@ -143,6 +145,17 @@ class Loops:
     rate: np.ndarray
     fastest: float
 
+    @property
+    def joined(self) -> np.ndarray:
+        """Positions of the points from which a line goes on to the next, (m,): of one recording both."""
+        return np.flatnonzero(np.diff(self.recording) == 0)
+
+    @property
+    def speed(self) -> np.ndarray:
+        """The rate of each such line, (m,): the faster of both ends'."""
+        fastest: np.ndarray = np.maximum(self.rate[self.joined], self.rate[self.joined + 1])
+        return fastest
+
 
 def loops_of(table: pd.DataFrame, over: Quantity, quantity: Quantity) -> Loops:
     """table: the rows of one sample of a log."""
@@ -164,6 +177,17 @@ def loops_of(table: pd.DataFrame, over: Quantity, quantity: Quantity) -> Loops:
         return Loops(none, none, none, none, 1.0)
     run, pressure, value, rate = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     return Loops(run, pressure, value, rate, float(np.quantile(rate, MOST)) or 1.0)
+
+
+def measured_loops(table: pd.DataFrame, over: Quantity) -> dict[str, Loops]:
+    """Of each measured quantity, by its column. table: as of loops_of."""
+    return {q.column: loops_of(table, over, q) for q in measured_quantities(table)}
+
+
+def predicted_loops(table: pd.DataFrame, over: Quantity) -> dict[str, Loops]:
+    """The same of what a model says of them. table: in the columns of predictions.csv."""
+    said = {q.column: table[q.predicted] for q in measured_quantities(table)}
+    return {q.column: loops_of(table.assign(**said), over, q) for q in measured_quantities(table)}
 
 
 def worst_recording(table: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:

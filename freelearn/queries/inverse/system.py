@@ -50,7 +50,7 @@ class System:
     def __len__(self) -> int:
         return len(self.states)
 
-    def __getitem__(self, rows: Tensor) -> System:
+    def __getitem__(self, rows: Tensor | slice) -> System:
         return System(self.model, self.states[rows])
 
     def repeated(self, count: int) -> System:
@@ -93,22 +93,24 @@ class System:
         """The model's values, cut from every derivative."""
         return {name: value.detach() for name, value in self.model.values().items()}
 
+    def recorded(self, x: Tensor, values: dict[str, Tensor]) -> Prediction:
+        """Outputs (N, 2) at inputs (N, m) of all rows at once, as whoever records them wants them. values: the
+        model's, SI."""
+        return self.model.chain(self.states.with_inputs(x.unbind(-1)), values)
+
+    def recorded_slopes(self, x: Tensor, values: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
+        """The same outputs, and their derivatives (N, 2, m)."""
+        return rows_jacobian(lambda inputs: self.recorded(inputs, values).loads, x)
+
     def at(self, x: Tensor) -> Prediction:
         """Outputs (N, 2) at inputs (N, m), and whether they mean anything, (N,)."""
         with torch.no_grad():
-            parts = [self.model.chain(self._moved(rows, x[rows]), self.values) for rows in _blocks(x)]
+            parts = [self[rows].recorded(x[rows], self.values) for rows in _blocks(x)]
         return Prediction(torch.cat([p.loads for p in parts]), torch.cat([p.status for p in parts]))
 
     def slopes(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Outputs (N, 2) at inputs (N, m), and their derivatives (N, 2, m)."""
-        parts = []
-        for rows in _blocks(x):
-            states = self.states[rows]
-
-            def outputs(inputs: Tensor, states: States = states) -> Tensor:
-                return self.model.chain(states.with_inputs(inputs.unbind(-1)), self.values).loads
-
-            parts.append(rows_jacobian(outputs, x[rows]))
+        parts = [self[rows].recorded_slopes(x[rows], self.values) for rows in _blocks(x)]
         return torch.cat([p[0] for p in parts]), torch.cat([p[1] for p in parts])
 
     def by_parameters(self, x: Tensor) -> Tensor:
@@ -116,16 +118,13 @@ class System:
         vector = self.model.vector().detach()
         parts = []
         for rows in _blocks(x):
-            states = self._moved(rows, x[rows])
+            states = self.states[rows].with_inputs(x[rows].unbind(-1))
             copies = vector.expand(len(states), -1).clone().requires_grad_()
             with torch.enable_grad():
                 y = self.model.chain(states, self.model.physical(copies)).loads
                 each = [torch.autograd.grad(y[:, i].sum(), copies, retain_graph=True)[0] for i in (0, 1)]
             parts.append(torch.stack(each, dim=1))
         return torch.cat(parts)
-
-    def _moved(self, rows: slice, x: Tensor) -> States:
-        return self.states[rows].with_inputs(x.unbind(-1))
 
 
 def _blocks(x: Tensor) -> list[slice]:

@@ -12,14 +12,11 @@ from bokeh.plotting import figure
 
 from freelearn.common.display import COLORS
 from freelearn.data.beds import Quantity
-from freelearn.queries.curves.log_spectra import Spectrum
-from freelearn.queries.curves.log_traces import Loops, Signal, Trace
+from freelearn.queries.curves.log_spectra import HERTZ, LEFT, STATED, Spectrum
+from freelearn.queries.curves.log_traces import SECONDS, Loops, Signal, Trace
 from freelearn.report.html.chart_canvas import chart, legend_below
 from freelearn.report.html.curve_charts import DASHES, MEASURED
 
-SECONDS = "time t [s]"
-HERTZ = "frequency [Hz]"
-STATED, LEFT = "noise, as stated or estimated", "measured − predicted"
 # A signal without a sample.
 NOTHING: dict[str, list[float]] = {"x": [], "y": []}
 # Widths of the loops: of the recording that is looked at, and of the others [px].
@@ -123,12 +120,11 @@ def _over_time(signal: Signal) -> dict[str, list[float]]:
 
 
 def _segments(loops: Loops, chosen: int) -> dict[str, list[float]]:
-    """From point to point of each recording; the faster of both ends colors it."""
-    joined = np.flatnonzero(np.diff(loops.recording) == 0)
-    wide = np.where(loops.recording[joined] == chosen, THICK, THIN)
+    """From point to point of each recording, with its color and width."""
+    wide = np.where(loops.recording[loops.joined] == chosen, THICK, THIN)
     # Last, so that it lies on the others.
-    joined, wide = joined[np.argsort(wide, kind="stable")], np.sort(wide, kind="stable")
-    fast = np.maximum(loops.rate[joined], loops.rate[joined + 1])
+    order = np.argsort(wide, kind="stable")
+    joined, fast, wide = loops.joined[order], loops.speed[order], wide[order]
     columns = (loops.pressure[joined], loops.value[joined], loops.pressure[joined + 1], loops.value[joined + 1])
     names = ("x0", "y0", "x1", "y1", "rate", "wide")
     return {name: values.tolist() for name, values in zip(names, (*columns, fast, wide), strict=True)}

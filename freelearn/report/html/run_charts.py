@@ -13,7 +13,7 @@ from freelearn.data.logs import RUN, TIME, is_log
 from freelearn.queries.curves.curve_panels import LOOSE, SUSPECTED, curve_numbers, panels_of
 from freelearn.queries.curves.curve_rows import measured_quantities, plane, pressures, sweep, words
 from freelearn.queries.curves.log_spectra import ABOUT_SPECTRA, Spectrum, spectrum_table
-from freelearn.queries.curves.log_traces import loops_of, trace_of, worst_recording
+from freelearn.queries.curves.log_traces import ABOUT_LOOPS, measured_loops, predicted_loops, trace_of, worst_recording
 from freelearn.queries.curves.model_curves import StateCurves, has_band
 from freelearn.queries.curves.shown_states import state_title
 from freelearn.report.html.curve_charts import CurveCharts
@@ -53,12 +53,10 @@ def recording_section(own: pd.DataFrame) -> Section:
     (model,) = MODEL
     trace = trace_of(rows, over, {model: rows})
     charts.show(trace)
-    said = rows.assign(**{q.column: rows[q.predicted] for q in known})
     chosen = list(dict.fromkeys(sample[RUN])).index(rows[RUN].iloc[0])
-    loops = {q.column: loops_of(sample, over, q) for q in known}
-    charts.show_loops(loops, chosen, {model: {q.column: loops_of(said, over, q) for q in known}})
+    charts.show_loops(measured_loops(sample, over), chosen, {model: predicted_loops(rows, over)})
     heading = f"Along the recording that is predicted worst: sample {rows['sample'].iloc[0]}, run {rows[RUN].iloc[0]}"
-    lines = ["Loops: thick of this recording, thin of the sample's others.", *([trace.told] if trace.told else [])]
+    lines = [ABOUT_LOOPS, *([trace.told] if trace.told else [])]
     return Section(heading, lines, charts=[*charts.times, *charts.loops])
 
 

@@ -16,8 +16,8 @@ from freelearn.common.display import COLORS
 from freelearn.common.formats import MINUS
 from freelearn.data.logs import RUN
 from freelearn.queries.curves.curve_rows import measured_quantities, pressures, sweep
-from freelearn.queries.curves.log_spectra import Spectrum
-from freelearn.queries.curves.log_traces import Loops, Trace, loops_of, trace_of, worst_recording
+from freelearn.queries.curves.log_spectra import HERTZ, LEFT, STATED, Spectrum
+from freelearn.queries.curves.log_traces import SECONDS, Loops, Trace, loops_of, trace_of, worst_recording
 from freelearn.report.plots.canvas import finish, heading, new_figure
 
 MODEL = "model"
@@ -54,13 +54,13 @@ def draw_recording(axes: Sequence[Axes], rows: pd.DataFrame) -> Trace:
         axes[0].plot(signal.time, signal.value, color=color, lw=1.1, label=quantity.symbol)
     if len(imposed) > 1:
         axes[0].legend(frameon=False, fontsize=8)
-    finish(axes[0], "time t [s]", imposed[0].label)
+    finish(axes[0], SECONDS, imposed[0].label)
     for one, quantity in zip(axes[1:], known, strict=True):
         measured, model = trace.measured[quantity.column], trace.models[MODEL][quantity.column]
         one.plot(measured.time, measured.value, color="black", lw=1.1, label="measured")
         one.plot(model.time, model.value, color=COLORS[1], lw=1.4, ls="--", label=MODEL)
         one.legend(frameon=False, fontsize=8)
-        finish(one, "time t [s]", quantity.label)
+        finish(one, SECONDS, quantity.label)
     return trace
 
 
@@ -69,13 +69,12 @@ def draw_loops(axes: Sequence[Axes], sample: pd.DataFrame) -> list[Loops]:
     over, shown = sweep(sample).over, []
     for one, quantity in zip(axes, measured_quantities(sample), strict=True):
         loops = loops_of(sample, over, quantity)
-        joined = np.flatnonzero(np.diff(loops.recording) == 0)
         points = np.stack([loops.pressure, loops.value], axis=1)
         lines = LineCollection(
-            list(np.stack([points[joined], points[joined + 1]], axis=1)), cmap="cividis",
+            list(np.stack([points[loops.joined], points[loops.joined + 1]], axis=1)), cmap="cividis",
             norm=Normalize(0, loops.fastest), linewidths=1.3,
         )  # fmt: skip
-        lines.set_array(np.maximum(loops.rate[joined], loops.rate[joined + 1]))
+        lines.set_array(loops.speed)
         one.add_collection(lines)
         one.autoscale()
         bar = one.get_figure().colorbar(lines, ax=one)  # type: ignore[union-attr]
@@ -88,13 +87,13 @@ def draw_loops(axes: Sequence[Axes], sample: pd.DataFrame) -> list[Loops]:
 def draw_spectra(axes: Sequence[Axes], spectra: Sequence[Spectrum]) -> None:
     """What is left of each quantity by its frequency, and the noise as it was stated; as many axes."""
     for one, spectrum in zip(axes, spectra, strict=True):
-        label = f"{spectrum.quantity.name}: measured − predicted"
+        label = f"{spectrum.quantity.name}: {LEFT}"
         # Of a model that leaves nothing at all a logarithm shows nothing.
         there = spectrum.density > 0
         one.plot(spectrum.frequency[there], spectrum.density[there], color=COLORS[1], lw=1.4, label=label)
         if spectrum.noise is not None:
-            one.axhline(spectrum.noise, color="black", lw=1.2, ls="--", label="noise, as stated or estimated")
+            one.axhline(spectrum.noise, color="black", lw=1.2, ls="--", label=STATED)
         if there.any():
             one.set(xscale="log", yscale="log")
         one.legend(frameon=False, fontsize=8)
-        finish(one, "frequency [Hz]", f"power density [{spectrum.unit}]")
+        finish(one, HERTZ, f"power density [{spectrum.unit}]")

@@ -12,7 +12,7 @@ from bokeh.models import CustomJS, Div, Label, RangeSlider, Select, Slider, Span
 from freelearn.data.logs import RUN, TIME
 from freelearn.queries.curves.curve_rows import measured_quantities, pressures, sweep
 from freelearn.queries.curves.log_spectra import ABOUT_SPECTRA
-from freelearn.queries.curves.log_traces import Loops, loops_of, trace_of
+from freelearn.queries.curves.log_traces import ABOUT_LOOPS, Loops, measured_loops, predicted_loops, trace_of
 from freelearn.report.html.log_charts import LogCharts, spectrum_chart
 from freelearn.workbench.panels.widgets import say, together, wide, words
 from freelearn.workbench.state.fitted import Fitted
@@ -24,7 +24,6 @@ SETTLED = 150
 STEPS = 2000
 PLAY = "Play"
 SPEEDS = [("1", "real time"), ("5", "5 times as fast"), ("25", "25 times as fast")]
-LOOPS = "Loops: thick of this recording, thin of the sample's others."
 WIDTH, HEIGHT, LOOP_HEIGHT = 480, 210, 330
 # The instant of the cursor on a loop. What moves with it is drawn over everything else, which then stays as it is; and
 # it is no glyph, whose data would have the ranges of the chart looked at.
@@ -106,18 +105,14 @@ class Playback:
         time = self.rows[TIME]
         self._place(float(time.iloc[0]), float(time.iloc[-1]))
         self._draw()
-        known = self.drawn.measured
-        modeled = {
-            name: {q.column: loops_of(table.assign(**{q.column: table[q.predicted]}), self.over, q) for q in known}
-            for name, table in self.models.items()
-        }
+        modeled = {name: predicted_loops(table, self.over) for name, table in self.models.items()}
         self.drawn.show_loops(self.loops, self.runs.index(self.rows[RUN].iloc[0]), modeled)
 
     def _build(self, models: dict[str, Fitted], whole: pd.DataFrame) -> None:
         """Charts and controls of these models and a sample's rows."""
         known, self.over = measured_quantities(whole), sweep(whole).over
         self.runs = whole[RUN].unique().tolist()
-        self.loops = {q.column: loops_of(whole, self.over, q) for q in known}
+        self.loops = measured_loops(whole, self.over)
         self.drawn = charts = LogCharts(
             {name: self.colors[name] for name in models}, pressures(whole), known, self.over, WIDTH, HEIGHT, LOOP_HEIGHT
         )
@@ -210,7 +205,7 @@ class Playback:
         assert self.drawn is not None
         trace = trace_of(self.rows, self.over, self.models, (self.drawn.time.start, self.drawn.time.end))
         self.drawn.show(trace)
-        say(self.told, [line for line in (trace.told, LOOPS, ABOUT_SPECTRA) if line], "quiet")
+        say(self.told, [line for line in (trace.told, ABOUT_LOOPS, ABOUT_SPECTRA) if line], "quiet")
 
 
 def _same_rows(fit: Fitted, rows: pd.DataFrame) -> pd.DataFrame:

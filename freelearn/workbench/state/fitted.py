@@ -107,17 +107,20 @@ class Fitted:
         return is_log(self.table)
 
     @cached_property
+    def _as_run(self) -> FittedRun:
+        with lent(self.own):
+            return FittedRun.from_folder(self.folder)
+
+    @cached_property
     def spectra(self) -> list[Spectrum]:
         """What the model leaves of a log by its frequency, beside the noise that was stated or estimated."""
-        with lent(self.own):
-            accuracy = FittedRun.from_folder(self.folder).run.accuracy
-        return log_spectra(self.model, self.table, accuracy)
+        return log_spectra(self.model, self.table, self._as_run.run.accuracy)
 
     @cached_property
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from the model; None where no row tells it."""
         with lent(self.own):
-            return FittedRun.from_folder(self.folder).bands
+            return self._as_run.bands
 
     def predicted(self, rows: np.ndarray, banded: bool = False, of: Fitted | None = None) -> pd.DataFrame:
         """What the model predicts along the pressures of these rows (see model_curves.model_curve). banded: with its
