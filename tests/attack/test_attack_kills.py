@@ -195,6 +195,8 @@ def test_a_killed_sweep_on_several_cores_leaves_no_worker_and_then_ends_as_if_un
     attacked.fresh()
     line = [sys.executable, "-m", "freelearn", *words]
     env = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT), "ATTACK": str(attacked.out)}
+    # A report says how it is made again: by the command's name where the shell finds it, as in the undisturbed ones.
+    env["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), env.get("PATH", "")])
     sweep = subprocess.Popen(line, cwd=attacked.folder, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     sweep_folder, deadline = attacked.out / "sweep", time.monotonic() + 300
     while not (len(workers(attacked.out)) > 3 and len(list(sweep_folder.glob("*/results.json"))) >= results):

@@ -42,8 +42,9 @@ class Told:
 def told_of(rows: Sequence[Row], style: Style, where: str) -> list[Told]:
     """Parts of the design in rows of names and numbers. where: what to call the place, such as a sheet.
 
-    >>> told_of([(4, ["Innendurchmesser [mm]", "20"])], Style(), "a.csv")
-    [Told(name='inner_radius_mm', value=10.0, words='a.csv, line 4: Innendurchmesser [mm] 20')]
+    >>> (told,) = told_of([(4, ["Innendurchmesser [mm]", "20"])], Style(), "a.csv")
+    >>> told.name, told.value, told.words
+    ('inner_radius_mm', 10.0, 'a.csv, line 4: Innendurchmesser [mm] 20')
     """
     found: dict[str, Told] = {}
     for line, cells in rows:
