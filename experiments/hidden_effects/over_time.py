@@ -24,6 +24,7 @@ SIZED = {
     "dead_time": ("delay",),
     "sensor_lag": ("force", "moment"),
     "valve_flow": ("squared_resistance",),
+    "gas_warming": ("time",),
     "inertia": ("force", "moment"),
 }
 MOST = 0.95
@@ -37,6 +38,8 @@ TIMES = (
     "sensor_lag.moment",
     "inertia.force",
     "inertia.moment",
+    "gas_warming.time",
+    "gas_warming.cooling",
 )
 
 

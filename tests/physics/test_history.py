@@ -188,3 +188,54 @@ def test_a_muscle_fills_as_a_valve_lets_it(shared_data):
     )
     assert np.sqrt(np.mean(fit.fun**2)) < 0.01 * 6.2e5
     assert fit.cost < lag.cost / 9
+
+
+def warmed(time, command, line, cooling):
+    """Absolute pressure of an ideal gas in a closed volume, its mass and its energy followed by an adaptive solver.
+
+    Mass and energy are in units of V/(R T₀) and V c_v/R: what comes in has the wall's temperature, what goes out the
+    gas's."""
+
+    def rates(t, z):
+        mass, energy = z
+        flow = (np.interp(t, time, command) - energy) / line
+        warm = energy / mass
+        return [flow, 1.4 * flow * (1.0 if flow > 0 else warm) - mass * (warm - 1.0) / cooling]
+
+    begun = [command[0], command[0]]
+    return solve_ivp(rates, (time[0], time[-1]), begun, t_eval=time, rtol=1e-9, atol=1e-3, max_step=0.01).y[1]
+
+
+def carried_warm(states, line, cooling):
+    values = {"gas_warming.time": line, "gas_warming.cooling": cooling}
+    effect = EFFECTS["gas_warming"]()
+    p = effect.own({name: torch.tensor(value, dtype=torch.float64) for name, value in values.items()})
+    return effect.carry(states.pressure[:, None], states.recording, p)[:, 0].numpy()
+
+
+def pressed(time, pressure):
+    table = pd.concat([recordings((3,)).iloc[[0]]] * len(time), ignore_index=True)
+    return States.from_table(table.assign(time_s=time, pressure_kpa=pressure))
+
+
+@pytest.mark.parametrize(("line", "cooling"), [(0.3, 1.0), (0.02, 0.1), (1.0, 0.3), (0.4, 20.0)])
+def test_gas_that_is_pressed_in_warms_as_its_energy_says(line, cooling):
+    """Exactly while it is filled; vented again, but for the little that the gas left at another temperature."""
+    time = np.linspace(0, 6, 121)
+    states = pressed(time, np.interp(time, [0, 1.0, 3.0], [0, 300, 300]))
+    command = states.pressure.numpy() + ATMOSPHERE
+    expected = warmed(time, command, line, cooling) - ATMOSPHERE
+    np.testing.assert_allclose(carried_warm(states, line, cooling), expected, rtol=1e-6, atol=1.0)
+    back = pressed(time, np.interp(time, [0, 1.0, 3.0, 4.0], [0, 60, 60, 0]))
+    expected = warmed(time, back.pressure.numpy() + ATMOSPHERE, line, cooling) - ATMOSPHERE
+    np.testing.assert_allclose(carried_warm(back, line, cooling), expected, atol=0.015 * 60e3)
+
+
+def test_a_warming_gas_lies_between_two_lags():
+    """Cooled at once it keeps its temperature; never cooled it is pressed in κ = 1.4 times as quickly."""
+    time = np.linspace(0, 6, 121)
+    states = pressed(time, np.interp(time, [0, 1.0, 3.0, 3.2], [0, 300, 300, 0]))
+    signal = states.pressure[:, None]
+    for cooling, tau in ((1e-3, 0.4), (1e4, 0.4 / 1.4)):
+        lagging = (signal - lag(signal, states.recording, torch.tensor(tau, dtype=torch.float64)))[:, 0]
+        np.testing.assert_allclose(carried_warm(states, 0.4, cooling), lagging, atol=2e-3 * 300e3)

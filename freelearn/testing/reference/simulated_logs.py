@@ -34,6 +34,7 @@ UNIT: dict[str, dict[str, float]] = {
     "dead_time": {"delay": 0.15},
     "sensor_lag": {"force": 0.15, "moment": 0.15},
     "valve_flow": {"squared_resistance": 1e10, "critical": 0.3},
+    "gas_warming": {"time": 0.3, "cooling": 1.0},
     "inertia": {"force": 0.5, "moment": 0.5, "damping": 0.2},
 }
 # Noticeable effects without a memory, and what is in no library: a wall that softens as it is worked, by a share where
@@ -135,6 +136,8 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
         volume = np.pi * (inner * MM) ** 2 * length * MM
         p = effects["valve_flow"]
         pressure = _through_a_valve(pressure, p["squared_resistance"] ** 0.5 * volume, p["critical"], dt)
+    if "gas_warming" in effects:
+        pressure = _warmed(pressure, effects["gas_warming"]["time"], effects["gas_warming"]["cooling"], dt)
     balanced = pressure
     if "creep" in effects:
         balanced = _crept(pressure, effects["creep"]["share"], effects["creep"]["time"], dt)
@@ -227,6 +230,33 @@ def _through_a_valve(command: Array, time: float, critical: float, dt: float) ->
             u = float(command[n - 1] + (command[n] - command[n - 1]) * (k + 0.5) / parts) + air
             p += h * rate(p + h / 2 * rate(p, u), u)
         found[n] = p - air
+    return found
+
+
+def _warmed(command: Array, time: float, cooling: float, dt: float) -> Array:
+    """Gauge pressure of an ideal gas in a closed volume behind a line, by Heun's method on its mass and temperature.
+
+    What comes in has the wall's temperature T₀, what goes out the gas's own; the flow is as u − p, and the gas is as
+    warm as the wall but for 1/e after the cooling time."""
+    gamma, air = 1.4, 101_325.0
+
+    def rates(mass: float, warm: float, u: float) -> tuple[float, float]:
+        # Mass in units of p V/(R T₀) [Pa], temperature in units of T₀: d(m T)/dt = γ m' T of what flows, less the heat.
+        flow = (u - mass * warm) / time
+        brought = flow * (1.0 if flow > 0 else warm)
+        return flow, (gamma * brought - flow * warm) / mass - (warm - 1.0) / cooling
+
+    parts = max(int(np.ceil(4 * dt / time)), 1)
+    h = dt / parts
+    mass, warm, found = float(command[0]) + air, 1.0, np.empty_like(command)
+    found[0] = command[0]
+    for n in range(1, len(command)):
+        for k in range(parts):
+            u0, u1 = (command[n - 1] + (command[n] - command[n - 1]) * (k + i) / parts + air for i in (0, 1))
+            one = rates(mass, warm, float(u0))
+            two = rates(mass + h * one[0], warm + h * one[1], float(u1))
+            mass, warm = mass + h * (one[0] + two[0]) / 2, warm + h * (one[1] + two[1]) / 2
+        found[n] = mass * warm - air
     return found
 
 
