@@ -9,7 +9,9 @@ import torch
 from first_step import first_step
 from linear_bed import bench, student
 
-from freelearn.data.accuracy import Accuracy
+from freelearn.data.accuracy import PAPER, Accuracy
+from freelearn.discovery.referee.case import PASS, Case
+from freelearn.discovery.referee.residual_patterns import stated
 from freelearn.records.verdict_words import noise_notes
 
 
@@ -66,3 +68,17 @@ def test_who_had_the_accuracy_estimated_is_not_told_to_estimate_it():
     note = said(bench(1, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 2e-4)), stated=False)[0]
     assert "than was estimated from the data" in note
     assert "data.accuracy=estimate" not in note
+
+
+def test_a_check_that_passes_beyond_its_threshold_says_that_it_is_noise():
+    """A force's 0.09 N where 0.03 are stated, drawn anew for each row: each differs from its neighbors by all of it."""
+    made = bench(2, states=60, true=Accuracy(3e-5, 5e-3, 150.0, 0.09, 6e-4))
+    prepared, step = first_step(made.question())
+    case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, PAPER, prepared.fold)
+    force, moment = (
+        check for check in stated(case) if check.name in ("accuracy of the force", "accuracy of the moment")
+    )
+    assert force.result == moment.result == PASS
+    assert force.figure > force.threshold
+    assert force.says.endswith("noise, no misfit.")
+    assert "misfit" not in moment.says

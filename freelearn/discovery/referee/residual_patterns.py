@@ -117,6 +117,11 @@ def stated(case: Case) -> list[Check]:
             says += " The stated one would hide what is missing; the search took the scatter as it is."
             checks.append(Check(name, PASS, factor, 1 / CERTIFIED, says, decides=False))
         else:
+            if factor > CERTIFIED and rough is not None:
+                # A figure beyond its threshold that passes has to say why.
+                says += f" From row to row it is {100 * rough:.0f} % of that: noise, no misfit."
+            elif factor > CERTIFIED:
+                says += " Too few rows stand next to each other to tell noise from a misfit."
             checks.append(Check(name, PASS, factor, CERTIFIED, says, decides=False))
         if scatter.memory is not None and float(scatter.memory.share[channel]) > 0:
             checks.append(_lasting(quantity, scatter.memory, channel, factor, told))
