@@ -10,6 +10,7 @@ import pandas as pd
 from freelearn.common.errors import UserError
 from freelearn.data.beds import BED, BEDS
 from freelearn.data.columns import DESIGN, SECOND, members_in, pressure_column
+from freelearn.data.table.log_tables import log_faults
 
 QUANTITIES = {q.column for bed in BEDS.values() for q in (*bed.state, *bed.readings)}
 ORDER = ("sample", "step", "time_s")
@@ -42,6 +43,12 @@ def _numbers(column: pd.Series, name: str) -> pd.Series:
     if len(wrong):
         raise UserError(f"Row {wrong[0] + 1}, {name}: {str(column.iloc[wrong[0]])!r} is not a finite number.")
     return numbers
+
+
+def in_time(table: pd.DataFrame) -> None:
+    """Raises UserError where the rows of a log's recordings do not follow each other in time."""
+    for fault in log_faults(table, np.arange(1, len(table) + 1), fewest=1):
+        raise UserError(f"Row {fault.line}, {fault.column}: {fault.value} {fault.problem}.")
 
 
 def with_design(table: pd.DataFrame, known: pd.DataFrame) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from freelearn.data.states import States
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.queries.answers import SOLUTIONS, Answers, Column, answers
-from freelearn.queries.asked_rows import as_numbers, leaves_length, with_design
+from freelearn.queries.asked_rows import as_numbers, in_time, leaves_length, with_design
 from freelearn.queries.inverse.asker import Asker
 from freelearn.queries.inverse.backwards import backwards, under_load
 from freelearn.queries.inverse.bands import Bands
@@ -161,7 +161,10 @@ class FittedModel:
         """
         asked = states if isinstance(states, pd.DataFrame) else None
         if isinstance(states, pd.DataFrame):
-            states = States.from_table(self._complete(states.reset_index(drop=True)))
+            complete = self._complete(states.reset_index(drop=True))
+            states = States.from_table(complete)
+            if self.model.remembers(states):
+                in_time(complete)
         with torch.no_grad():
             prediction = self.model(states)
         # The bed's own readings as outputs, whatever they are.
@@ -185,6 +188,8 @@ class FittedModel:
         complete = self._complete(questions, blanks=True)
         states = States.from_table(_neutral(complete))
         along = self.model.remembers(states) and self.bed is not INFLATION
+        if along:
+            in_time(complete)
         alone = not along and ("step" not in questions or pd.to_numeric(questions["step"]).isna().any())
         # Of a log what was before is known only once it is answered.
         states = states.replace(recording=None, place=None)

@@ -10,10 +10,9 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from freelearn.common.errors import UserError
 from freelearn.data.beds import DEAD_LOAD, ELONGATION, PRESSURE, Bed, Quantity
 from freelearn.data.columns import Columns
-from freelearn.data.logs import RUN, TIME, run_numbers
+from freelearn.data.logs import run_numbers
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
 from freelearn.physics.chain.history import by_inputs
@@ -48,7 +47,6 @@ class LogQuestion:
         """Fills the blanks, NaN, of the system's inputs x (N, m) and outputs y (N, 2).
 
         The search begins at what each row would answer by itself."""
-        _in_order(self.table)
         alone = replace(asker, banded=False).answered(self.system, x, y)
         wish = self._wish(asker)
         inputs = pursued(wish, self._begin(alone), self._shown, self._slopes)
@@ -196,19 +194,3 @@ def _told_by(blank: Tensor, wanted: Tensor) -> bool:
     asked = blank.any(0)
     needed = int(asked[:2].sum()) + int(asked[2:].any())
     return needed <= int(torch.isfinite(wanted).sum(1).max())
-
-
-def _in_order(table: pd.DataFrame) -> None:
-    """Raises UserError where a recording's rows do not follow each other in time."""
-    run, time = run_numbers(table), table[TIME].to_numpy(np.float64)
-    same = run[1:] == run[:-1]
-    late = np.flatnonzero(same & (np.diff(time) <= 0))
-    if len(late):
-        raise UserError(
-            f"Row {late[0] + 2}, {TIME}: {time[late[0] + 1]:g} does not follow {time[late[0]]:g} in its run: put the "
-            "rows in the order of time, each time once."
-        )
-    begins = np.flatnonzero(np.r_[True, ~same])
-    again = pd.Series(run[begins]).duplicated().to_numpy()
-    if again.any():
-        raise UserError(f"Row {begins[again][0] + 1}, {RUN}: it goes on here after other rows: put its rows together.")

@@ -38,17 +38,19 @@ def fit_report(
     epochs: int,
     counts: dict[str, int],
     measured: Sequence[Quantity],
+    more: Sequence[str] = (),
 ) -> str:
     """Text with statistics, values ± standard errors, 95 % intervals, correlations and warnings.
 
     start: the raw vector (p,) before the fit, to tell parameters that never moved. counts: rows by what became of
-    them. measured: what the bed measures. Minus signs are hyphens, so that scripts can read the numbers.
+    them. measured: what the bed measures. more: warnings that the rows give beside those of the parameters. Minus signs
+    are hyphens, so that scripts can read the numbers.
     """
     parts = [
         _statistics(model, uncertainty, method, message, epochs, counts, measured),
         _variables(model, uncertainty),
         _correlations(uncertainty),
-        _warnings(model, uncertainty, start),
+        _warnings(model, uncertainty, start, more),
     ]
     return ascii_minus("\n".join(part for part in parts if part)) + "\n"
 
@@ -119,8 +121,8 @@ def _correlations(uncertainty: Uncertainty) -> str:
     return "\n".join(lines)
 
 
-def _warnings(model: Model[Any], uncertainty: Uncertainty, start: Tensor) -> str:
-    said = [*notes(model, start), *effect_notes(model, uncertainty), *interval_notes(uncertainty)]
+def _warnings(model: Model[Any], uncertainty: Uncertainty, start: Tensor, of_rows: Sequence[str]) -> str:
+    said = [*notes(model, start), *effect_notes(model, uncertainty), *interval_notes(uncertainty), *of_rows]
     lines = [f"    {note}" for note in said]
     told = zip(uncertainty.names, uncertainty.stderr, uncertainty.kinds, strict=True)
     unknown = [(name, kind) for name, error, kind in told if not math.isfinite(error)]

@@ -27,6 +27,7 @@ from freelearn.records.estimates import parameter_table
 from freelearn.records.fit_report import fit_report
 from freelearn.records.provenance import Origin, check_files, read_document, with_digests
 from freelearn.records.run import Run, seen_rows
+from freelearn.records.sampling import sampling_notes
 
 # The files of one run. Each is written beside its place and renamed, `results.json` last: it marks a whole run.
 
@@ -122,8 +123,10 @@ def report(run: Run) -> str:
         values = ascii_minus(parameter_table(run.estimates()).text("    "))
         return f"[[Model]]\n    {run.model.name}\n[[Variables]] (nothing was fitted)\n{values}\n"
     epochs = run.history[-1][0] if run.history else 0
-    measured = bed_of(run.table).measured
-    return fit_report(run.model, run.uncertainty, run.start, run.method, run.message, epochs, run.counts(), measured)
+    measured, slow = bed_of(run.table).measured, sampling_notes(run.model, run.table)
+    return fit_report(
+        run.model, run.uncertainty, run.start, run.method, run.message, epochs, run.counts(), measured, slow
+    )
 
 
 # The folder of a run of train or discover, read back: its model, its rows, what is known of their accuracy.

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 import freelearn as fl
+from freelearn.api.tasks.intake_task import taken_in
 from freelearn.common.errors import UserError
 from freelearn.data.logs import pieces
 from freelearn.data.sets import split_rows
@@ -83,6 +84,72 @@ def test_gaps_and_lost_readings_are_no_faults(tmp_path):
     path = tmp_path / "log.csv"
     table.to_csv(path, index=False)
     assert int(fl.read_table(path)["force_n"].isna().sum()) == 3
+
+
+def test_recordings_in_which_nothing_was_read_are_told_and_stay(tmp_path):
+    table = log()
+    table.loc[14:24, ["force_n", "moment_nmm"]] = np.nan
+    path = tmp_path / "log.csv"
+    table.to_csv(path, index=False)
+    read = fl.read_table(path)
+    (said,) = [warning for warning in read.attrs["warnings"] if "no reading" in warning]
+    assert said.startswith("run 2 (11 rows from line 16) has no reading in any row: nothing is fitted or scored by it")
+    assert len(read) == len(table)
+    table.loc[39:, ["force_n", "moment_nmm"]] = np.nan
+    table.to_csv(path, index=False)
+    assert any(
+        "has no reading in any row, nor in 1 more" in warning for warning in fl.read_table(path).attrs["warnings"]
+    )
+    # One reading is one, and rows that are left out anyway are no loss.
+    table.loc[[20, 45], "force_n"] = 1.0
+    table.to_csv(path, index=False)
+    assert not any("no reading" in warning for warning in fl.read_table(path).attrs["warnings"])
+    log().assign(left_out=(table["sample"] == 3) * 1).to_csv(path, index=False)
+    assert not any("no reading" in warning for warning in fl.read_table(path).attrs["warnings"])
+
+
+def backwards(table):
+    table.loc[[5, 6], "time_s"] = table.loc[[6, 5], "time_s"].to_numpy()
+    return table, 8, "runs backwards in run 1"
+
+
+def twice(table):
+    table.loc[4, "time_s"] = table.loc[3, "time_s"]
+    return table, 6, "stands there twice in run 1"
+
+
+def jumps(table):
+    table.loc[20:24, "time_s"] += 1e6
+    return table, 22, "jumps by 1e+06 s in run 2"
+
+
+def three(table):
+    return table.drop(index=range(17, 25)), 16, "has 3 rows, too few"
+
+
+@pytest.mark.parametrize("damage", [backwards, twice, jumps, three])
+def test_intake_a_fit_and_a_search_say_the_same(damage, tmp_path):
+    """In intake's sentence the line is that of the raw file."""
+    table, line, told = damage(log())
+    raw, recipe = tmp_path / "raw.csv", tmp_path / "recipe.yaml"
+    table.rename(columns={"pressure_kpa": "gauge", "time_s": "clock"}).to_csv(raw, index=False)
+    same = ["gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm"]
+    same += ["elongation_mm", "twist_deg", "force_n", "moment_nmm"]
+    columns = "".join(f"  {name}: {{from: {name}, unit: {name.split('_')[-1]}}}\n" for name in same)
+    recipe.write_text(
+        f"bed: kinematic\nsample: {{from: sample}}\ncolumns:\n{columns}"
+        "  pressure_kpa: {from: gauge, unit: kPa}\n  time_s: {from: clock, unit: s}\nstep: each_row\ncarry: [run]\n"
+    )
+    with pytest.raises(UserError) as taken:
+        taken_in(raw, recipe, tmp_path / "table.csv")
+    assert f"raw.csv line {line}, " in str(taken.value)
+    assert told in str(taken.value)
+    assert not (tmp_path / "table.csv").exists()
+    for way in (fl.fit, fl.discover):
+        with pytest.raises(UserError) as asked:
+            way(table, progress=False)
+        assert f"row {line - 2}, " in str(asked.value)
+        assert told in str(asked.value)
 
 
 def test_whole_recordings_are_held_out_and_of_few_blocks_of_time():

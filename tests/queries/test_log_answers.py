@@ -34,5 +34,6 @@ def test_a_force_that_no_pressure_gives_is_marked_and_rows_out_of_order_are_refu
     assert table["status"][40] == "unreachable"
     assert "the nearest makes force_n" in table["note"][40]
     assert (table["status"][1:30] == "ok").all()
-    with pytest.raises(UserError, match="order of time"):
-        run.invert(other.iloc[::-1])
+    for asked in (run.invert, run.predict):
+        with pytest.raises(UserError, match=r"Row 2, time_s: 19\.6 runs backwards in run 1, after"):
+            asked(log(effects, 5, recordings=1, noise=0.0).iloc[::-1])

@@ -29,6 +29,7 @@ from freelearn.discovery.search.testable import assumptions
 from freelearn.queries.curves.run_curves import search_curves, search_predictions
 from freelearn.records.discovery import Discovery, document
 from freelearn.records.estimates import notes as parameter_notes
+from freelearn.records.sampling import sampling_notes
 from freelearn.records.suspected_readings import flagged, suspected_readings
 from freelearn.records.verdict_words import WRONG_NOISE, noise_notes
 from freelearn.records.written_effects import ProposalCurve
@@ -70,6 +71,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     looked_at = task.loaded.table["sample"].isin(samples_of(settings.train, task.loaded.table["sample"].to_numpy()))
     if left_out := int(left_out_rows(task.loaded.table)[looked_at].sum()):
         notes.append(f"rows that are marked to be left out: {left_out}")
+    notes += [note.rstrip(".") for note in sampling_notes(last.fit.model, kept)]
     notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)
     if stopping and not settings.checks:

@@ -20,12 +20,12 @@ FEWEST = 8
 JUMP, USUAL = 3.0, 1000.0
 
 
-def log_faults(table: pd.DataFrame, lines: np.ndarray, twice: bool = False) -> list[Fault]:
+def log_faults(table: pd.DataFrame, lines: np.ndarray, twice: bool = False, fewest: int = FEWEST) -> list[Fault]:
     """Faults of a log's recordings, of rows at these lines (N,); none of a table that is no log. twice: whether a time
-    may stand there twice."""
+    may stand there twice. fewest: rows of a recording."""
     if not is_log(table):
         return _nameless(table, lines)
-    return sorted(_faults(table, lines, twice), key=lambda fault: fault.line)
+    return sorted(_faults(table, lines, twice, fewest), key=lambda fault: fault.line)
 
 
 def _nameless(table: pd.DataFrame, lines: np.ndarray) -> list[Fault]:
@@ -36,7 +36,7 @@ def _nameless(table: pd.DataFrame, lines: np.ndarray) -> list[Fault]:
     return [Fault(int(line), RUN, "", "is blank: say of which recording the row is") for line in lines[blank]]
 
 
-def _faults(table: pd.DataFrame, lines: np.ndarray, twice: bool) -> Iterator[Fault]:
+def _faults(table: pd.DataFrame, lines: np.ndarray, twice: bool, fewest: int) -> Iterator[Fault]:
     names = table[RUN].astype(str).to_numpy()
     blank = np.char.strip(names.astype(str)) == ""
     for line in lines[blank]:
@@ -56,21 +56,23 @@ def _faults(table: pd.DataFrame, lines: np.ndarray, twice: bool) -> Iterator[Fau
             )
             continue
         seen.add(key)
-        yield from _of_one(time[start:end], lines[start:end], names[start], twice)
+        yield from _of_one(time[start:end], lines[start:end], names[start], twice, fewest)
 
 
-def _of_one(time: np.ndarray, lines: np.ndarray, name: str, may_repeat: bool) -> Iterator[Fault]:
+def _of_one(time: np.ndarray, lines: np.ndarray, name: str, may_repeat: bool, fewest: int) -> Iterator[Fault]:
     """Faults of one recording."""
-    if len(time) < FEWEST:
+    if len(time) < fewest:
         rows = "1 row" if len(time) == 1 else f"{len(time)} rows"
         yield Fault(
             int(lines[0]),
             RUN,
             name,
-            f"has {rows}, too few to show what was before: delete it, or record at least {FEWEST}",
+            f"has {rows}, too few to show what was before: delete it, or record at least {fewest}",
         )
         return
     step = np.diff(time)
+    if not len(step):
+        return
     for at in np.flatnonzero(step < 0)[:1]:
         yield Fault(
             int(lines[at + 1]),

@@ -9,7 +9,7 @@ import pandas as pd
 
 from freelearn.data.beds import bed_of
 from freelearn.data.columns import Columns, usable_rows
-from freelearn.data.logs import is_log
+from freelearn.data.logs import RUN, is_log, run_numbers
 
 # Nearly all readings are below this quantile of their sizes; the largest may have slipped.
 NEARLY_ALL = 0.95
@@ -20,7 +20,7 @@ SHOWN = 3
 
 def row_suspicions(table: pd.DataFrame, lines: np.ndarray) -> list[str]:
     """A sentence for each suspicion about a checked table's rows. lines: of the rows in the file, (N,) int64."""
-    return [*_backwards(table, lines), *_apart(table, lines)]
+    return [*_backwards(table, lines), *_unread(table, lines), *_apart(table, lines)]
 
 
 def _backwards(table: pd.DataFrame, lines: np.ndarray) -> Iterator[str]:
@@ -35,6 +35,24 @@ def _backwards(table: pd.DataFrame, lines: np.ndarray) -> Iterator[str]:
         yield (
             f"time_s runs backwards at line {lines[back][0]} ({back.sum()} times in all): put each sample's rows in "
             "the order of time with one clock, or leave the column out, for effects with a memory go by it."
+        )
+
+
+def _unread(table: pd.DataFrame, lines: np.ndarray) -> Iterator[str]:
+    """Recordings of a log in which nothing was read at all, of those with rows that may be fitted."""
+    if not is_log(table):
+        return
+    measured = [quantity.column for quantity in bed_of(table).measured if quantity.column in table]
+    used, run = usable_rows(table), run_numbers(table)
+    read = used & table[measured].notna().any(axis=1).to_numpy()
+    lost = np.unique(run[used])
+    lost = lost[~np.isin(lost, run[read])]
+    if len(lost):
+        first = np.flatnonzero(run == lost[0])
+        more = f", nor in {len(lost) - 1} more" if len(lost) > 1 else ""
+        yield (
+            f"run {table[RUN].iloc[first[0]]} ({len(first)} rows from line {lines[first[0]]}) has no reading in any "
+            f"row{more}: nothing is fitted or scored by it; fill in {' or '.join(measured)}, or delete the run."
         )
 
 

@@ -10,6 +10,7 @@ from freelearn.data.beds import bed_of
 from freelearn.data.columns import SLACK
 from freelearn.records.estimates import effect_notes, interval_notes, notes, parameter_table
 from freelearn.records.run import Run
+from freelearn.records.sampling import sampling_notes
 
 # Behind the name of the set that a run trained on.
 OWN = "its own test rows"
@@ -70,11 +71,12 @@ def beside(coefficients: int) -> str:
 
 
 def parameter_notes(run: Run) -> list[str]:
-    """Sentences on the fitted parameters; none where nothing was fitted."""
+    """Sentences on the parameters, those that were fitted and times of which the rows show nothing."""
+    slow = sampling_notes(run.model, run.table)
     if run.uncertainty is None:
-        return []
+        return slow
     known = run.uncertainty
-    return [*notes(run.model, run.start), *effect_notes(run.model, known), *interval_notes(known)]
+    return [*notes(run.model, run.start), *effect_notes(run.model, known), *interval_notes(known), *slow]
 
 
 def row_counts(run: Run) -> str:
