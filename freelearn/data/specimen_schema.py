@@ -18,7 +18,8 @@ from freelearn.data.table.faults import Fault, Rule, faults_by_rules, no_number
 class Mode:
     """A test at stretch λ₁ along the sheet and λ₂ across it; its thickness is free of load.
 
-    short: in tables and commands. power: λ₂ = λ₁ ** power, None where λ₂ is imposed too and each row tells it.
+    short: in tables and commands. power: λ₂ = λ₁ ** power, None where λ₂ is imposed too and each row tells it. In
+    simple shear λ₁ is the larger principal stretch, and the stress is the shear stress.
     """
 
     name: str
@@ -36,9 +37,27 @@ MODES = {
         Mode("uniaxial", "UT", -0.5),
         Mode("equibiaxial", "ET", 1.0),
         Mode("pure_shear", "PS", 0.0),
+        Mode("simple_shear", "SS", 0.0),
         Mode("biaxial", "BT", None),
     )
 }
+
+
+SHEAR = "simple_shear"
+
+
+def stretch_of_shear(amount: np.ndarray) -> np.ndarray:
+    """λ₁ at an amount of shear γ = λ₁ − 1/λ₁ (Ogden 1997), (N,) → (N,); below 1 for a negative one.
+
+    >>> stretch_of_shear(np.array([0.0, 1.5, -1.5])).tolist()
+    [1.0, 2.0, 0.5]
+    """
+    return amount / 2 + np.sqrt(1 + (amount / 2) ** 2)
+
+
+def shear_of_stretch(stretch: np.ndarray) -> np.ndarray:
+    """γ = λ₁ − 1/λ₁, the other way round, (N,) → (N,)."""
+    return stretch - 1 / stretch
 
 
 def mode_name(text: str) -> str | None:
@@ -69,9 +88,9 @@ class Stresses:
 
 # What a table of specimen tests must hold, and the faults of one that does not.
 
-COLUMNS = ("mode", "stretch", "stress_mpa", "stretch_2", "stress_2_mpa")
-# What direction 2 is stretched by and carries: a test in one direction need not tell.
-OPTIONAL = ("stretch_2", "stress_2_mpa")
+COLUMNS = ("mode", "stretch", "stress_mpa", "stretch_2", "stress_2_mpa", "time_s")
+# What direction 2 is stretched by and carries: a test in one direction need not tell; nor one that was slow, when.
+OPTIONAL = ("stretch_2", "stress_2_mpa", "time_s")
 # Stretches across that differ by more than this share from what a mode imposes are of another mode.
 SAME_STRETCH = 0.02
 # No specimen is stretched so far, as percent of a percent are, nor carries so much: pascals are beneath it.
@@ -99,9 +118,26 @@ def _of_another_mode(table: pd.DataFrame) -> pd.Series:
 
 
 def _unmeasured(table: pd.DataFrame) -> pd.Series:
-    """Rows that hold no stress: a test in two directions may have measured the other one alone."""
+    """Rows that hold no stress: a test in two directions may have measured the other one alone, and what a recording
+    was stretched by counts for what it shows later."""
     other = table["stress_2_mpa"].notna() & ~_in("uniaxial", table) if "stress_2_mpa" in table else False
-    return table["stress_mpa"].isna() & ~pd.Series(other, index=table.index)
+    recorded = table["time_s"].notna() if "time_s" in table else False
+    return table["stress_mpa"].isna() & ~pd.Series(other, index=table.index) & ~pd.Series(recorded, index=table.index)
+
+
+def _groups(table: pd.DataFrame) -> list[pd.Series]:
+    """What tells the recordings of a file apart."""
+    return [table["mode"].fillna(""), table["specimen"]]
+
+
+def _since(table: pd.DataFrame) -> pd.Series:
+    """Time since the row before of the same specimen, blank in its first."""
+    return table["time_s"].groupby(_groups(table), sort=False).diff()
+
+
+def _without_time(table: pd.DataFrame) -> pd.Series:
+    timed = table["time_s"].notna()
+    return timed.groupby(_groups(table), sort=False).transform("any") & ~timed
 
 
 RULES = (
@@ -139,10 +175,35 @@ RULES = (
     ),
     Rule("stress_mpa", ("mode", "stress_mpa"), _unmeasured, ""),
     Rule(
+        "time_s",
+        ("mode", "specimen", "time_s"),
+        _without_time,
+        "is blank, and other rows of its specimen have a time: write it, or delete the line",
+    ),
+    Rule(
+        "time_s",
+        ("mode", "specimen", "time_s"),
+        lambda t: _since(t) < 0,
+        "is earlier than the row before: keep the rows in the order of time, and name each recording in a column "
+        "specimen",
+    ),
+    Rule(
+        "time_s",
+        ("mode", "specimen", "time_s"),
+        lambda t: _since(t) == 0,
+        "stands twice: delete one of the two lines, or write times with more digits",
+    ),
+    Rule(
         "stress_2_mpa",
         ("mode", "stress_2_mpa"),
         lambda t: t["stress_2_mpa"].fillna(0).ne(0) & _in("uniaxial", t),
         "is not 0, but a uniaxial test leaves direction 2 free: leave it blank, or call the mode biaxial",
+    ),
+    Rule(
+        "stress_2_mpa",
+        ("mode", "stress_2_mpa"),
+        lambda t: t["stress_2_mpa"].notna() & _in(SHEAR, t),
+        "belongs to no sheared sheet, whose shear stress is stress_mpa: leave it blank",
     ),
 )
 

@@ -12,8 +12,18 @@ import pandas as pd
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes
-from freelearn.data.specimen_schema import COLUMNS, MODES, OPTIONAL, Stresses, find_faults, mode_name
-from freelearn.data.table.faults import TableError
+from freelearn.data.specimen_schema import (
+    COLUMNS,
+    MODES,
+    OPTIONAL,
+    SHEAR,
+    Stresses,
+    find_faults,
+    mode_name,
+    stretch_of_shear,
+)
+from freelearn.data.specimen_tests import TIME, check_recordings, thinned, timed
+from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
 
 # Numbers of a specimen table that look wrong.
@@ -34,6 +44,8 @@ def suspicions(table: pd.DataFrame) -> list[str]:
     sentences = []
     for mode, rows in table.groupby("mode", sort=False):
         held = Stresses.from_table(rows)
+        if not len(held.stress_mpa):
+            continue
         largest = np.abs(held.stress_mpa).max()
         if largest > LARGEST_MPA:
             unit, factor = ("Pa", 1e-6) if largest > 1e4 else ("kPa", 1e-3)
@@ -44,7 +56,9 @@ def suspicions(table: pd.DataFrame) -> list[str]:
         longest = max(held.along.max(), held.across.max())
         if longest > LARGEST_STRETCH:
             sentences.append(f"stretch of mode {mode} looks like percent (largest {longest:.4g}): at rest it is 1.")
-        # A direction pulls where it is longer than the free one (the inequalities of Baker & Ericksen 1954).
+        # A direction pulls where it is longer than the free one (the inequalities of Baker & Ericksen 1954), unless it
+        # has just come back from where it was longer still.
+        held = Stresses.from_table(rows[~timed(rows)])
         pulls = np.sign(held.along - 1 / (held.along * held.across))
         wrong = (pulls * held.stress_mpa < -CLEAR * largest).sum()
         if wrong:
@@ -80,7 +94,9 @@ class Specimens:
     """table: the files' rows in their order. files: {path, sha256} of each.
 
     Columns: mode, specimen, stretch and stretch_2 along and across the sheet (what its mode imposes where the file does
-    not say), nominal stress_mpa and stress_2_mpa in these two directions, NaN where it was not measured.
+    not say), nominal stress_mpa and stress_2_mpa in these two directions, NaN where it was not measured; in simple
+    shear stress_mpa is the shear stress. time_s where a test is a recording, whose specimen is named after its file
+    where the file does not name it.
     """
 
     table: pd.DataFrame
@@ -98,8 +114,9 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
 
     Columns: mode (uniaxial, equibiaxial, pure_shear, biaxial, or UT, ET, PS, BT), stretch λ (or lambda), nominal stress
     stress_mpa (or P_MPa), and optionally specimen, stress_2_mpa across the stretch, and stretch_2, which a biaxial test
-    must tell; others are ignored. A row with both stresses may leave one blank. Raises UserError with all faults of all
-    files.
+    must tell, and time_s of a recording; others are ignored. In simple shear (SS) a column shear, the amount of shear,
+    may stand for the stretch. A row with both stresses may leave one blank, and a recording's any stress. Recordings
+    are thinned. Raises UserError with all faults of all files.
     """
     tables: list[pd.DataFrame] = []
     files: list[dict[str, str]] = []
@@ -122,7 +139,9 @@ def read_specimens(sources: Sequence[str]) -> Specimens:
     for name, rows in table.groupby("mode", sort=False):
         if not Stresses.from_table(rows).stress_mpa.any():
             raise UserError(f"Every stress in mode {name} is zero, so its error has no scale: leave its rows out.")
-    return Specimens(table, files, suspicions(table))
+    check_recordings(table)
+    table, notes = thinned(table)
+    return Specimens(table, files, [*notes, *suspicions(table)])
 
 
 def _split(source: str) -> tuple[str | None, str]:
@@ -148,7 +167,8 @@ def _read(path: str, mode: str | None) -> pd.DataFrame:
     """One file's rows. mode: that of all its rows, None to read the column."""
     records = read_records(path)
     original = [name.strip() for name in records.header]
-    header = [ALIASES.get(name, name) for name in original]
+    sheared = "shear" in original and "stretch" not in original
+    header = ["stretch" if sheared and name == "shear" else ALIASES.get(name, name) for name in original]
     _refuse_other_formats(path, header)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
@@ -165,23 +185,32 @@ def _read(path: str, mode: str | None) -> pd.DataFrame:
             frame[name] = [mode_name(cell) for cell in text[name]] if name == "mode" else numbers_of(text[name])
         elif name == "mode" and mode is not None:
             frame[name] = mode
+    frame["specimen"] = [cell.strip() for cell in text["specimen"]] if "specimen" in text else ""
+    if sheared:
+        frame["stretch"] = stretch_of_shear(frame["stretch"].to_numpy())
+        if "mode" in frame:
+            other = frame["mode"].notna() & (frame["mode"] != SHEAR)
+            problem = f"is given an amount of shear: only {SHEAR} has one, others a stretch"
+            faults += [Fault(line, "mode", str(frame["mode"][line]), problem) for line in frame.index[other]]
     faults += find_faults(frame, text, records.header_line, mode)
     if faults:
         named = dict(zip(reversed(header), reversed(original), strict=True))
         faults = [replace(fault, column=named.get(fault.column, fault.column)) for fault in faults]
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
-    frame["specimen"] = [cell.strip() for cell in text["specimen"]] if "specimen" in text else ""
-    return _complete(frame)
+    frame = _complete(frame)
+    frame.loc[timed(frame) & (frame["specimen"] == "").to_numpy(), "specimen"] = Path(path).stem
+    return frame
 
 
 def _complete(frame: pd.DataFrame) -> pd.DataFrame:
     """All columns of a faultless file: what its modes impose across, and no stress across where nothing pulls."""
-    frame = frame.reindex(columns=["mode", "specimen", "stretch", "stretch_2", "stress_mpa", "stress_2_mpa"])
+    recorded = [TIME] if timed(frame).any() else []
+    frame = frame.reindex(columns=["mode", "specimen", "stretch", "stretch_2", "stress_mpa", "stress_2_mpa", *recorded])
     for mode in MODES.values():
         if mode.power is not None:
             own = frame["mode"] == mode.name
             frame.loc[own, "stretch_2"] = mode.across(frame.loc[own, "stretch"].to_numpy())
-    frame.loc[frame["mode"] == "uniaxial", "stress_2_mpa"] = np.nan
+    frame.loc[frame["mode"].isin(["uniaxial", SHEAR]), "stress_2_mpa"] = np.nan
     return frame
 
 

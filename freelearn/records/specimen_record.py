@@ -17,21 +17,39 @@ from freelearn.physics.models.rubber import Rubber
 from freelearn.records.provenance import OWN, as_written, with_digests
 
 
-def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> None:
+def write_result(
+    path: Path, fit: RubberFit, files: list[dict[str, str]], apart: Mapping[str, float] | None = None
+) -> None:
     """Writes a fit: effects, parameters {name: {value, stderr, unit}}, modes {mode: {error, n, fitted}}, data.
 
     Errors are shares of a mode's largest stress (0.05 is 5 %), n counts stresses; numbers that do not exist are null.
+    Of recordings, which stand among the modes by their names, parameters have a 95 % interval, too; relaxation holds
+    its kind, whether it is softened, its span_s and its parameters; apart is each test's error when the others alone
+    are fitted, its held_out.
     """
-    parameters = {
+    relaxation = fit.rubber.relaxation
+    parameters: dict[str, dict[str, Any]] = {
         name: {"value": value, "stderr": _number(fit.stderr[name]), "unit": fit.rubber.declared[name].unit}
         for name, value in fit.values.items()
     }
+    modes: dict[str, dict[str, Any]] = {
+        mode: {"error": _number(e.error), "n": e.n, "fitted": e.fitted} for mode, e in fit.modes.items()
+    }
+    recorded: dict[str, Any] = {}
+    if relaxation:
+        for name, ends in fit.intervals.items():
+            parameters[name]["interval"] = [_number(end) for end in ends]
+        for name, error in (apart or {}).items():
+            modes[name]["held_out"] = _number(error)
+        of = {"kind": relaxation.kind, "softened": relaxation.softened, "span_s": list(relaxation.span)}
+        recorded["relaxation"] = {**of, "parameters": {name: parameters.pop(name) for name in relaxation.declared}}
     content = {
         "effects": [effect.name for effect in fit.rubber.effects],
         "parameters": parameters,
+        **recorded,
         "at_bound": fit.at_bound,
         "error": fit.error,
-        "modes": {mode: {"error": _number(e.error), "n": e.n, "fitted": e.fitted} for mode, e in fit.modes.items()},
+        "modes": modes,
         "outcome": fit.message,
         "data": files,
     }
@@ -40,7 +58,8 @@ def write_result(path: Path, fit: RubberFit, files: list[dict[str, str]]) -> Non
 
 
 def load_parameters(path: str | Path) -> dict[str, float]:
-    """The parameters of a specimen.json in SI, by the continuum model's names: C1, wall_stiffening.C20, …
+    """The parameters of a specimen.json in SI, by the continuum model's names: C1, wall_stiffening.C20, … Of recordings
+    those of the rubber at rest.
 
     Raises UserError where the file is missing, is no specimen.json, names effects or parameters that do not exist,
     or holds a value that is no number, outside its bounds or in another unit.

@@ -10,8 +10,11 @@ from matplotlib.figure import Figure
 
 from freelearn.common.display import COLORS
 from freelearn.common.formats import percent
+from freelearn.data.specimen_schema import MODES
+from freelearn.data.specimen_tests import timed
 from freelearn.fitting.rubber_fit import RubberFit
 from freelearn.report.plots.canvas import finish, new_figure
+from freelearn.report.plots.recorded_plot import draw_recordings, traces
 
 # Marks belong to what was measured, dashes to what was held out: the later of two fits is the thinner line.
 WIDTHS = (3.0, 1.5, 1.0, 0.7)
@@ -20,25 +23,42 @@ STRESSES = {"stress_mpa": "nominal stress P [MPa]", "stress_2_mpa": "nominal str
 
 
 def specimen_curves(curves: pd.DataFrame, fits: Mapping[str, RubberFit]) -> Figure:
-    """One panel for each mode and direction: measured stresses as black squares, fits as lines, dashed if held out.
+    """One panel for each mode and direction: measured stresses as black squares, fits as lines, dashed if held out; of
+    recordings two, over the stretch and over time.
 
     curves: of specimen_tables.curve_table, of the same fits."""
     modes = next(iter(fits.values())).modes
-    by_mode = {mode: curves[curves["mode"] == mode] for mode in modes}
+    still = curves[~timed(curves)]
+    by_mode = {mode: still[still["mode"] == mode] for mode in modes if mode in MODES}
     panels = [(mode, column) for mode, own in by_mode.items() for column in STRESSES if own[column].notna().any()]
-    width = PANEL * len(panels)
+    recorded = [
+        (mode, column, own)
+        for mode in MODES
+        for column in STRESSES
+        if (own := list(traces(curves, mode, column, fits)))
+    ]
+    count = len(panels) + 2 * len(recorded)
+    width = PANEL * count
     figure = new_figure(width, 4.4)
-    figure.subplots_adjust(left=0.8 / width, right=1 - 0.15 / width, bottom=0.22, top=0.9, wspace=0.25)
+    bottom = 0.22 if panels else 0.12
+    figure.subplots_adjust(left=0.8 / width, right=1 - 0.15 / width, bottom=bottom, top=0.9, wspace=0.25)
     for number, (mode, column) in enumerate(panels, 1):
-        axes = figure.add_subplot(1, len(panels), number)
+        axes = figure.add_subplot(1, count, number)
         _draw(axes, by_mode[mode], column, fits, mode)
         errors = " → ".join(percent(fit.modes[mode].error, 1) for fit in fits.values())
         fitted = "fitted" if modes[mode].fitted else "held out"
         axes.set_title(f"{mode.replace('_', ' ')}, {fitted}: E = {errors} %", size=10)
         finish(axes, "stretch λ [–]", STRESSES[column])
+    for number, (mode, column, own) in enumerate(recorded):
+        place = len(panels) + 2 * number + 1
+        both = figure.add_subplot(1, count, place), figure.add_subplot(1, count, place + 1)
+        draw_recordings(*both, own, mode, STRESSES[column])
+        both[0].set_title(f"{mode.replace('_', ' ')}, recorded: dots measured, lines fitted", size=10)
+    if not panels:
+        return figure
     # In the order of the legend of the first panel; the dashes are explained only where there are some.
     handles, labels = figure.axes[0].get_legend_handles_labels()
-    if not all(about.fitted for about in modes.values()):
+    if not all(modes[mode].fitted for mode in by_mode):
         handles += figure.axes[0].plot([], [], "--", color="gray", lw=1.4)
         labels.append("mode held out of the fit")
     columns = 2 if len(panels) == 1 else 4

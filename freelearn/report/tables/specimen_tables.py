@@ -11,9 +11,11 @@ import torch
 
 from freelearn.common.display import DisplayTable
 from freelearn.common.formats import number, percent
-from freelearn.data.specimen_schema import MODES
-from freelearn.fitting.rubber_fit import RubberFit
+from freelearn.data.specimen_schema import MODES, SHEAR
+from freelearn.data.specimen_tests import TIME, names_of, timed
+from freelearn.fitting.rubber_fit import RubberFit, predicted
 from freelearn.physics.mechanics.energy import MPA
+from freelearn.physics.models.rubber import per_shear
 
 # Nominal stress against stretch: measured, and what rubbers fitted alike say, as numbers.
 
@@ -22,19 +24,24 @@ COLUMNS = ["source", "mode", "specimen", "stretch", "stretch_2", "stress_mpa", "
 
 
 def curve_table(table: pd.DataFrame, fits: Mapping[str, RubberFit]) -> pd.DataFrame:
-    """The rows measured (source "measured") and each fit's curves over its modes' stretches (source: the fit's name).
+    """The rows measured (source "measured") and each fit's curves over its modes' stretches, or along its recordings
+    (source: the fit's name).
 
     Columns: source, mode, specimen, stretch, stretch_2, stress_mpa, stress_2_mpa (blank where the mode did not measure
-    it), fitted (whether the mode was).
+    it), fitted (whether the test was), time_s where there are recordings.
     """
     modes = next(iter(fits.values())).modes
-    rows = [table.assign(source="measured", fitted=table["mode"].map({m: e.fitted for m, e in modes.items()}))]
+    names = names_of(table)
+    rows = [table.assign(source="measured", fitted=[modes[name].fitted for name in names])]
     for mode, error in modes.items():
-        own = table[table["mode"] == mode]
+        own = table[names == mode]
+        if timed(own).any():
+            rows += [predicted(fit, own).assign(source=name, fitted=error.fitted) for name, fit in fits.items()]
+            continue
         path = _path(own, mode)
         for name, fit in fits.items():
             rows.append(_curve(fit, path, own).assign(source=name, mode=mode, fitted=error.fitted))
-    return pd.concat(rows, ignore_index=True)[COLUMNS]
+    return pd.concat(rows, ignore_index=True)[[*COLUMNS, *([TIME] if TIME in table else [])]]
 
 
 def _path(rows: pd.DataFrame, mode: str) -> pd.DataFrame:
@@ -57,6 +64,8 @@ def _curve(fit: RubberFit, path: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFra
     one, two = (torch.tensor(path[name].to_numpy()) for name in ("stretch", "stretch_2"))
     along = fit.rubber.stress(values, one, two).numpy() / MPA
     across = fit.rubber.stress(values, two, one).numpy() / MPA
+    if (rows["mode"] == SHEAR).all():
+        along = along * per_shear(one).numpy()
     shown = {"stress_mpa": along, "stress_2_mpa": across}
     return path.assign(**{n: stress if rows[n].notna().any() else np.nan for n, stress in shown.items()})
 
@@ -64,27 +73,40 @@ def _curve(fit: RubberFit, path: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFra
 # What the terminal shows of a rubber's fit, and of all combinations of effects.
 
 
-def mode_table(fits: Mapping[str, RubberFit]) -> DisplayTable:
-    """Errors by mode of fits to the same rows, by their names; modes that none was fitted to are marked."""
+def mode_table(fits: Mapping[str, RubberFit], apart: Mapping[str, float] | None = None) -> DisplayTable:
+    """Errors by test of fits to the same rows, by their names; tests that none was fitted to are marked. apart: error
+    of each test when the last fit's others alone are fitted."""
     first = next(iter(fits.values()))
     rows = [
         [
             mode if about.fitted else f"{mode} (held out)",
             str(about.n),
             *(percent(fit.modes[mode].error) for fit in fits.values()),
+            *([percent(apart.get(mode, math.nan))] if apart else []),
         ]
         for mode, about in first.modes.items()
     ]
-    return DisplayTable.from_rows(["mode"], ["stresses", *fits], rows, title="error E in % of a mode's largest stress")
+    recorded = any(mode not in MODES for mode in first.modes)
+    title = f"error E in % of a {'test' if recorded else 'mode'}'s largest stress"
+    heads = ["stresses", *fits, *(["held out"] if apart else [])]
+    return DisplayTable.from_rows(["test" if recorded else "mode"], heads, rows, title=title)
 
 
 def rubber_parameters(fit: RubberFit) -> DisplayTable:
-    """Values and standard errors, which take the misfits of neighbors as independent, without intervals."""
+    """Values and standard errors; of recordings, whose misfits count by how alike neighbors are, 95 % intervals."""
+    recorded = bool(fit.rubber.relaxation)
     rows = [
-        [name, number(value, 6), number(fit.stderr[name], 2), fit.rubber.declared[name].unit]
+        [
+            name,
+            number(value, 6),
+            number(fit.stderr[name], 2),
+            *([f"{number(end, 3)}" for end in fit.intervals[name]] if recorded else []),
+            fit.rubber.declared[name].unit,
+        ]
         for name, value in fit.values.items()
     ]
-    return DisplayTable.from_rows(["parameter"], ["value", "± stderr"], rows, last=["unit"])
+    heads = ["value", "± stderr", *(["95 % from", "to"] if recorded else [])]
+    return DisplayTable.from_rows(["parameter"], heads, rows, last=["unit"])
 
 
 def rubber_notes(fit: RubberFit, alone: RubberFit) -> list[str]:
@@ -116,4 +138,20 @@ def combination_table(compared: pd.DataFrame) -> DisplayTable:
         rows,
         title="error E in %: root mean square over the mode's largest stress",
         caption="all modes fitted together; *: the mode held out and predicted from the others",
+    )
+
+
+def time_table(compared: pd.DataFrame, of: str) -> DisplayTable:
+    """What recordings make of energies or relaxations. compared: of rubber_relaxation; of: its column of words."""
+    rows = [
+        [str(row[of]).replace(" ", " + ") if of == "effects" else str(row[of]), str(row["parameters"])]
+        + [percent(row[name], 1) for name in ("error", "held_out")]
+        for _, row in compared.iterrows()
+    ]
+    return DisplayTable.from_rows(
+        ["energy at rest" if of == "effects" else of],
+        ["parameters", "fitted", "held out"],
+        rows,
+        title="error E in %: root mean square over each test's largest stress",
+        caption="held out: each test predicted from the others",
     )
