@@ -75,8 +75,8 @@ def _data(place: TableFile, given: dict[str, Any], usual: Mapping[str, Any]) -> 
     data = dict(more)
     if place.path is not None:
         data["path"] = str(place.path)
-    for option, known in (("bed", place.bed), ("members", place.members)):
-        chosen = given.pop(option, None) or known
+    given.pop("members", None)  # it is the place's
+    for option, chosen in (("bed", given.pop("bed", None) or place.bed), ("members", place.members)):
         if chosen is not None:
             data[option] = str(chosen)
     accuracy = given.pop("accuracy", None)

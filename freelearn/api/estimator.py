@@ -12,7 +12,7 @@ import pandas as pd
 from freelearn.api.arguments import Group, StatedAccuracy, options_of, settings_of
 from freelearn.api.session_folders import new_folder
 from freelearn.api.settings.settings import TrainSettings
-from freelearn.api.table_files import Table, said_of, table_file
+from freelearn.api.table_files import Members, Table, said_of, table_file
 from freelearn.common.errors import UserError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def fit(
     split: Group = "rows",
     accuracy: StatedAccuracy = None,
     bed: str | None = None,
-    members: str | Path | None = None,
+    members: Members | None = None,
     design: Mapping[str, float] | None = None,
     recipe: str | Path | None = None,
     data: Mapping[str, Any] | None = None,
@@ -78,7 +78,7 @@ def fit(
     arguments = options_of(locals())
     where = new_folder("fit") if folder is None else Path(folder)
     with ExitStack() as stack:
-        place = table_file(table, None if folder is None else where, design, recipe)
+        place = table_file(table, None if folder is None else where, design, recipe, members)
         stack.enter_context(said_of(place))
         settings = settings_of(TrainSettings, "train", place, arguments)
         # After the settings are checked: torch takes seconds to import.

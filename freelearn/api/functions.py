@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from freelearn.api.arguments import Group, StatedAccuracy, options_of, settings_of
 from freelearn.api.session_folders import session_folder
 from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.table_files import Table, said_of, table_file
+from freelearn.api.table_files import Members, Table, said_of, table_file
 from freelearn.common.errors import UserError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def discover(
     checks: bool | Literal["on", "off"] = True,
     accuracy: StatedAccuracy = None,
     bed: str | None = None,
-    members: str | Path | None = None,
+    members: Members | None = None,
     design: Mapping[str, float] | None = None,
     recipe: str | Path | None = None,
     data: Mapping[str, Any] | None = None,
@@ -66,7 +66,7 @@ def discover(
     """
     arguments = options_of(locals())
     with ExitStack() as stack:
-        place = table_file(table, None if folder is None else Path(folder), design, recipe)
+        place = table_file(table, None if folder is None else Path(folder), design, recipe, members)
         stack.enter_context(said_of(place))
         settings = settings_of(DiscoverSettings, "discover", place, arguments)
         # After the settings are checked: torch takes seconds to import.

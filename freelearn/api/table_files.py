@@ -6,7 +6,7 @@ import hashlib
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -20,6 +20,8 @@ from freelearn.data.columns import DESIGN
 
 # A measurement table: its rows, its file, or the name of a data set that comes with the package.
 Table: TypeAlias = pd.DataFrame | str | Path
+# The actuators of an end block: a row for each, or the file of these.
+Members: TypeAlias = pd.DataFrame | str | Path
 # In `attrs` of a checked table: sentences about it, the file of an end block's actuators, and of a data set of the
 # package how accurate its bed was, in engineering units, and its name with the digest of its rows.
 WARNINGS, MEMBERS, ACCURACY, DATA_SET = "warnings", "members", "accuracy", "data_set"
@@ -28,22 +30,22 @@ WARNINGS, MEMBERS, ACCURACY, DATA_SET = "warnings", "members", "accuracy", "data
 @dataclass(frozen=True)
 class TableFile:
     """Where a table lies. name: of the data set that it is, "csv" for a table of one's own; path: of its file, None for
-    a data set that knows it itself. bed, members, accuracy: None where nothing but the default is known. frame: what
-    the file was written from."""
+    a data set that knows it itself. bed, members, accuracy: None where nothing but the default is known. frames: what
+    the files were written from, by what a message calls it."""
 
     name: str
     path: Path | None
     bed: str | None = None
     members: Path | None = None
     accuracy: Mapping[str, float] | None = None
-    frame: pd.DataFrame | None = None
+    frames: Mapping[str, tuple[Path, pd.DataFrame]] = field(default_factory=dict)
 
 
 def read_table(
     table: Table,
     *,
     bed: str | None = None,
-    members: str | Path | None = None,
+    members: Members | None = None,
     design: Mapping[str, float] | None = None,
     recipe: str | Path | None = None,
     rate_hz: float | None = None,
@@ -51,10 +53,10 @@ def read_table(
     """A measurement table, checked: (N, columns) in the units of its columns' names.
 
     table: a DataFrame, a CSV file, the name of a data set (dmsp20, virtual), or a laboratory's own file or folder.
-    bed: kinematic (the default), isometric, dead_load or inflation. members: the file of several actuators on one end
-    block. design: gamma_deg, length_mm, inner_radius_mm, outer_radius_mm of all rows, where the table has no such
-    columns. recipe: the file that says what a laboratory's own file means. rate_hz: rows a second to which a log is
-    thinned through a low-pass. What is odd about the rows stands in
+    bed: kinematic (the default), isometric, dead_load or inflation. members: several actuators on one end block, a
+    DataFrame with a row for each or its file. design: gamma_deg, length_mm, inner_radius_mm, outer_radius_mm of all
+    rows, where the table has no such columns. recipe: the file that says what a laboratory's own file means. rate_hz:
+    rows a second to which a log is thinned through a low-pass. What is odd about the rows stands in
     `attrs["warnings"]`. Raises UserError with all faults, and where they are.
 
     >>> import freelearn as fl
@@ -67,12 +69,12 @@ def read_table(
     from freelearn.data.table.measurement_table import read_table as read
     from freelearn.data.table.members_table import read_members
 
-    place = table_file(table, None, design, recipe)
+    place = table_file(table, None, design, recipe, members)
     if place.path is None:
         if design:
             raise UserError(f"{place.name} has its design: leave design out.")
-        return _data_set(place.name, bed, members)
-    chosen, block = bed or place.bed or KINEMATIC.name, members or place.members
+        return _data_set(place.name, bed, place.members)
+    chosen, block = bed or place.bed or KINEMATIC.name, place.members
     if chosen not in BEDS:
         raise UserError(f"Unknown bed {chosen!r}: choose among {', '.join(BEDS)}.")
     with said_of(place):
@@ -84,10 +86,24 @@ def read_table(
 
 
 def table_file(
-    table: Table, folder: Path | None, design: Mapping[str, float] | None = None, recipe: str | Path | None = None
+    table: Table,
+    folder: Path | None,
+    design: Mapping[str, float] | None = None,
+    recipe: str | Path | None = None,
+    members: Members | None = None,
 ) -> TableFile:
     """The table's file; of a DataFrame, of a raw file and of one whose design is told, a file of its own: table.csv in
-    the folder, or one of this session's. Raises UserError."""
+    the folder (members.csv), or one of this session's. Raises UserError."""
+    place = _place(table, folder, design, recipe)
+    if isinstance(members, pd.DataFrame):
+        path = _written(members, folder, "members.csv")
+        return replace(place, members=path, frames={**place.frames, "members": (path, members)})
+    return place if members is None else replace(place, members=Path(members))
+
+
+def _place(
+    table: Table, folder: Path | None, design: Mapping[str, float] | None, recipe: str | Path | None
+) -> TableFile:
     if recipe is not None:
         return _converted(table, recipe, folder)
     if isinstance(table, str) and table in data_sets():
@@ -116,7 +132,8 @@ def table_file(
     bed = str(frame[BED].iloc[0]) if BED in frame and len(frame) else None
     block = table.attrs.get(MEMBERS)
     members = None if block is None else Path(block)
-    return TableFile("csv", _written(frame, folder), bed, members, table.attrs.get(ACCURACY), frame)
+    path = _written(frame, folder)
+    return TableFile("csv", path, bed, members, table.attrs.get(ACCURACY), {"The DataFrame": (path, frame)})
 
 
 @contextmanager
@@ -125,17 +142,22 @@ def said_of(place: TableFile) -> Iterator[None]:
     try:
         yield
     except UserError as mistake:
-        if place.frame is None or str(place.path) not in str(mistake):
-            raise
-        labels = list(place.frame.index)
+        said = str(mistake)
+        for name, (path, frame) in place.frames.items():
+            if str(path) in said:
+                raise UserError(_said_of(frame, said.replace(str(path), name))) from None
+        raise
 
-        def row(found: re.Match[str]) -> str:
-            number = int(found[1]) - 2
-            return f"row {labels[number]!r}" if 0 <= number < len(labels) else "columns"
 
-        text = re.sub(r"\bline (\d+)", row, str(mistake).replace(str(place.path), "The DataFrame"))
-        text = re.sub(rf"({'|'.join(DESIGN)})(: column is missing: add it)", r"\1\2, or give design={'\1': …}", text)
-        raise UserError(text) from None
+def _said_of(frame: pd.DataFrame, text: str) -> str:
+    labels = list(frame.index)
+
+    def row(found: re.Match[str]) -> str:
+        number = int(found[1]) - 2
+        return f"row {labels[number]!r}" if 0 <= number < len(labels) else "columns"
+
+    text = re.sub(r"\bline (\d+)", row, text)
+    return re.sub(rf"({'|'.join(DESIGN)})(: column is missing: add it)", r"\1\2, or give design={'\1': …}", text)
 
 
 def data_sets() -> list[str]:
@@ -143,7 +165,7 @@ def data_sets() -> list[str]:
     return sorted(path.stem for path in (CONF / "data").glob("*.yaml") if path.stem != "csv")
 
 
-def _data_set(name: str, bed: str | None, members: str | Path | None) -> pd.DataFrame:
+def _data_set(name: str, bed: str | None, members: Path | None) -> pd.DataFrame:
     # Here, not above: the simulated bed needs torch, a file does not.
     from freelearn.api.settings.configuration import settings
     from freelearn.api.settings.settings import TrainSettings
@@ -172,10 +194,10 @@ def _with(frame: pd.DataFrame, design: Mapping[str, float]) -> pd.DataFrame:
     return frame.assign(**{name: value for name, value in design.items() if name not in frame})
 
 
-def _written(frame: pd.DataFrame, folder: Path | None) -> Path:
+def _written(frame: pd.DataFrame, folder: Path | None, name: str = "table.csv") -> Path:
     """The file of a DataFrame: in this session by its content, so that the same rows are the same table."""
     text = frame.to_csv(index=False)
-    path = session_folder("tables") / f"{_digest(text)}.csv" if folder is None else folder / "table.csv"
+    path = session_folder("tables") / f"{_digest(text)}.csv" if folder is None else folder / name
     from freelearn.common.files import write_text
 
     path.parent.mkdir(parents=True, exist_ok=True)

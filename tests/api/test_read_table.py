@@ -88,3 +88,37 @@ def test_what_is_no_table_is_told(table, says):
     for read in (fl.read_table, fl.fit):
         with pytest.raises(fl.UserError, match=says):
             read(table)
+
+
+MEMBERS = pd.DataFrame(
+    {
+        **{"member": [1, 2], "gamma_deg": [40.0, -40.0], "length_mm": 100.0},
+        **{"inner_radius_mm": 5.0, "outer_radius_mm": 6.5},
+    }
+)
+PAIR = pd.DataFrame(
+    {
+        **{"sample": 1, "step": range(6), "elongation_mm": [0.0, 0.0, 1.0, 1.0, 2.0, 2.0], "twist_deg": 0.0},
+        **{"pressure_1_kpa": [0.0, 50.0] * 3, "pressure_2_kpa": [10.0, 20.0, 30.0] * 2},
+        **{"force_n": [0.1, 2.0, 0.9, 2.8, 1.7, 3.7], "moment_nmm": [0.0, -9.0, 3.0, -8.0, 1.0, -7.0], "buckled": 0},
+    }
+)
+
+
+def test_actuators_on_one_block_may_be_a_frame(tmp_path):
+    MEMBERS.to_csv(tmp_path / "members.csv", index=False)
+    by_file = fl.read_table(PAIR, members=tmp_path / "members.csv")
+    by_frame = fl.read_table(PAIR, members=MEMBERS)
+    pd.testing.assert_frame_equal(by_frame, by_file)
+    options = {"model": "linear", "train": "all", "test": "all", "figures": False, "progress": False}
+    fitted = fl.fit(PAIR, members=MEMBERS, **options)
+    assert fitted.parameters == fl.fit(PAIR, members=tmp_path / "members.csv", **options).parameters
+    # What was read brings its actuators with it.
+    assert fl.fit(by_frame, **options).parameters == fitted.parameters
+
+
+def test_a_fault_of_an_actuator_is_said_of_its_frame():
+    wrong = MEMBERS.assign(inner_radius_mm=[5.0, -5.0])
+    for read in (fl.read_table, fl.fit):
+        with pytest.raises(fl.UserError, match=r"(?s)members.*row 1.*inner_radius_mm"):
+            read(PAIR, members=wrong)

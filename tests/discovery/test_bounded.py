@@ -56,3 +56,11 @@ def test_two_correlated_bounded_parameters_keep_the_null_where_it_belongs():
     assert quantile < 12
     clipped = np.maximum(slopes, 0)
     assert np.quantile((clipped * np.linalg.solve(gram, clipped.T).T).sum(1), 0.99) > 2 * quantile
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_unknown_of_which_rounding_leaves_less_than_nothing_stays_where_it_is():
+    gram, slopes = np.array([[4.0, 0.0], [0.0, -1e-18]]), np.array([[6.0, 0.0]])
+    x, gain = bounded_least_squares(gram, slopes, np.array([0.0, -INFINITE]), np.full(2, INFINITE))
+    np.testing.assert_allclose(x, [[1.5, 0.0]])
+    np.testing.assert_allclose(gain, [9.0])

@@ -99,8 +99,8 @@ def bounded_least_squares(
     >>> bounded_least_squares(gram, slopes, np.zeros(2), np.full(2, np.inf))
     (array([[3., 0.]]), array([9.]))
     """
-    length = np.sqrt(np.diagonal(gram))
-    # An unknown that nothing depends on stays where it is.
+    # An unknown that nothing depends on stays where it is; rounding may leave less than nothing of it.
+    length = np.sqrt(np.maximum(np.diagonal(gram), 0.0))
     length = np.where(length > 0, length, 1.0)
     gram, slopes = gram / length / length[:, None] + RIDGE * np.eye(len(gram)), slopes / length
     # Turned round where only negative values are allowed, so that all bounds are x ≥ 0.
