@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, Protocol, TypeVar
@@ -21,6 +22,32 @@ from freelearn.data.logs import TIME, run_numbers
 # Of torch operations alone, so that every derivative follows.
 
 Steps = tuple[Tensor, ...]
+Matrix = tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]
+
+
+class Step(Protocol):
+    """One sample after the other in place of all at once: each recurrence of it begins from what the last sample left.
+
+    Its methods stand for the functions of their names."""
+
+    def recurred(self, factor: Tensor, added: Tensor) -> Tensor:
+        """As below."""
+
+    def stopped(self, signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
+        """As below."""
+
+    def turned(self, matrix: Matrix, added: tuple[Tensor, Tensor]) -> Steps:
+        """As below."""
+
+    def followed(self, step: Callable[..., Tensor], known: Sequence[Tensor], anew: Tensor, begins: Tensor) -> Tensor:
+        """As below."""
+
+    def delayed(self, signal: Tensor, delay: Tensor) -> Tensor:
+        """As lags.delayed."""
+
+
+# What recurrences are done by at present; None: all samples at once.
+STEPPING: ContextVar[Step | None] = ContextVar("STEPPING", default=None)
 # Rounds of a nonlinear recurrence where nobody can know whether it has settled, and the share by which it may move yet.
 ROUNDS, CLOSE = 30, 1e-12
 
@@ -52,6 +79,8 @@ def recurred(factor: Tensor, added: Tensor) -> Tensor:
     >>> recurred(torch.tensor([0.0, 0.5, 0.5]), torch.tensor([8.0, 0.0, 1.0])).tolist()
     [8.0, 4.0, 3.0]
     """
+    if (one := STEPPING.get()) is not None:
+        return one.recurred(factor, added)
     factor, added = torch.broadcast_tensors(factor, added)
 
     def compose(one: Steps, two: Steps) -> Steps:
@@ -69,6 +98,8 @@ def stopped(signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
     >>> z.tolist()
     [0.0, 2.0, 1.0, -2.0]
     """
+    if (one := STEPPING.get()) is not None:
+        return one.stopped(signal, low, high)
     signal, low, high = torch.broadcast_tensors(signal, low, high)
     # Where it was clamped last tells all: from there on z moves with x. So derivatives need no scan.
     with torch.no_grad():
@@ -97,7 +128,7 @@ def _between(value: Tensor, low: Tensor, high: Tensor) -> Tensor:
     return torch.minimum(torch.maximum(value, low), high)
 
 
-def turned(matrix: tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]], added: tuple[Tensor, Tensor]) -> Steps:
+def turned(matrix: Matrix, added: tuple[Tensor, Tensor]) -> Steps:
     """Pairs z with zₙ = Aₙ zₙ₋₁ + bₙ, z before the first sample 0: A 2 × 2 and b, each entry (N, …). A = 0 begins anew.
 
     >>> still, quarter = torch.tensor([0.0, 0.0]), torch.tensor([0.0, 1.0])
@@ -105,6 +136,8 @@ def turned(matrix: tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]], added: t
     >>> one.int().tolist(), two.int().tolist()
     ([2, 0], [0, 2])
     """
+    if (one := STEPPING.get()) is not None:
+        return one.turned(matrix, added)
 
     def compose(one: Steps, two: Steps) -> Steps:
         a, b, c, d, x, y = one
@@ -128,6 +161,8 @@ def followed(
     solves the linear recurrence of the slopes; for a contraction few are needed from a guess at which it forgets
     nothing at once, and never more than N. The derivatives obey the last round's recurrence.
     """
+    if (one := STEPPING.get()) is not None:
+        return one.followed(step, known, anew, begins)
     fixed, first = [value.detach() for value in known], begins.detach()
     found = guess.detach()
     ones = torch.ones_like(found)

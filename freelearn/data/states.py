@@ -301,13 +301,19 @@ def log_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
     if not len(pressure):
         return np.zeros(0)
     first = np.r_[True, run[1:] != run[:-1]]
-    band = torch.as_tensor(np.where(first, 0.0, NOISE_BAND * np.ptp(pressure)))
-    # A pointer that the pressure pushes along, with play.
-    pointer = pressure - stopped(torch.tensor(pressure), -band, band).numpy()
-    moved = np.where(first, 0.0, np.diff(pointer, prepend=pointer[0]))
-    last = np.maximum.accumulate(np.where(first | (moved != 0), np.arange(len(moved)), 0))
-    direction: np.ndarray = np.sign(moved[last])
+    band = np.where(first, 0.0, noise_band(pressure))
+    # How far the pressure is from the middle of what it pushes along, with play: at an end of the play it pushes.
+    ahead = stopped(torch.tensor(pressure), torch.as_tensor(-band), torch.as_tensor(band)).numpy()
+    pushed = first | (np.abs(ahead) >= band)
+    last = np.maximum.accumulate(np.where(pushed, np.arange(len(ahead)), 0))
+    direction: np.ndarray = np.sign(ahead[last])
     return direction
+
+
+def noise_band(pressure: np.ndarray) -> float:
+    """How far the pressures (N,) of a log have to go for their direction to change: a hair more than the share of their
+    range, so that of readings in whole digits that go just so far no rounding decides."""
+    return NOISE_BAND * (1 + 1e-9) * float(np.ptp(pressure))
 
 
 def severity(table: pd.DataFrame) -> np.ndarray:

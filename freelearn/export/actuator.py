@@ -15,7 +15,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.export.arithmetic.function import Port
 from freelearn.export.arithmetic.loops import severity
-from freelearn.physics.chain.ports import HistoryEffect, TiltEffect
+from freelearn.physics.chain.ports import TiltEffect
 from freelearn.queries.fitted_model import FittedModel
 from freelearn.queries.inverse.system import Span, System
 
@@ -47,11 +47,6 @@ class Actuator:
         for effect in fitted.model.effects:
             if isinstance(effect, TiltEffect):
                 raise UserError(f"Effect {effect.name!r} cannot be exported: fit the run without it.")
-            if isinstance(effect, HistoryEffect) and cls._rows(fitted).states.recording is not None:
-                raise UserError(
-                    f"Effect {effect.name!r} carries a state through the time of a log, which no export has yet: fit "
-                    "the run without it, or use predict."
-                )
         bed = fitted.bed
         if fitted.model.family != "mlp" and bed not in (DEAD_LOAD, INFLATION):
             # Loads at a place, whether all of them were measured or not.
@@ -79,6 +74,11 @@ class Actuator:
         if self.fitted.model.family == "mlp" or self.bed is KINEMATIC:
             return None
         return replace(self, bed=KINEMATIC)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether what it answers along a log depends on the samples before."""
+        return self.fitted.model.remembers(self.rows)
 
     @cached_property
     def rows(self) -> States:

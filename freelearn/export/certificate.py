@@ -45,7 +45,8 @@ class Certificate:
         if self.checks is None:
             return "\n".join([*lines, "not run here: no round trip"])
         trip = c["round_trip"]
-        lines.append(f"round trip over {trip['states']} states, largest difference as a share of the range:")
+        what = "samples of recordings, and states," if "step" in trip["functions"] else "states,"
+        lines.append(f"round trip over {trip['states']} {what} largest difference as a share of the range:")
         for check in self.checks.every.values():
             told = "; ".join(f"{what} {share:.1e}" for what, share in _gathered(check.largest))
             wrong = "".join(f"; {n} wrong {count} times" for n, count in check.wrong.items() if count)
@@ -92,8 +93,9 @@ def certificate(
             {
                 "name": f.name,
                 "about": f.about,
-                "inputs": [vars(p) for p in f.inputs],
-                "outputs": [vars(p) for p in f.outputs],
+                "inputs": [vars(p) for p in f.given],
+                "outputs": [vars(p) for p in f.answered],
+                **({"state": [vars(p) | {"initial": 0.0} for p in f.state]} if f.carried else {}),
                 "operations": f.operations,
             }
             for f in (functions.every if options.to not in ("table", "mujoco") else [])

@@ -30,9 +30,11 @@ img { max-width: 100%; } .held { font-weight: 600; } .warning { border-left: 3px
 <h1>{{ c.name }}: {{ c.title }}, to {{ c.to }}</h1>
 {% for line in c.warnings %}<p class="warning">{{ line }} Exported all the same, as asked.</p>{% endfor %}
 {% if trip %}
-<p class="held">{{ "Held" if trip.held else "Not held" }}: over {{ trip.states }} states in the data's box,
-{{ trip.on_edge }} of them on its edge, no difference from the model may exceed {{ "%g"|format(trip.limit) }} of the
-range. {{ "%g"|format(100 * trip.outside.flagged) }} % of {{ trip.outside.states }} states beyond the data were
+<p class="held">{{ "Held" if trip.held else "Not held" }}: over {{ trip.states }}
+{% if trip.functions.step %}samples of recordings, followed from the first on, {% else %}states in the data's box,
+{{ trip.on_edge }} of them on its edge, {% endif %}
+no difference from the model may exceed {{ "%g"|format(trip.limit) }} of the range.
+{{ "%g"|format(100 * trip.outside.flagged) }} % of {{ trip.outside.states }} states beyond the data were
 flagged.</p>
 {% for line in c.broken %}<p class="warning">{{ line }}.</p>{% endfor %}
 <table><tr><th>function</th><th>output</th><th>largest difference</th><th>of</th></tr>
@@ -56,6 +58,8 @@ largest amount; of pressures it is what they leave of the loads that were wanted
 {% for f in c.functions %}<h2>{{ f.name }}</h2><p>{{ f.about }}; {{ f.operations }} operations in a call.</p>
 <table><tr><th></th><th>name</th><th>unit</th><th>what it is</th></tr>
 {% for p in f.inputs %}<tr><td>in</td><td>{{ p.name }}</td><td>{{ p.unit }}</td><td>{{ p.about }}</td></tr>{% endfor %}
+{% for p in f.state or [] %}<tr><td>state</td><td>{{ p.name }}</td><td>{{ p.unit }}</td>
+<td>{{ p.about }}</td></tr>{% endfor %}
 {% for p in f.outputs %}<tr><td>out</td><td>{{ p.name }}</td><td>{{ p.unit }}</td>
 <td>{{ p.about }}</td></tr>{% endfor %}
 </table>{% endfor %}

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from freelearn.export.actuator import Actuator
+from freelearn.export.along import Along, Follow, Followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import ON_EDGE, STATES, Answers, Reference, Samples, Written
@@ -81,6 +82,9 @@ class Checks:
 def checked(functions: Functions, written: Written) -> Checks:
     """Every function that was written and can be run here."""
     every, flags = dict[str, Check](), list[np.ndarray]()
+    if functions.step and written.follow:
+        every[functions.step.name], far = _along(functions.actuator, functions.step, written.follow, written.limit)
+        flags.append(far)
     for view in functions.views:
         trip = _Trip(view)
         for f in view.parts:
@@ -94,6 +98,38 @@ def checked(functions: Functions, written: Written) -> Checks:
                 flags.append(far)
     each = np.concatenate(flags)
     return Checks(every, len(each), float(each.mean()))
+
+
+def _along(actuator: Actuator, step: Function, follow: Follow, limit: float) -> tuple[Check, np.ndarray]:
+    """What is answered along recordings, and whether what lies beyond the data was flagged."""
+    along, place = Along(actuator, step), {p.name: i for i, p in enumerate(step.answered)}
+    got, x = np.concatenate(follow(along.recordings)), np.concatenate([r.inputs for r in along.recordings])
+    want = {n: np.concatenate([w[n] for w in along.wanted]) for n in place}
+    settled = np.concatenate(along.settled)
+    shares, ranges, wrong = dict[str, np.ndarray](), dict[str, float](), dict[str, int]()
+    for name, i in place.items():
+        if name in FLAGS:
+            wrong[name] = int((got[settled, i] != want[name][settled]).sum())
+            continue
+        ranges[name] = _span(want[name][settled])
+        shares[name] = _shares(got[settled, i], want[name][settled], ranges[name])
+    every = np.stack(list(shares.values()), axis=1)
+    worst = x[settled][every.max(1).argmax()].tolist() if len(every) else []
+    found = Check(
+        function=step.name,
+        states=len(x),
+        on_edge=0,
+        settled=int(settled.sum()),
+        largest={n: float(v.max(initial=0.0)) for n, v in shares.items()},
+        ranges=ranges,
+        wrong=wrong,
+        limit=limit,
+        worst=dict(zip([p.name for p in step.given], worst, strict=False)),
+        shares=every,
+    )
+    far = Samples.from_actuator(actuator, [p.name for p in actuator.imposed]).outside
+    first = [Followed(row[None], np.zeros(1), np.zeros(step.carried)) for row in far]
+    return found, np.concatenate(follow(first))[:, place["inside"]] == 0
 
 
 @dataclass(frozen=True)

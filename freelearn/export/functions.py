@@ -9,6 +9,10 @@ from freelearn.export.actuator import Actuator
 from freelearn.export.arithmetic.function import Function, Port
 from freelearn.export.forward import forward, parts
 from freelearn.export.inverse import MOST, inverses
+from freelearn.export.step import stepped
+
+# Of a run of a log, what lasts has a name beside what is followed from sample to sample.
+STEADY = "_steady"
 
 
 @dataclass(frozen=True)
@@ -40,9 +44,16 @@ class View:
 
 @dataclass(frozen=True)
 class Functions:
-    """Of an actuator: what its bed asks, its loads at a place where that is another question, and inverses."""
+    """Of an actuator: what its bed asks, its loads at a place where that is another question, and inverses. Of one that
+    was fitted to a log with effects of the history also what a sample answers; all else then is of a state that lasts.
+    """
 
     actuator: Actuator
+
+    @cached_property
+    def step(self) -> Function | None:
+        """From sample to sample of a log; None where samples do not depend on those before."""
+        return stepped(self.actuator) if self.actuator.remembers else None
 
     @cached_property
     def view(self) -> View:
@@ -73,23 +84,32 @@ class Functions:
     @property
     def lacks(self) -> list[str]:
         """What there is no function for, and why, a sentence each."""
-        count = len(self.actuator.states.members)
+        count, said = len(self.actuator.states.members), list[str]()
+        if self.step:
+            said.append(
+                "Bands along a log are not exported, for there they depend on all that was before: those that are "
+                "exported are of a state that lasts."
+            )
         if count <= MOST:
-            return []
+            return said
         return [
-            f"No pressures for a load: the least of {count} are looked for on too many faces of their box; use predict."
+            *said,
+            f"No pressures for a load: the least of {count} are looked for on too many faces of their box; "
+            "use predict.",
         ]
 
     @property
     def every(self) -> list[Function]:
         """All of them."""
-        return [*(f for view in self.views for f in view.parts), *self.inverses]
+        first = [self.step] if self.step else []
+        return [*first, *(f for view in self.views for f in view.parts), *self.inverses]
 
     @property
     def files(self) -> dict[str, Function]:
         """What formats of one function each write, by what the names of their files end in."""
         held = {f"_{self.held.answer.name}": self.held.whole} if self.held else {}
-        return {"": self.view.whole, **held, **{f"_{f.name}": f for f in self.inverses}}
+        steady = {"": self.step, STEADY: self.view.whole} if self.step else {"": self.view.whole}
+        return {**steady, **held, **{f"_{f.name}": f for f in self.inverses}}
 
     def file_of(self, f: Function) -> str:
         """The ending of the file that holds a function."""

@@ -15,6 +15,7 @@ import torch
 from freelearn.data.beds import DEAD_LOAD, DEG, INFLATION, KPA, MM
 from freelearn.data.states import States, severity
 from freelearn.export.actuator import HISTORY, NEXT, WORST, Actuator
+from freelearn.export.along import Follow
 from freelearn.queries.inverse.bands import SAME
 from freelearn.queries.inverse.system import System
 
@@ -190,7 +191,8 @@ class Written:
     """files: in the folder, the first the one to use. answers: of its functions, by name; empty where nothing here can
     run them. limit: largest difference allowed, a share of the range. outside: what happens beyond the data. notes:
     what else to know. boxed: whether it knows the ends of each input alone. more: further figures for the certificate;
-    broken: which of these are larger than is allowed, in words."""
+    broken: which of these are larger than is allowed, in words. follow: along recordings, of what is followed from
+    sample to sample."""
 
     files: list[Path]
     answers: Mapping[str, Answers]
@@ -200,3 +202,4 @@ class Written:
     notes: list[str] = field(default_factory=list)
     more: dict[str, Any] = field(default_factory=dict)
     broken: list[str] = field(default_factory=list)
+    follow: Follow | None = None

@@ -171,3 +171,17 @@ def test_the_direction_of_a_noisy_pressure_is_that_of_its_branch():
     direction = log_direction(pressure, np.zeros(400, dtype=int))
     assert (direction[40:190] == 1).all()
     assert (direction[220:390] == -1).all()
+
+
+def test_no_rounding_turns_a_direction():
+    """A pointer with play, moved sample by sample; half of the pressures are whole digits, which meet its ends."""
+    for seed in range(40):
+        generator = np.random.default_rng(seed)
+        pressure = np.cumsum(generator.normal(size=400)) * generator.choice([1, 7.3, 1e3]) + 0.3
+        pressure = np.round(pressure, 1) if seed % 2 else pressure
+        band, pointer, direction = 0.01 * (1 + 1e-9) * np.ptp(pressure), pressure[0], [0.0]
+        for value in pressure[1:]:
+            moved = value - pointer - np.clip(value - pointer, -band, band)
+            pointer += moved
+            direction.append(np.sign(moved) if abs(moved) > 1e-12 * band else direction[-1])
+        np.testing.assert_array_equal(log_direction(pressure, np.zeros(400, dtype=int)), direction)

@@ -70,15 +70,6 @@ def test_a_disk_that_fills_leaves_nothing(tmp_path, monkeypatch, count):
     assert not (tmp_path / "out").exists()
 
 
-def test_effects_that_carry_a_state_along_a_log_are_refused(tmp_path):
-    model = build_model("linear", VALUES["linear"], ["creep"])
-    table = shown(build_model("linear", VALUES["linear"], []), grid()).iloc[:40]
-    log = table.assign(time_s=np.arange(40.0), run=1)
-    fitted = freelearn.load(folder_of(tmp_path / "run", model, log, covariance=np.eye(len(model.declared))))
-    with pytest.raises(UserError, match=r"'creep'.*log"):
-        fitted.export(tmp_path / "out", "table")
-
-
 def _linear(folder):
     """The quickest of all to trace."""
     model = build_model("linear", VALUES["linear"], [])

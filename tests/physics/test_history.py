@@ -239,3 +239,17 @@ def test_a_warming_gas_lies_between_two_lags():
     for cooling, tau in ((1e-3, 0.4), (1e4, 0.4 / 1.4)):
         lagging = (signal - lag(signal, states.recording, torch.tensor(tau, dtype=torch.float64)))[:, 0]
         np.testing.assert_allclose(carried_warm(states, 0.4, cooling), lagging, atol=2e-3 * 300e3)
+
+
+def test_a_sample_without_equilibrium_takes_no_other_with_it():
+    """Its tube balloons: samples after it go on from what was, and other recordings know nothing of it."""
+    model = build_model("continuum", {"C1": 8e4, "C2": 2e5}, ["creep", "sensor_lag"])
+    table = recordings((3,)).assign(pressure_kpa=lambda t: t["pressure_kpa"] / 10)
+    burst = table.assign(pressure_kpa=table["pressure_kpa"].where(table.index != 5, 5e3))
+    with torch.no_grad():
+        calm, (loads, status) = model(States.from_table(table)).loads, model(States.from_table(burst))
+    first = (burst["run"] == burst["run"].iloc[5]).to_numpy()
+    assert status.nonzero().flatten().tolist() == [5]
+    assert loads[torch.arange(len(loads)) != 5].isfinite().all()
+    np.testing.assert_allclose(loads[~first], calm[~first], rtol=1e-10)
+    np.testing.assert_allclose(loads[:5], calm[:5], rtol=1e-10)

@@ -72,3 +72,49 @@ def _fitted(folder: Path, name: str, bed: str):
 def _known(model) -> np.ndarray:
     values = np.array(list(model.scalars().values()))
     return np.diag((SHARE * values) ** 2)
+
+
+# An effect of the history each, so strong that nobody overlooks it.
+HISTORY = {
+    "maxwell_slip": {"share": 0.2, "force": 3.0, "moment": 0.02, "asymmetry": 0.2},
+    "contact_slip": {"share": 0.2, "force": 0.01, "moment": 0.01},
+    "creep": {"share": 0.2, "time": 1.0},
+    "supply_lag": {"time": 0.2},
+    "dead_time": {"delay": 0.25},
+    "valve_flow": {"squared_resistance": 4e9, "critical": 0.3},
+    "gas_warming": {"time": 0.1, "cooling": 1.0},
+    "sensor_lag": {"force": 0.1, "moment": 0.2},
+    "inertia": {"force": 0.3, "moment": 0.2, "damping": 0.2},
+}
+
+
+def sampled(seed: int = 0, runs: int = 2, samples: int = 60, every: float = 0.16) -> pd.DataFrame:
+    """Recordings of the simulated bed's third sample, unevenly sampled, without loads: pressure, elongation and twist
+    go on straight lines from place to place."""
+    generator, found = np.random.default_rng(seed), []
+    for run in range(1, runs + 1):
+        time = np.cumsum(every * generator.uniform(0.6, 1.6, samples))
+
+        def lines(low: float, high: float, length: int) -> np.ndarray:
+            places = np.arange(0, samples + length, length)
+            return np.interp(np.arange(samples), places, generator.uniform(low, high, len(places)))
+
+        own = {"pressure_kpa": lines(0, 60, 8), "elongation_mm": lines(-4, 4, 20), "twist_deg": lines(-90, 90, 20)}
+        table = pd.concat([grid().iloc[:1]] * samples, ignore_index=True)
+        found.append(table.assign(time_s=time, run=run, **own))
+    return pd.concat(found, ignore_index=True)
+
+
+def log_run(folder, effects, values=None, name="linear", bed="kinematic", log=True, **more):
+    """A model with effects of the history as a run that was fitted to recordings; values: of its parameters besides."""
+    values = values or {}
+    model = build_model(name, VALUES[name], [*dict.fromkeys([*effects, *(k.split(".")[0] for k in values)])])
+    model.set_values({f"{e}.{n}": v for e in effects for n, v in HISTORY[e].items()} | values)
+    table = sampled(**more)
+    if bed == "dead_load":
+        hung = {"force_n": 20 * table["elongation_mm"], "moment_nmm": 3 * table["twist_deg"], BED: bed}
+        table = table.drop(columns=["elongation_mm", "twist_deg"]).assign(**hung, elongation_mm=0.0, twist_deg=0.0)
+    else:
+        table = shown(model, table)
+    table = table if log else table.drop(columns=["time_s", "run"])
+    return freelearn.load(folder_of(folder, model, table, covariance=_known(model)))

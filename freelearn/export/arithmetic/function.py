@@ -19,7 +19,8 @@ class Port:
 
 @dataclass(frozen=True)
 class Function:
-    """name: loads, stiffness, … about: in words. nodes: of the outputs, in their order."""
+    """name: loads, stiffness, … about: in words. nodes: of the outputs, in their order. carried: how many of the last
+    inputs are a state, zero at first, and of the last outputs what it becomes: handed on from call to call."""
 
     name: str
     about: str
@@ -27,6 +28,22 @@ class Function:
     outputs: tuple[Port, ...]
     graph: Graph
     nodes: tuple[int, ...]
+    carried: int = 0
+
+    @property
+    def state(self) -> tuple[Port, ...]:
+        """What is handed on from call to call."""
+        return self.inputs[len(self.inputs) - self.carried :]
+
+    @property
+    def given(self) -> tuple[Port, ...]:
+        """What is given in each call."""
+        return self.inputs[: len(self.inputs) - self.carried]
+
+    @property
+    def answered(self) -> tuple[Port, ...]:
+        """What each call answers."""
+        return self.outputs[: len(self.outputs) - self.carried]
 
     def part(self, name: str, about: str, outputs: Sequence[str]) -> Function:
         """Some of the outputs alone, by name; the inputs stay."""

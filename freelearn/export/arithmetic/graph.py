@@ -131,6 +131,9 @@ class Graph:
     def apply(self, operation: str, *of: int) -> int:
         """An operation on nodes: computed now where all are constants, and once where it is asked for twice."""
         nodes = [self.nodes[i] for i in of]
+        if operation == "mul" and all(n.truth for n in nodes):
+            # As torch tells a finite number: (x == x) * (|x| != inf).
+            operation = "and"
         if all(n.operation == CONSTANT for n in nodes):
             value = EVERY[operation](*(n.value for n in nodes))
             return self.constant(bool(value) if self._truth(operation, of) else float(value))

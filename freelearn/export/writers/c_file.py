@@ -13,6 +13,7 @@ import numpy as np
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
+from freelearn.export.along import OneSample, each_followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options
 from freelearn.export.functions import Functions
@@ -59,6 +60,19 @@ class Library:
             flags[i] = call(start + i * step, end + i * wide)
         return out, flags
 
+    def sample(self, f: Function) -> OneSample:
+        """Of a function that carries a state: one sample of a recording."""
+        call = self.loaded[f"{self.name}_{f.name}"]
+        call.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+        call.restype, answered = ctypes.c_int, len(f.answered)
+
+        def sample(x: np.ndarray, dt: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            given, after, out = np.ascontiguousarray(x), np.array(state), np.zeros(answered)
+            call(given.ctypes.data, dt, after.ctypes.data, out.ctypes.data)
+            return out, after
+
+        return sample
+
 
 # An actuator as a C99 file.
 
@@ -81,7 +95,9 @@ def write_c(functions: Functions, folder: Path, options: Options) -> Written:
     def answered(f: Function) -> Answers:
         return lambda x: library.answers(f, x)[0]
 
-    return Written([path], {f.name: answered(f) for f in every}, OUTSIDE, notes=notes)
+    follow = each_followed(library.sample(functions.step)) if functions.step else None
+    answers = {f.name: answered(f) for f in every if not f.carried}
+    return Written([path], answers, OUTSIDE, notes=notes, follow=follow)
 
 
 def run(path: Path, name: str) -> Library:

@@ -28,22 +28,25 @@ static inline double sign_of(double a) { return (double)((a > 0.0) - (a < 0.0));
 """
 
 
-def statements(graph: Graph, outputs: Sequence[int], inputs: str, results: str) -> list[str]:
-    """Lines that read the array `inputs` and write the nodes of the outputs to the array `results`."""
-    needed = graph.needed(outputs)
-    return [*_Body(graph, needed, inputs).lines(None, 1), *_stores(graph, outputs, results)]
+# How an input is named by its place.
+IN = "in[{}]"
 
 
-def _stores(graph: Graph, outputs: Sequence[int], results: str) -> list[str]:
-    return [f"    {results}[{i}] = {_name(graph, node)};" for i, node in enumerate(outputs)]
+def statements(graph: Graph, outputs: Sequence[int], inputs: str = IN) -> list[str]:
+    """Lines that read what the inputs are named and compute the nodes of the outputs."""
+    return _Body(graph, graph.needed(outputs), inputs).lines(None, 1)
 
 
-def _name(graph: Graph, i: int, inputs: str = "in") -> str:
+def _stores(graph: Graph, outputs: Sequence[int], results: str, inputs: str = IN) -> list[str]:
+    return [f"    {results}[{i}] = {_name(graph, node, inputs)};" for i, node in enumerate(outputs)]
+
+
+def _name(graph: Graph, i: int, inputs: str = IN) -> str:
     node = graph.nodes[i]
     if node.operation == CONSTANT:
         return _literal(node.value, node.truth)
     if node.operation == INPUT:
-        return f"{inputs}[{node.of[0]}]"
+        return inputs.format(node.of[0])
     if node.operation in (CARRIED, ENDED):
         return f"c{node.of[0]}_{node.of[1]}"
     return f"v{i}"
@@ -105,12 +108,19 @@ def c_source(name: str, title: str, functions: Sequence[Function]) -> str:
     """The text of NAME.c. name: that all its functions begin with. title: what it is, for the head."""
     head = [
         title,
-        "Double precision, no allocations, no state: a call takes a fixed number of operations, whatever its inputs.",
+        "Double precision, no allocations, no state of its own: a call takes a fixed number of operations, whatever "
+        "its inputs.",
         "Each function returns 0 where its answer stands. Bit 0 (1): beyond the data that the model was fitted on: "
         "nothing is promised. Bit 1 (2): no equilibrium, the tube balloons. Bit 2 (4): fibers at a singular angle. "
         "Bit 3 (8): fibers overstretched. Bit 4 (16): no pressure gives that load. Inputs and outputs are SI.",
         "Compile with: cc -std=c99 -O2 -c; link with -lm.",
     ]
+    if any(f.carried for f in functions):
+        head.insert(
+            2,
+            f"Along a log: {name}_reset before the first sample, {name}_step at each, the state of yours in both. What "
+            "is imposed counts as a straight line from sample to sample.",
+        )
     parts = [_comment(head), "#include <math.h>\n", HELPERS]
     # A compiler that is told of unused functions as errors knows these as used.
     parts.append(_prototypes(name, functions))
@@ -119,19 +129,57 @@ def c_source(name: str, title: str, functions: Sequence[Function]) -> str:
 
 
 def _prototypes(name: str, functions: Sequence[Function]) -> str:
-    return "".join(f"{_signature(name, f)};\n" for f in functions)
+    every = [s for f in functions for s in (*([_reset(name, f)] if f.carried else []), _signature(name, f))]
+    return "".join(f"{s};\n" for s in every)
+
+
+def _reset(name: str, f: Function) -> str:
+    return f"void {name}_reset(double state[{f.carried}])"
 
 
 def _signature(name: str, f: Function) -> str:
+    if f.carried:
+        given, answered = len(f.given) - 1, len(f.answered)
+        own = f"const double in[{given}], double dt, double state[{f.carried}], double out[{answered}]"
+        return f"int {name}_{f.name}({own})"
     return f"int {name}_{f.name}(const double in[{len(f.inputs)}], double out[{len(f.outputs)}])"
 
 
 def _function(name: str, f: Function) -> str:
     about = [f"{f.about[0].upper()}{f.about[1:]}. {f.operations} operations."]
+    if f.carried:
+        return _stepping(name, f, about)
     about += _ports("in", f.inputs) + _ports("out", f.outputs)
     unread = [f"    (void)in[{i}];" for i in range(len(f.inputs)) if i not in f.graph.inputs(f.nodes)]
-    lines = [_comment(about), f"{_signature(name, f)} {{", *unread, *statements(f.graph, f.nodes, "in", "out")]
+    lines = [_comment(about), f"{_signature(name, f)} {{", *unread, *statements(f.graph, f.nodes)]
+    lines += _stores(f.graph, f.nodes, "out")
     return "\n".join([*lines, f"    return {_flags(f)};", "}\n"])
+
+
+def _stepping(name: str, f: Function, about: list[str]) -> str:
+    """The function of one sample, and the one that begins a recording."""
+    given, answered = len(f.given), len(f.answered)
+    told = [*about, *_ports("in", f.given[:-1]), f"dt [s]: {f.given[-1].about}"]
+    told += _ports("state", f.state) + _ports("out", f.answered)
+    # Read before any of them is written.
+    read = [f"    const double g{i} = in[{i}];" for i in range(given - 1)] + [f"    const double g{given - 1} = dt;"]
+    read += [f"    const double g{given + i} = state[{i}];" for i in range(f.carried)]
+    unread = [f"    (void)g{i};" for i in range(len(f.inputs)) if i not in f.graph.inputs(f.nodes)]
+    body = statements(f.graph, f.nodes, "g{}")
+    stores = _stores(f.graph, f.nodes[:answered], "out", "g{}") + _stores(f.graph, f.nodes[answered:], "state", "g{}")
+    begin = [_comment([f"The state before the first sample: {f.carried} zeros."]), f"{_reset(name, f)} {{"]
+    begin += [f"    for (int i = 0; i < {f.carried}; i++) state[i] = 0.0;", "}\n"]
+    step = [
+        _comment(told),
+        f"{_signature(name, f)} {{",
+        *read,
+        *unread,
+        *body,
+        *stores,
+        f"    return {_flags(f)};",
+        "}\n",
+    ]
+    return "\n".join([*begin, *step])
 
 
 def _flags(f: Function) -> str:

@@ -7,7 +7,10 @@ import platform
 import sys
 import tempfile
 import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,7 @@ import numpy as np
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_whole
 from freelearn.common.package import VERSION
+from freelearn.export.along import Followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options, needed
 from freelearn.export.functions import Functions
@@ -46,14 +50,22 @@ def write_fmu(functions: Functions, folder: Path, options: Options) -> Written:
 
     where = f"{platform.system()} {platform.machine()}"
     notes = [f"Compiled for {where}; other machines compile what is in sources/."]
-    return Written(list(paths.values()), {f.name: of(f) for f in functions.every}, OUTSIDE, notes=notes)
+    answers = {f.name: of(f) for f in functions.every if not f.carried}
+    step = functions.step
+    if step:
+        notes.append(
+            "A step of the co-simulation is one sample of the log: what is imposed goes on a straight line from the "
+            "last inputs to those that are set before it; the first sample is where the initialization ends."
+        )
+    follow = partial(followed, paths[""], step) if step else None
+    return Written(list(paths.values()), answers, OUTSIDE, notes=notes, follow=follow)
 
 
 def _written(folder: Path, name: str, about: str, f: Function) -> Path:
     """NAME.fmu of one function."""
     from fmpy.validation import validate_fmu
 
-    f = replace(f, name="forward")
+    f = f if f.carried else replace(f, name="forward")
     source = c_source(name, about, [f])
     guid = "{" + hashlib.sha256(source.encode()).hexdigest()[:32] + "}"
     source += wrapper(name, guid, f)
@@ -81,14 +93,13 @@ def _zipped(path: Path, parts: dict[str, bytes]) -> None:
             archive.writestr(zipfile.ZipInfo(name, DAY), content, zipfile.ZIP_DEFLATED)
 
 
-def answered(path: Path, inputs: np.ndarray, names: list[str]) -> np.ndarray:
-    """Outputs of these names (n, m) at inputs (n, k), by FMPy: a step of the co-simulation each."""
+@contextmanager
+def opened(path: Path) -> Iterator[tuple[Any, dict[str, int]]]:
+    """An instance of it in FMPy, and the references of its variables."""
     import fmpy
     from fmpy.fmi2 import FMU2Slave
 
     about: Any = fmpy.read_model_description(str(path))
-    reference = {v.name: v.valueReference for v in about.modelVariables}
-    given = [v.valueReference for v in about.modelVariables if v.causality == "input"]
     with tempfile.TemporaryDirectory() as place:
         fmpy.extract(str(path), place)
         fmu = FMU2Slave(
@@ -98,6 +109,15 @@ def answered(path: Path, inputs: np.ndarray, names: list[str]) -> np.ndarray:
             instanceName="one",
         )
         fmu.instantiate()
+        yield fmu, {v.name: v.valueReference for v in about.modelVariables}
+        fmu.terminate()
+        fmu.freeInstance()
+
+
+def answered(path: Path, inputs: np.ndarray, names: list[str]) -> np.ndarray:
+    """Outputs of these names (n, m) at inputs (n, k), by FMPy: a step of the co-simulation each."""
+    with opened(path) as (fmu, reference):
+        given = list(range(inputs.shape[1]))
         fmu.setupExperiment(startTime=0.0)
         fmu.enterInitializationMode()
         fmu.exitInitializationMode()
@@ -106,6 +126,27 @@ def answered(path: Path, inputs: np.ndarray, names: list[str]) -> np.ndarray:
             fmu.setReal(given, row.tolist())
             fmu.doStep(currentCommunicationPoint=float(i), communicationStepSize=1.0)
             out.append(fmu.getReal([reference[n] for n in names]))
-        fmu.terminate()
-        fmu.freeInstance()
     return np.array(out)
+
+
+def followed(path: Path, f: Function, recordings: Sequence[Followed]) -> list[np.ndarray]:
+    """Recordings one after the other, by FMPy: a step of the co-simulation from each sample to the next."""
+    found = []
+    with opened(path) as (fmu, reference):
+        given = [reference[p.name] for p in f.given[:-1]]
+        state, outputs = ([reference[p.name] for p in some] for some in (f.state, f.answered))
+        for recording in recordings:
+            fmu.reset()
+            fmu.setReal(state, recording.begin.tolist())
+            fmu.setupExperiment(startTime=0.0)
+            fmu.enterInitializationMode()
+            fmu.setReal(given, recording.inputs[0].tolist())
+            fmu.exitInitializationMode()
+            out, time = [fmu.getReal(outputs)], 0.0
+            for x, dt in zip(recording.inputs[1:].tolist(), recording.dt[1:].tolist(), strict=True):
+                fmu.setReal(given, x)
+                fmu.doStep(currentCommunicationPoint=time, communicationStepSize=dt)
+                out.append(fmu.getReal(outputs))
+                time += dt
+            found.append(np.array(out))
+    return found

@@ -31,9 +31,10 @@ typedef struct {{
     void *environment;
 }} Callbacks;
 enum {{ OK = 0, DISCARD = 2, ERROR = 3 }};
-enum {{ INPUTS = {inputs}, OUTPUTS = {outputs} }};
-typedef struct {{ double in[INPUTS]; double out[OUTPUTS]; int stale; }} Instance;
-
+enum {{ INPUTS = {inputs}, STATES = {states}, OUTPUTS = {outputs}, ALL = INPUTS + STATES + OUTPUTS }};
+/* Inputs, the state, outputs, by their references; whether the outputs are not those of the inputs; whether it runs. */
+typedef struct {{ double number[ALL]; int stale; int running; }} Instance;
+{answering}
 EXPORT String fmi2GetTypesPlatform(void) {{ return "default"; }}
 EXPORT String fmi2GetVersion(void) {{ return "2.0"; }}
 EXPORT Component fmi2Instantiate(String name, int type, String guid, String place, const Callbacks *calls,
@@ -52,32 +53,77 @@ EXPORT Status fmi2SetupExperiment(Component c, Boolean d, Real tolerance, Real s
     (void)c; (void)d; (void)tolerance; (void)start; (void)e; (void)stop; return OK;
 }}
 EXPORT Status fmi2EnterInitializationMode(Component c) {{ (void)c; return OK; }}
-EXPORT Status fmi2ExitInitializationMode(Component c) {{ (void)c; return OK; }}
+EXPORT Status fmi2ExitInitializationMode(Component c) {{ begin(c); return OK; }}
 EXPORT Status fmi2Terminate(Component c) {{ (void)c; return OK; }}
 EXPORT Status fmi2Reset(Component c) {{ memset(c, 0, sizeof(Instance)); ((Instance *)c)->stale = 1; return OK; }}
 EXPORT Status fmi2SetReal(Component c, const Reference r[], size_t n, const Real value[]) {{
     Instance *self = c;
     for (size_t i = 0; i < n; i++) {{
-        if (r[i] >= INPUTS) return ERROR;
-        self->in[r[i]] = value[i];
+        if (r[i] >= INPUTS + STATES) return ERROR;
+        self->number[r[i]] = value[i];
     }}
-    self->stale = 1;
+    changed(self);
     return OK;
 }}
 EXPORT Status fmi2GetReal(Component c, const Reference r[], size_t n, Real value[]) {{
     Instance *self = c;
-    if (self->stale) {{ {name}_forward(self->in, self->out); self->stale = 0; }}
+    if (self->stale) answer(self);
     for (size_t i = 0; i < n; i++) {{
-        if (r[i] >= INPUTS + OUTPUTS) return ERROR;
-        value[i] = r[i] < INPUTS ? self->in[r[i]] : self->out[r[i] - INPUTS];
+        if (r[i] >= ALL) return ERROR;
+        value[i] = self->number[r[i]];
     }}
     return OK;
 }}
 EXPORT Status fmi2DoStep(Component c, Real at, Real step, Boolean kept) {{
-    (void)c; (void)at; (void)step; (void)kept; return OK;
+    (void)at; (void)kept; advance(c, step); return OK;
+}}
+EXPORT Status fmi2GetFMUstate(Component c, void **s) {{
+    if (!*s) *s = malloc(sizeof(Instance));
+    if (!*s) return ERROR;
+    memcpy(*s, c, sizeof(Instance));
+    return OK;
+}}
+EXPORT Status fmi2SetFMUstate(Component c, void *s) {{ memcpy(c, s, sizeof(Instance)); return OK; }}
+EXPORT Status fmi2FreeFMUstate(Component c, void **s) {{ (void)c; free(*s); *s = NULL; return OK; }}
+EXPORT Status fmi2SerializedFMUstateSize(Component c, void *s, size_t *n) {{
+    (void)c; (void)s; *n = sizeof(Instance); return OK;
+}}
+EXPORT Status fmi2SerializeFMUstate(Component c, void *s, char b[], size_t n) {{
+    (void)c;
+    if (n < sizeof(Instance)) return ERROR;
+    memcpy(b, s, sizeof(Instance));
+    return OK;
+}}
+EXPORT Status fmi2DeSerializeFMUstate(Component c, const char b[], size_t n, void **s) {{
+    if (n < sizeof(Instance) || fmi2GetFMUstate(c, s) != OK) return ERROR;
+    memcpy(*s, b, sizeof(Instance));
+    return OK;
 }}
 EXPORT Status fmi2CancelStep(Component c) {{ (void)c; return OK; }}
 {none}"""
+# How outputs follow: at once, whatever the time.
+AT_ONCE = """\
+static void answer(Instance *self) {{ {name}_{f}(self->number, self->number + INPUTS); self->stale = 0; }}
+static void changed(Instance *self) {{ self->stale = 1; }}
+static void begin(Instance *self) {{ self->running = 1; }}
+static void advance(Instance *self, double step) {{ (void)self; (void)step; }}
+"""
+# Or from sample to sample: the first is where the initialization ends, and each step goes straight to its inputs.
+ALONG = """\
+static void advance(Instance *self, double step) {{
+    double *state = self->number + INPUTS;
+    {name}_{f}(self->number, step, state, state + STATES);
+    self->stale = 0;
+}}
+static void answer(Instance *self) {{
+    Instance first = *self;
+    advance(&first, 1.0);
+    memcpy(self->number + INPUTS + STATES, first.number + INPUTS + STATES, OUTPUTS * sizeof(double));
+    self->stale = 0;
+}}
+static void changed(Instance *self) {{ self->stale = !self->running; }}
+static void begin(Instance *self) {{ self->running = 1; advance(self, 1.0); }}
+"""
 # What an actuator has none of.
 KINDS = ("Integer", "Boolean", "String")
 NONE = """\
@@ -89,16 +135,6 @@ EXPORT Status fmi2Set{kind}(Component c, const Reference r[], size_t n, const {k
 }}
 """
 LEFT = """\
-EXPORT Status fmi2GetFMUstate(Component c, void **s) { (void)c; (void)s; return ERROR; }
-EXPORT Status fmi2SetFMUstate(Component c, void *s) { (void)c; (void)s; return ERROR; }
-EXPORT Status fmi2FreeFMUstate(Component c, void **s) { (void)c; (void)s; return ERROR; }
-EXPORT Status fmi2SerializedFMUstateSize(Component c, void *s, size_t *n) { (void)c; (void)s; (void)n; return ERROR; }
-EXPORT Status fmi2SerializeFMUstate(Component c, void *s, char b[], size_t n) {
-    (void)c; (void)s; (void)b; (void)n; return ERROR;
-}
-EXPORT Status fmi2DeSerializeFMUstate(Component c, const char b[], size_t n, void **s) {
-    (void)c; (void)b; (void)n; (void)s; return ERROR;
-}
 EXPORT Status fmi2GetDirectionalDerivative(Component c, const Reference u[], size_t n, const Reference k[], size_t m,
                                            const Real d[], Real v[]) {
     (void)c; (void)u; (void)n; (void)k; (void)m; (void)d; (void)v; return ERROR;
@@ -121,28 +157,37 @@ EXPORT Status fmi2GetStringStatus(Component c, int kind, String *v) { (void)c; (
 def wrapper(name: str, guid: str, f: Function) -> str:
     """What follows NAME.c in the FMU's one source file."""
     none = "".join(NONE.format(kind=kind) for kind in KINDS)
-    return WRAPPER.format(name=name, guid=guid, inputs=len(f.inputs), outputs=len(f.outputs), none=none + LEFT)
+    given = len(f.given) - 1 if f.carried else len(f.inputs)
+    answering = (ALONG if f.carried else AT_ONCE).format(name=name, f=f.name)
+    counts = {"inputs": given, "states": f.carried, "outputs": len(f.answered)}
+    return WRAPPER.format(guid=guid, answering=answering, none=none + LEFT, **counts)
 
 
 def description(name: str, title: str, guid: str, version: str, f: Function) -> str:
     """modelDescription.xml."""
-    ports = [*((p, "input") for p in f.inputs), *((p, "output") for p in f.outputs)]
+    inputs = f.given[:-1] if f.carried else f.inputs
+    # Of the state some may be given at the begin of a recording.
+    ways = {"input": inputs, "local": f.state, "output": f.answered}
+    ports = [(p, way) for way, some in ways.items() for p in some]
     units = sorted({p.unit for p, _ in ports})
     variables = []
     for i, (p, way) in enumerate(ports):
-        start = ' start="0"' if way == "input" else ""
+        start = "" if way == "output" else ' start="0"'
         head = f'<ScalarVariable name={quoteattr(p.name)} valueReference="{i}" causality="{way}" '
+        head += 'initial="exact" ' if way == "local" else ""
         about = f'variability="continuous" description={quoteattr(p.about)}>'
         variables.append(f"{head}{about}<Real unit={quoteattr(p.unit)}{start}/></ScalarVariable>")
-    given = " ".join(str(i + 1) for i in range(len(f.inputs)))
-    outputs = [f'<Unknown index="{len(f.inputs) + i + 1}" dependencies="{given}"/>' for i in range(len(f.outputs))]
+    given = " ".join(str(i + 1) for i in range(len(inputs)))
+    before = len(ports) - len(f.answered)
+    outputs = [f'<Unknown index="{before + i + 1}" dependencies="{given}"/>' for i in range(len(f.answered))]
     tool = f"freelearn {version}"
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(name)} guid="{guid}" '
         f"description={quoteattr(title)} generationTool={quoteattr(tool)} "
         'variableNamingConvention="flat" numberOfEventIndicators="0">',
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true">'
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        'canGetAndSetFMUstate="true" canSerializeFMUstate="true">'
         f'<SourceFiles><File name="{name}_fmu.c"/></SourceFiles></CoSimulation>',
         "<UnitDefinitions>" + "".join(f"<Unit name={quoteattr(u)}/>" for u in units) + "</UnitDefinitions>",
         "<ModelVariables>",

@@ -14,6 +14,8 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
 from freelearn.data.beds import DEG, KPA, MM
 from freelearn.export.actuator import Actuator
+from freelearn.export.along import Along, each_followed
+from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options, needed
 from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import ROUNDING, Reference, Samples, Written
@@ -29,7 +31,9 @@ HERTZ, DAMPED = 50.0, 0.7
 # What hangs is followed for so long [s], and at rest once it moves by less than this share of its range in a hundredth.
 LONGEST, STILL = 3.0, 1e-7
 # What is allowed of them, a share of the range.
-ALLOWED = {"commanded": ROUNDING, "hung": 1e-3, "released": 1e-3}
+ALLOWED = {"commanded": ROUNDING, "moved": ROUNDING, "hung": 1e-3, "released": 1e-3}
+# Steps of a way along which the pressure goes up and down twice.
+WAY = 400
 # States that the affine approximation is fitted to.
 FITTED = 4000
 
@@ -42,13 +46,22 @@ def write_mujoco(functions: Functions, folder: Path, options: Options) -> Writte
     if [p.name for p in actuator.answered] != ["force", "moment"]:
         said = " and ".join(p.name for p in actuator.answered)
         raise UserError(f"MuJoCo needs force and moment at a place, and this network answers with {said}: use to=onnx.")
+    step = functions.step
+    if step and actuator is not functions.actuator:
+        raise UserError(
+            "MuJoCo needs loads at a place, and along a log this run answers with places: use to=c, onnx or fmu."
+        )
+    if step and any("earlier sample" in p.about for p in step.state):
+        raise UserError(
+            "A dead time keeps fewer samples than MuJoCo's steps of time would take: use to=c, onnx or fmu."
+        )
     name, states, domain = options.name, actuator.states, actuator.domain
     pressures = [p.name for p in actuator.imposed[2:]]
     loads, motion = view.answer, _motion(view)
     length, radius = float(states.reference_length), float(states.outer_radius)
     files = [folder / f"{name}.xml", folder / f"{name}_mujoco.py"]
     write_text(files[0], mjcf(name, length, radius, domain, pressures, motion))
-    write_text(files[1], module(name, title(functions, options), loads, pressures))
+    write_text(files[1], module(name, title(functions, options), loads, pressures, step))
     more: dict[str, Any] = {}
     notes = ["Take the law with: from NAME_mujoco import Law, install; install(Law(model)).".replace("NAME", name)]
     if len(pressures) == 1:
@@ -63,7 +76,16 @@ def write_mujoco(functions: Functions, folder: Path, options: Options) -> Writte
             "In a simulation no state lasts: effects that count how long one has lasted see it as just reached."
         )
     law = imported(files[1])
-    more["simulated"] = simulated(files[0], law, view)
+    more["simulated"] = simulated(files[0], law, view, step)
+    follow = None
+    if step:
+        count = len(step.answered)
+
+        def sample(x: np.ndarray, dt: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            found = np.array(law.step(*x.tolist(), dt, *state.tolist()), dtype=np.float64)
+            return found[:count], found[count:]
+
+        follow = each_followed(sample)
 
     def answers(x: np.ndarray) -> np.ndarray:
         return np.array([law.loads(*row) for row in x.tolist()], dtype=np.float64)
@@ -73,7 +95,7 @@ def write_mujoco(functions: Functions, folder: Path, options: Options) -> Writte
         for what, off in more["simulated"].items()
         if off is not None and not off <= ALLOWED[what]
     ]
-    return Written(files, {loads.name: answers}, OUTSIDE, notes=notes, more=more, broken=broken)
+    return Written(files, {loads.name: answers}, OUTSIDE, notes=notes, more=more, broken=broken, follow=follow)
 
 
 def imported(path: Path) -> ModuleType:
@@ -86,9 +108,10 @@ def imported(path: Path) -> ModuleType:
     return found
 
 
-def simulated(path: Path, law: ModuleType, view: View) -> dict[str, Any]:
+def simulated(path: Path, law: ModuleType, view: View, step: Function | None) -> dict[str, Any]:
     """What MuJoCo shows, headless: loads at commanded states, where a hung load comes to rest, and where the actuator
-    goes once it is taken off; each with its largest difference from the fitted model, a share of the range."""
+    goes once it is taken off; each with its largest difference from the fitted model, a share of the range. Of a log
+    in place of both loads on the way, as the pressure goes up and down."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_path(str(path))
@@ -99,8 +122,10 @@ def simulated(path: Path, law: ModuleType, view: View) -> dict[str, Any]:
         found: dict[str, Any] = {"commanded": _commanded(model, data, own, view)}
         low, high = np.array(view.actuator.domain).T
         place = (low + high) / 2 + (high - low) / 8
-        hung = _hung(model, data, own, view, place)
-        found |= hung
+        if step:
+            found["moved"] = _moved(model, data, own, Along(view.actuator, step))
+        else:
+            found |= _hung(model, data, own, view, place)
     finally:
         mujoco.set_mjcb_act_bias(None)
     return found
@@ -119,6 +144,23 @@ def _commanded(model: Any, data: Any, own: Any, view: View) -> float:
         data.ctrl[own.pressures] = row[2:count]
         mujoco.mj_forward(model, data)
         got.append(data.qfrc_actuator.copy())
+    return float((np.abs(np.array(got) - want) / np.maximum(np.ptp(want, axis=0), 1e-300)).max())
+
+
+def _moved(model: Any, data: Any, own: Any, along: Along) -> float:
+    import mujoco
+
+    mujoco.mj_resetData(model, data)
+    low, high = np.array(along.actuator.domain).T
+    data.qpos[:] = (low[:2] + high[:2]) / 2
+    seen, got = [], []
+    for share in (1 - np.cos(np.linspace(0.0, 4 * np.pi, WAY))) / 2:
+        data.ctrl[own.pressures] = low[2:] + share * (high[2:] - low[2:])
+        mujoco.mj_step(model, data)
+        seen.append(own.key)
+        got.append(own.answer[:2])
+    x = np.array(seen)
+    want = along.said(x[:, :-1], x[:, -1])
     return float((np.abs(np.array(got) - want) / np.maximum(np.ptp(want, axis=0), 1e-300)).max())
 
 

@@ -26,33 +26,7 @@ class Law:
         self.rest, self.memory, self.key, self.answer = rest, dict(MEMORY), None, None
         self.before = None
 
-    def loads(self, data):
-        """Everything that `loads` gives, at the model's present state."""
-        length = float(data.actuator_length[self.force]) - self.rest
-        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
-        pressures = [float(data.ctrl[i]) for i in self.pressures]
-        key = (length, twist, *pressures, data.time)
-        if key != self.key:
-            if self.before is None or data.time < self.before[0]:
-                self.memory = dict(MEMORY)
-            elif data.time > self.before[0]:
-                self._remember(pressures, data.time)
-            self.before = (data.time, pressures)
-            self.answer = loads(length, twist, *pressures, **self.memory)
-            self.key = key
-        return self.answer
-
-    def _remember(self, pressures, time):
-        for i, (now, then) in enumerate(zip(pressures, self.before[1]), start=1):
-            name = f"direction_{{i}}" if f"direction_{{i}}" in self.memory else "direction"
-            if name in self.memory and now != then:
-                self.memory[name] = math.copysign(1.0, now - then)
-        if "clock" in self.memory:
-            self.memory["clock"] = time
-        worst = [name for name in self.memory if name.startswith("worst_severity")]
-        for name, value in zip(worst, self.answer[len(self.answer) - len(worst) :]):
-            self.memory[name] = value
-
+{loads}
 
 def install(*laws):
     """Makes MuJoCo ask these laws: its one callback of actuators' biases."""
@@ -71,6 +45,55 @@ def install(*laws):
 '''
 
 
+# What asks for loads: of each state by itself, and of samples of a log.
+STEADY = '''\
+    def loads(self, data):
+        """Everything that `loads` gives, at the model's present state."""
+        length = float(data.actuator_length[self.force]) - self.rest
+        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
+        pressures = [float(data.ctrl[i]) for i in self.pressures]
+        key = (length, twist, *pressures, data.time)
+        if key != self.key:
+            if self.before is None or data.time < self.before[0]:
+                self.memory = dict(MEMORY)
+            elif data.time > self.before[0]:
+                self._remember(pressures, data.time)
+            self.before = (data.time, pressures)
+            self.answer = loads(length, twist, *pressures, **self.memory)
+            self.key = key
+        return self.answer
+
+    def _remember(self, pressures, time):
+        for i, (now, then) in enumerate(zip(pressures, self.before[1]), start=1):
+            name = f"direction_{i}" if f"direction_{i}" in self.memory else "direction"
+            if name in self.memory and now != then:
+                self.memory[name] = math.copysign(1.0, now - then)
+        if "clock" in self.memory:
+            self.memory["clock"] = time
+        worst = [name for name in self.memory if name.startswith("worst_severity")]
+        for name, value in zip(worst, self.answer[len(self.answer) - len(worst) :]):
+            self.memory[name] = value
+'''
+ALONG = '''\
+    def loads(self, data):
+        """Everything that `step` answers, at the model's present state: each of its times is a sample."""
+        length = float(data.actuator_length[self.force]) - self.rest
+        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
+        pressures = [float(data.ctrl[i]) for i in self.pressures]
+        key = (length, twist, *pressures, data.time)
+        if key != self.key:
+            if self.before is None or data.time < self.before:
+                self.state, self.dt = STATE, 1.0
+            elif data.time > self.before:
+                self.state, self.dt = self.after, data.time - self.before
+            self.before = data.time
+            found = step(length, twist, *pressures, self.dt, *self.state)
+            self.answer, self.after = found[: -len(STATE)], found[-len(STATE) :]
+            self.key = key
+        return self.answer
+'''
+
+
 @dataclass(frozen=True)
 class Motion:
     """What the MJCF's end block is made of, so that it swings at the told frequency: mass [kg], inertia [kg m²] and the
@@ -81,8 +104,8 @@ class Motion:
     damping: tuple[float, float]
 
 
-def module(name: str, title: str, f: Function, pressures: Sequence[str]) -> str:
-    """NAME_mujoco.py: the force law, with nothing but Python's own library until it is installed."""
+def module(name: str, title: str, f: Function, pressures: Sequence[str], step: Function | None) -> str:
+    """NAME_mujoco.py: the force law, with nothing but Python's own library until it is installed. step: of a log."""
     memory = {p.name: 0.0 for p in f.inputs[2 + len(pressures) :]}
     # An effect that counts how long a state has lasted: in a simulation no state lasts.
     names = tuple(f"{name}_{p}" for p in pressures)
@@ -91,10 +114,12 @@ def module(name: str, title: str, f: Function, pressures: Sequence[str]) -> str:
     return (
         head
         + f"MEMORY = {memory!r}\n"
+        + (f"STATE = (0.0,) * {step.carried}\n" if step else "")
         + HELPERS
         + "\n\n"
         + python_function(f)
-        + LAW.format(name=name, pressures=repr(names))
+        + (f"\n\n{python_function(step)}" if step else "")
+        + LAW.format(name=name, pressures=repr(names), loads=ALONG if step else STEADY)
     )
 
 

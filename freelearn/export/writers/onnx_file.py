@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from freelearn.common.files import write_bytes
+from freelearn.export.along import Follow, Followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
 from freelearn.export.export_options import Options, needed
@@ -28,14 +29,17 @@ WAYS = {
     "and": "And", "or": "Or", "not": "Not", "isnan": "IsNaN",
 }  # fmt: skip
 LOGICAL = ("and", "or", "not")
+# Of what is followed from sample to sample.
+STATE, STATE_OUT = "state", "state_out"
 
 
 def onnx_model(name: str, title: str, f: Function) -> Any:
-    """The function as an onnx.ModelProto: an input and an output (rows,) for each of its ports, in SI."""
+    """The function as an onnx.ModelProto: an input and an output (rows,) for each of its ports, in SI; of those that
+    are a state one of all together, `state` and `state_out` (rows, s)."""
     from onnx import TensorProto, checker, helper
 
-    def value(port_name: str) -> Any:
-        return helper.make_tensor_value_info(port_name, TensorProto.DOUBLE, ["rows"])
+    def value(port_name: str, *more: int) -> Any:
+        return helper.make_tensor_value_info(port_name, TensorProto.DOUBLE, ["rows", *more])
 
     writing = _Writing(f.graph, f.graph.needed(f.nodes), [p.name for p in f.inputs])
     # Constants alone are no rows: each output takes the length of the first input.
@@ -45,17 +49,23 @@ def onnx_model(name: str, title: str, f: Function) -> Any:
     for port, i in zip(f.outputs, f.nodes, strict=True):
         number, made = writing.number(i)
         nodes += [*made, helper.make_node("Add", [number, zero], [port.name])]
+    own, after = ([value(n, f.carried)] if f.carried else [] for n in (STATE, STATE_OUT))
+    about = {p.name: f"[{p.unit}] {p.about}" for p in (*f.given, *f.answered)}
+    if f.carried:
+        parts, joined = writing.state([p.name for p in f.state], [p.name for p in f.outputs[len(f.answered) :]])
+        nodes = [*parts, *nodes, *joined]
+        about |= {f"{STATE}[{i}]": f"{p.name} [{p.unit}] {p.about}; at first 0" for i, p in enumerate(f.state)}
     graph = helper.make_graph(
         nodes,
         f"{name}_{f.name}",
-        [value(p.name) for p in f.inputs],
-        [value(p.name) for p in f.outputs],
+        [*(value(p.name) for p in f.given), *own],
+        [*(value(p.name) for p in f.answered), *after],
         [*writing.constants.values()],
         doc_string=f"{title}: {f.about}",
     )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR)
     model.producer_name = "freelearn"
-    helper.set_model_props(model, {p.name: f"[{p.unit}] {p.about}" for p in (*f.inputs, *f.outputs)})
+    helper.set_model_props(model, about)
     checker.check_model(model)
     return model
 
@@ -83,6 +93,22 @@ class _Writing:
             elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
                 out += self._node(i)
         return out
+
+    def state(self, names: Sequence[str], after: Sequence[str]) -> tuple[list[Any], list[Any]]:
+        """What takes a state apart, each number (rows,) by its name, and what joins the numbers that follow them."""
+        from onnx import TensorProto, helper
+
+        def whole(name: str, shape: list[int], number: int) -> str:
+            self.constants[name] = helper.make_tensor(name, TensorProto.INT64, shape, [number])
+            return name
+
+        parts = [
+            helper.make_node("Gather", [STATE, whole(f"place_{i}", [], i)], [name], axis=1)
+            for i, name in enumerate(names)
+        ]
+        axis = whole("second_axis", [1], 1)
+        columns = [helper.make_node("Unsqueeze", [name, axis], [f"{name}_column"]) for name in after]
+        return parts, [*columns, helper.make_node("Concat", [f"{name}_column" for name in after], [STATE_OUT], axis=1)]
 
     def number(self, i: int) -> tuple[str, list[Any]]:
         """The name of a node's number, and what makes one of a truth."""
@@ -198,7 +224,9 @@ def write_onnx(functions: Functions, folder: Path, options: Options) -> Written:
         session = sessions[functions.file_of(f)]
         return lambda x: answered(session, f, x)
 
-    return Written(paths, {f.name: of(f) for f in functions.every}, OUTSIDE)
+    step = functions.step
+    follow = followed(sessions[""], step) if step else None
+    return Written(paths, {f.name: of(f) for f in functions.every if not f.carried}, OUTSIDE, follow=follow)
 
 
 def opened(path: Path) -> Any:
@@ -216,3 +244,23 @@ def answered(session: Any, f: Function, inputs: np.ndarray) -> np.ndarray:
     given = {p.name: np.ascontiguousarray(inputs[:, i]) for i, p in enumerate(f.inputs)}
     found = session.run([p.name for p in f.outputs], given)
     return np.stack(found, axis=1)
+
+
+def followed(session: Any, f: Function) -> Follow:
+    """Recordings all at once, sample by sample: each is a row."""
+
+    def follow(recordings: Sequence[Followed]) -> list[np.ndarray]:
+        names = [p.name for p in f.answered]
+        state, out = np.array([r.begin for r in recordings]), [np.zeros((len(r), len(names))) for r in recordings]
+        for n in range(max(map(len, recordings))):
+            # Those that have ended go on at their last sample, for nobody.
+            at = [min(n, len(r) - 1) for r in recordings]
+            x = np.array([[*r.inputs[i], r.dt[i]] for r, i in zip(recordings, at, strict=True)])
+            given = {p.name: np.ascontiguousarray(x[:, k]) for k, p in enumerate(f.given)}
+            *found, state = session.run([*names, STATE_OUT], given | {STATE: state})
+            for k, row in enumerate(np.stack(found, axis=1)):
+                if n < len(recordings[k]):
+                    out[k][n] = row
+        return out
+
+    return follow

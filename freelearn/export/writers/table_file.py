@@ -28,6 +28,11 @@ def write_table(functions: Functions, folder: Path, options: Options) -> Written
     """NAME.nc. Raises UserError where a table cannot hold what the actuator remembers, or would be too large."""
     modules = needed("table")
     view, actuator = functions.view, functions.actuator
+    if actuator.remembers:
+        history = [e.name for some in actuator.fitted.model.history.values() for e in some]
+        raise UserError(
+            f"A table has no room for what goes on along a log ({', '.join(history)}): use to=c, onnx or fmu."
+        )
     ports = view.inputs
     held = [p.name for p in ports[len(actuator.imposed) :] if not p.name.startswith("direction")]
     if held:

@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
+from freelearn.common.vmapped import all_if_known
 from freelearn.data.beds import DEAD_LOAD
-from freelearn.data.recordings import Recording
+from freelearn.data.recordings import Recording, recurred
 from freelearn.data.states import States
 from freelearn.physics.chain.ports import HistoryEffect
 from freelearn.physics.chain.prediction import Prediction, Status
@@ -64,11 +65,11 @@ def along(chain: Chain, states: States, values: Values) -> Prediction:
     if per_row:
         return _row_by_row(chain, states, values, per_row)
     recording, place = states.recording.around(states.place)
-    whole = _whole(chain, recording, values)
+    every = measured_along(chain, recording, values)
     if _as_recorded(states, recording, place):
-        return Prediction(whole.loads[place], whole.status[place])
+        return Prediction(every.loads[place], every.status[place])
     now, before = _steady(chain, states, values), _steady(chain, recording.states, values)
-    return Prediction(now.loads + (whole.loads - before.loads)[place], now.status)
+    return Prediction(now.loads + (every.loads - before.loads)[place], now.status)
 
 
 def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
@@ -202,7 +203,7 @@ def _steady_rates(
     return torch.cat(loads), torch.cat(rates)
 
 
-def _whole(chain: Chain, recording: Recording[States], values: Values) -> Prediction:
+def measured_along(chain: Chain, recording: Recording[States], values: Values) -> Prediction:
     """What the bed measures at every sample of the recordings."""
     supplied = recording.states.with_inputs(_supplied(chain, recording, values))
     found = _blocks(chain, supplied, values)
@@ -225,7 +226,18 @@ def _supplied(chain: Chain, recording: Recording[States], values: Values) -> lis
 
 
 def _carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values) -> Tensor:
-    """What the sensors show (M, 2), from the steady loads (M, 2) before them, or the places under a dead load."""
+    """What the sensors show (M, 2), from the steady loads (M, 2) before them, or the places under a dead load.
+
+    Where a sample has no equilibrium what is carried stays as it was, for samples after it are not lost with it."""
+    lost = ~loads.isfinite().all(-1)
+    if all_if_known(~lost):
+        return _shown(chain, recording, loads, values)
+    stays = (lost & ~recording.first)[:, None].to(loads.dtype)
+    shown = _shown(chain, recording, recurred(stays, torch.where(lost[:, None], 0.0, loads)), values)
+    return torch.where(lost[:, None], torch.nan, shown)
+
+
+def _shown(chain: Chain, recording: Recording[States], loads: Tensor, values: Values) -> Tensor:
     if recording.states.bed is not DEAD_LOAD:
         for name in ("wall", "loads"):
             for effect in chain.history[name]:

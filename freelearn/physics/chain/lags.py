@@ -7,7 +7,7 @@ import math
 import torch
 from torch import Tensor
 
-from freelearn.data.recordings import Recording, recurred, stopped, turned
+from freelearn.data.recordings import STEPPING, Recording, recurred, stopped, turned
 from freelearn.data.states import States
 
 # No lag is shorter [s]; below it nothing is left of one.
@@ -76,6 +76,8 @@ def delayed(signal: Tensor, recording: Recording[States], delay: Tensor) -> Tens
 
     signal: x (M, c); delay: T [s], (), of either sign.
     """
+    if (one := STEPPING.get()) is not None:
+        return one.delayed(signal, delay)
     whole = recording.strung(2 * LONGEST)
     asked = whole - delay
     begun, ended = recording.ends
