@@ -26,6 +26,7 @@ SIZED = {
     "valve_flow": ("squared_resistance",),
     "gas_warming": ("time",),
     "inertia": ("force", "moment"),
+    "stress_softening": ("depth",),
 }
 MOST = 0.95
 # Rounds of sizing, and by how much one may change the amount.
@@ -67,7 +68,7 @@ def amounts(name: str, a: float) -> dict[str, float]:
     known = UNIT | STATIC | UNKNOWN
     sized = SIZED.get(name, tuple(known[name]))
     grown = {label: a * value if label in sized else value for label, value in known[name].items()}
-    return {label: min(value, MOST) if label == "share" else value for label, value in grown.items()}
+    return {label: min(value, MOST) if label in ("share", "depth") else value for label, value in grown.items()}
 
 
 def make_time(job: dict) -> tuple[pd.DataFrame, dict[str, dict[str, float]], list[float]]:

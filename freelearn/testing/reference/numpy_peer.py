@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, Any]
+Numbers = float | Array
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 BALLOON = 2.5
 
 
 def continuum(
-    gamma: Array, L: Array, Ri: Array, Ro: Array, length: Array, phi: Array, P: Array, C1: float, C2: float
+    gamma: Array, L: Array, Ri: Array, Ro: Array, length: Array, phi: Array, P: Array, C1: Numbers, C2: Numbers
 ) -> tuple[Array, Array]:
-    """Arrays (N,) in SI → F (N,) N, M (N,) N·m, NaN where no inner radius below 2.5 R_i carries P.
+    """Arrays (N,) in SI → F (N,) N, M (N,) N·m, NaN where no inner radius below 2.5 R_i carries P. C1, C2: of all, or
+    of each (N,).
 
     P = ∫ (σθθ − σrr)/r dr, F = −π ∫ (2σzz − σrr − σθθ) r dr, M = −2π ∫ σθz r² dr, with dr = R/(r λz) dR and σ
     without b.

@@ -7,6 +7,7 @@ two rows of the log, element by element. Nothing of freelearn's scans or closed 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import erf
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import pandas as pd
 
 from freelearn.testing.reference.numpy_peer import continuum
 from freelearn.testing.reference.total_energy import SAMPLES
+from freelearn.testing.reference.total_energy import severity as tube_severity
 
 Array = np.ndarray[Any, Any]
 Effects = Mapping[str, Mapping[str, float]]
@@ -36,6 +38,7 @@ UNIT: dict[str, dict[str, float]] = {
     "valve_flow": {"squared_resistance": 1e10, "critical": 0.3},
     "gas_warming": {"time": 0.3, "cooling": 1.0},
     "inertia": {"force": 0.5, "moment": 0.5, "damping": 0.2},
+    "stress_softening": {"depth": 0.2, "severity": 0.02},
 }
 # Noticeable effects without a memory, and what is in no library: a wall that softens as it is worked, by a share where
 # the pressure has changed by RATE [kPa/s] for long, and gets over it in COOLS [s].
@@ -70,6 +73,7 @@ def log(
     parts = []
     for sample in samples:
         gamma, length, inner, outer = SAMPLES[sample]
+        worst = 0.0
         for run in range(1, recordings + 1):
             count = int(rate * seconds)
             time = np.arange(count) / rate
@@ -79,7 +83,8 @@ def log(
                 bent(fine, seconds, 4.0, run % 2 == 0, generator),
                 bent(fine, seconds, 90.0, run % 2 == 0, generator),
             )
-            loads = carried(sample, place, fine, shown * KPA, effects)[::STEPS]
+            loads, worst = carried(sample, place, fine, shown * KPA, effects, worst)
+            loads = loads[::STEPS]
             errors = [_noise(count, memory, generator) * noise * size for size in SENSORS]
             off = [noise * size * generator.normal() for size in POSITION]
             parts.append(
@@ -118,8 +123,11 @@ def bent(time: Array, seconds: float, most: float, moves: bool, generator: np.ra
     return found
 
 
-def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Array, effects: Effects) -> Array:
-    """Force and moment, (n, 2) N, N·m, that the sensors show at fine instants, from the pressure shown (n,) Pa."""
+def carried(
+    sample: int, place: tuple[Array, Array], time: Array, pressure: Array, effects: Effects, worst: float = 0.0
+) -> tuple[Array, float]:
+    """Force and moment, (n, 2) N, N·m, that the sensors show at fine instants, from the pressure shown (n,) Pa; and the
+    largest severity that the rubber has been through by then. worst: by the time that the recording begins."""
     gamma, length, inner, outer = SAMPLES[sample]
     dt = float(time[1] - time[0])
 
@@ -142,9 +150,12 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
     if "creep" in effects:
         balanced = _crept(pressure, effects["creep"]["share"], effects["creep"]["time"], dt)
     same = np.ones_like(pressure)
+    left = same
+    if "stress_softening" in effects:
+        left, worst = _worked(sample, place, pressure, worst, **effects["stress_softening"])
     force, moment = continuum(
         gamma * DEG * same, length * MM * same, inner * MM * same, outer * MM * same,
-        (length + place[0]) * MM, place[1] * DEG, balanced, C1, C2,
+        (length + place[0]) * MM, place[1] * DEG, balanced, C1 * left, C2 * left,
     )  # fmt: skip
     loads = np.stack([force, moment], axis=1)
     if "creep" in effects:
@@ -175,7 +186,29 @@ def carried(sample: int, place: tuple[Array, Array], time: Array, pressure: Arra
     if "sensor_lag" in effects:
         each = effects["sensor_lag"]["force"], effects["sensor_lag"]["moment"]
         loads = np.stack([_late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
-    return loads
+    return loads, worst
+
+
+def _worked(
+    sample: int, place: tuple[Array, Array], pressure: Array, worst: float, depth: float, severity: float
+) -> tuple[Array, float]:
+    """What is left of the wall's stresses (n,), and the largest severity then: η = 1 − d erf((S_max − S)/m) of Ogden &
+    Roxburgh (1999), their equation for 1/r = d, with the severity of a thin tube in the place of the energy; instant by
+    instant."""
+    gamma, length, inner, outer = SAMPLES[sample]
+    same = np.ones_like(pressure)
+    now, _ = tube_severity(
+        {
+            "sample": same, "gamma": gamma * DEG * same, "reference": length * MM * same, "inner": inner * MM * same,
+            "outer": outer * MM * same, "length": (length + place[0]) * MM, "twist": place[1] * DEG,
+            "pressure": pressure,
+        }
+    )  # fmt: skip
+    found = np.empty_like(pressure)
+    for n, severe in enumerate(now):
+        worst = max(worst, float(severe))
+        found[n] = 1 - depth * erf((worst - severe) / severity)
+    return found, worst
 
 
 def _late(signal: Array, tau: float, dt: float) -> Array:
