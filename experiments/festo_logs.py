@@ -122,19 +122,32 @@ def _columns(own: pd.DataFrame, memory: bool) -> np.ndarray:
     pressure, time = own["pressure_kpa"].to_numpy() / 600.0, own["time_s"].to_numpy()
     columns = [pressure**k for k in range(4)]
     if memory:
-        for width in PLAYS:
-            play = np.empty_like(pressure)
-            play[0] = pressure[0]
-            for n in range(1, len(play)):
-                play[n] = min(max(play[n - 1], pressure[n] - width), pressure[n] + width)
-            columns.append(play)
-        for tau in CREEPS:
-            late = np.empty_like(pressure)
-            late[0] = pressure[0]
-            for n in range(1, len(late)):
-                late[n] = pressure[n] + (late[n - 1] - pressure[n]) * np.exp(-(time[n] - time[n - 1]) / tau)
-            columns.append(late)
+        columns += plays(pressure, PLAYS) + creeps(pressure, time, CREEPS)
     return np.stack(columns, axis=1)
+
+
+def plays(signal: np.ndarray, widths: tuple[float, ...]) -> list[np.ndarray]:
+    """What a signal (n,) drags behind it by plays of these half widths."""
+    found = []
+    for width in widths:
+        play = np.empty_like(signal)
+        play[0] = signal[0]
+        for n in range(1, len(play)):
+            play[n] = min(max(play[n - 1], signal[n] - width), signal[n] + width)
+        found.append(play)
+    return found
+
+
+def creeps(signal: np.ndarray, time: np.ndarray, times: tuple[float, ...]) -> list[np.ndarray]:
+    """What follows a signal (n,) late by these times."""
+    found = []
+    for tau in times:
+        late = np.empty_like(signal)
+        late[0] = signal[0]
+        for n in range(1, len(late)):
+            late[n] = signal[n] + (late[n - 1] - signal[n]) * np.exp(-(time[n] - time[n - 1]) / tau)
+        found.append(late)
+    return found
 
 
 def main(folder: Path) -> None:
