@@ -52,7 +52,7 @@ class ModeError:
 @dataclass(frozen=True)
 class RubberFit:
     """values, stderr: by parameter, in SI; stderr NaN for a parameter at a bound or undetermined. intervals: 95 %, SI,
-    NaN where stderr is.
+    within the bounds, NaN where stderr is.
 
     error: over all fitted stresses, as in ModeError. at_bound: parameters that the fit left on a bound. modes: by the
     name of a test: its mode or, of a recording, its specimen.
@@ -115,8 +115,10 @@ def fit_rubber(
         modes[name] = ModeError(float(misfit.square().mean().sqrt()), len(misfit), name in fitted)
     bound = (best.x <= lower) | (best.x >= upper)
     stderr = _standard_errors(rubber, best, ~bound) * _widened(rubber, values, parts)
-    log, freedom = [p.log for p in rubber.declared.values()], max(count - len(values), 1)
-    ends = interval([float(value) for value in values.values()], stderr, log, freedom)
+    declared = list(rubber.declared.values())
+    freedom = max(count - len(values), 1)
+    ends = interval([float(value) for value in values.values()], stderr, [p.log for p in declared], freedom)
+    ends = np.clip(ends, [p.lower for p in declared], [p.upper for p in declared])
     found = {
         name: (float(value), float(error), (float(low), float(high)), bool(at))
         for (name, value), error, low, high, at in zip(values.items(), stderr, *ends, bound, strict=True)

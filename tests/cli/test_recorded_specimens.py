@@ -88,6 +88,18 @@ def test_a_recording_held_out_is_named_by_its_specimen(table, capsys, monkeypatc
     assert "fast (held out)" in capsys.readouterr().out
 
 
+def test_a_pull_alone_does_not_tell_what_is_left_at_rest(tmp_path):
+    # A slow arm beside nothing: over 2 s it pulls as rubber at rest would.
+    time = np.linspace(0, 2, 40)
+    stress = integrated(sheared, 0.0, [(MODULUS, 50.0)], lambda t: t, time, (0.0, 0.0))
+    stress += 0.01 * stress.max() * np.random.default_rng(2).standard_normal(len(time))
+    pull = pd.DataFrame({"time_s": time, "shear": time, "stress_mpa": stress / 1e6})
+    pull.to_csv(tmp_path / "pull.csv", index=False)
+    data, text = command.read_specimens([f"SS={tmp_path / 'pull.csv'}"]), io.StringIO()
+    command.fit_specimens(data, [], [], tmp_path / "o", Console(file=text, width=200), wanted=command.Wanted("1"))
+    assert "C1, the rubber at rest, is anywhere from" in text.getvalue() or "C1 is not determined" in text.getvalue()
+
+
 def test_what_cannot_be_is_said_in_a_sentence(table, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["specimens", str(table), "--held-out", "quick", "--out", str(tmp_path / "o")])
     with pytest.raises(SystemExit) as caught:

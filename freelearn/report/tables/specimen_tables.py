@@ -20,6 +20,8 @@ from freelearn.physics.models.rubber import per_shear
 # Nominal stress against stretch: measured, and what rubbers fitted alike say, as numbers.
 
 POINTS = 200
+# A modulus at rest whose interval spans more than this factor is not known.
+WIDE = 10.0
 COLUMNS = ["source", "mode", "specimen", "stretch", "stretch_2", "stress_mpa", "stress_2_mpa", "fitted"]
 
 
@@ -114,6 +116,12 @@ def rubber_notes(fit: RubberFit, alone: RubberFit) -> list[str]:
     notes = [f"{name} sits on its bound: the data do not ask for it, or for its opposite." for name in fit.at_bound]
     unknown = [n for n, error in fit.stderr.items() if not math.isfinite(error) and n not in fit.at_bound]
     notes += [f"{name} is not determined by these tests." for name in unknown]
+    if fit.rubber.relaxation and fit.intervals["C1"][1] > WIDE * fit.intervals["C1"][0]:
+        low, high = (number(end, 2) for end in fit.intervals["C1"])
+        notes.append(
+            f"C1, the rubber at rest, is anywhere from {low} to {high} Pa: hold longer, or come back, before a model "
+            "takes it over."
+        )
     worse = [m for m, e in fit.modes.items() if not (e.fitted or e.error <= alone.modes[m].error)]
     notes += [f"Held-out {m} is predicted worse than without the effects: do not trust them there." for m in worse]
     return notes if fit.message.startswith("Converged") else [*notes, fit.message]

@@ -165,3 +165,57 @@ def test_the_elastomers_of_the_collection(shared_data):
         assert set(asked) <= {"1.mode", "1.along.unit", "1.torn"}
         assert table["stretch"].between(0.9, 20).all()
         assert 0.1 < table["stress_mpa"].max() < 30
+
+
+TIME = np.concatenate([np.linspace(0, 2, 11), np.linspace(3, 60, 30)])
+HELD = 1 + np.minimum(TIME, 2) / 4
+LOGGED = 0.4 * (HELD - HELD**-2.0) * (1 + np.exp(-TIME / 20))
+
+
+def test_a_hold_with_times_is_taken_as_a_recording():
+    sources = {"hold_1.csv": text(("Zeit [min]", "Stretch", "Eng. stress [kPa]"), TIME / 60, HELD, 1000 * LOGGED)}
+    table, asked = interview(sources, {"1.mode": "uniaxial"})
+    # Nothing tore: what falls is the overstress.
+    assert asked == ["1.mode", "1.timed"]
+    np.testing.assert_allclose(table["time_s"], TIME, atol=1e-6)
+    np.testing.assert_allclose(table["stress_mpa"], LOGGED, rtol=1e-6)
+    assert table["specimen"].unique().tolist() == ["hold_1"]
+
+
+def test_a_slow_pull_with_times_stays_at_rest_unless_one_says_so():
+    header = ("time", "Stretch", "Eng. stress [MPa]")
+    sources = {"pull.csv": text(header, 10 * np.arange(5), STRETCH, STRESS["UT"])}
+    table, asked = interview(sources, {"1.mode": "uniaxial"})
+    assert "time_s" not in table
+    assert asked == ["1.mode"]
+    tests = guess_tests(sources)
+    everything = {q.key for q in rubber_questions(tests, {"1.timed": "yes"}, everything=True)}
+    assert {"1.timed", "1.time.unit"} <= everything
+    made = {"1.mode": "uniaxial", "1.timed": "yes", "1.time.unit": "ms"}
+    recipe = content_of(rubber_draft(tests, made, "files"), "recipe")
+    np.testing.assert_allclose(
+        convert_tests(parse_tests(recipe, "recipe"), sources).table["time_s"], np.arange(5) / 100
+    )
+
+
+def test_recordings_one_after_the_other_are_told_apart_by_the_clock():
+    # A cycle comes back without being another specimen.
+    time = np.concatenate([np.arange(10.0), np.arange(10.0)])
+    stretch = 1 + np.concatenate([np.arange(5), np.arange(5)[::-1]] * 2) / 4
+    rows = text(("Time [s]", "Stretch", "Eng. stress [MPa]"), time, stretch, stretch - 1)
+    table, _ = interview({"UT.csv": rows}, {"1.timed": "yes"})
+    assert table["specimen"].tolist() == ["UT 1"] * 10 + ["UT 2"] * 10
+
+
+def test_a_strain_in_simple_shear_is_the_amount_of_shear():
+    recipe = """
+    tests:
+      - mode: simple_shear
+        columns: {strain: {from: gamma, unit: "1"}, stress_mpa: {from: tau, unit: kPa}}
+    """
+    shear = np.array([0.0, 0.5, 1.5])
+    sources = {"layer.csv": text(("gamma", "tau"), shear, 1000 * shear)}
+    table = convert_tests(parse_tests(content_of(recipe, "recipe"), "recipe"), sources).table
+    np.testing.assert_allclose(table["stretch"] - 1 / table["stretch"], shear, atol=1e-9)
+    with pytest.raises(UserError, match="is of simple_shear, which takes strain, stress_mpa"):
+        parse_tests(content_of(recipe.replace("strain:", "stretch:"), "recipe"), "recipe")

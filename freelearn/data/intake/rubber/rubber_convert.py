@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,8 +14,10 @@ from freelearn.data.intake.chosen_rows import meets
 from freelearn.data.intake.evaluate import Evaluation
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.rubber.rubber_recipe import RubberTest
+from freelearn.data.intake.rubber.rubber_recipe import FURTHER, RubberTest
+from freelearn.data.specimen_schema import SHEAR, stretch_of_shear
 from freelearn.data.specimen_table import suspicions
+from freelearn.data.specimen_tests import TIME
 
 # A specimen begins anew where the stretch falls back by more than this share of its range.
 FALLS_BACK = 0.5
@@ -22,8 +25,9 @@ FALLS_BACK = 0.5
 
 @dataclass(frozen=True)
 class RubberIntake:
-    """table: mode, specimen, stretch, stress_mpa, and of biaxial tests stretch_2, stress_2_mpa. lines: (file, line) of
-    each row. warnings: sentences. records: of each test, what its columns were made of."""
+    """table: mode, specimen, stretch, stress_mpa, of biaxial tests stretch_2, stress_2_mpa, and time_s of recordings,
+    whose specimen is named after the file or sheet. lines: (file, line) of each row. warnings: sentences. records: of
+    each test, what its columns were made of."""
 
     table: pd.DataFrame
     lines: tuple[tuple[str, int], ...]
@@ -41,7 +45,9 @@ def convert_tests(tests: Sequence[RubberTest], sources: Mapping[str, bytes]) -> 
         raw = raw_table(sources[name], name, test.reading)
         rows = Evaluation(_kept(test, raw), test.columns, {}, np.ones(0, dtype=np.int64))
         table = _quantities(test, rows)
-        filled = table[["stretch", "stress_mpa"]].notna().all(axis=1)
+        # What a recording was stretched by counts for what it shows later.
+        needed = ["stretch", TIME if TIME in table else "stress_mpa"]
+        filled = table[needed].notna().all(axis=1)
         if not filled.any():
             raise UserError(f"{name}: no row of the {test.mode} test holds both a stretch and a stress.")
         tables.append(table[filled])
@@ -65,7 +71,9 @@ def _quantities(test: RubberTest, rows: Evaluation) -> pd.DataFrame:
     """The rows of one test, NaN where a cell is blank."""
     made = {name: rows.quantity(name) for name in test.columns}
     size = test.constants
-    if "strain" in made:
+    if test.mode == SHEAR:
+        stretch = stretch_of_shear(made["strain"])
+    elif "strain" in made:
         stretch = 1 + made["strain"]
     elif "true_strain" in made:
         stretch = np.exp(made["true_strain"])
@@ -80,12 +88,13 @@ def _quantities(test: RubberTest, rows: Evaluation) -> pd.DataFrame:
         stress = made["force_n"] / (size["width_mm"] * size["thickness_mm"])
     else:
         stress = made["stress_mpa"]
-    specimen = specimens(stretch)
+    specimen = recordings(made[TIME]) if TIME in made else specimens(stretch)
     if not test.whole:
         after = _after_the_largest(stress, specimen)
         stress = np.where(after, np.nan, stress)
-    further = {name: made[name] for name in ("stretch_2", "stress_2_mpa") if name in made}
-    labels = [str(number + 1) if specimen.max() else "" for number in specimen]
+    further = {name: made[name] for name in FURTHER if name in made}
+    named = test.reading.sheet or Path(rows.raw.name).stem if TIME in made else ""
+    labels = [f"{named} {number + 1}".strip() if specimen.max() else named for number in specimen]
     table = pd.DataFrame({"mode": test.mode, "specimen": labels, "stretch": stretch, "stress_mpa": stress})
     return table.assign(**further)
 
@@ -98,6 +107,17 @@ def specimens(stretch: np.ndarray) -> np.ndarray:
     """
     filled = stretch[~np.isnan(stretch)]
     falls = np.diff(stretch, prepend=stretch[:1]) < -FALLS_BACK * float(np.ptp(filled)) if len(filled) else stretch < 0
+    return np.asarray(np.cumsum(falls), dtype=np.int64)
+
+
+def recordings(time: np.ndarray) -> np.ndarray:
+    """As specimens, of tests over time: another one begins where the clock falls back.
+
+    >>> recordings(np.array([0, 1, 2, 0, 1])).tolist()
+    [0, 0, 0, 1, 1]
+    """
+    falls = np.zeros(len(time), dtype=bool)
+    falls[1:] = np.diff(time) < 0
     return np.asarray(np.cumsum(falls), dtype=np.int64)
 
 

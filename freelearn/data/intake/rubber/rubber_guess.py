@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.guess import column_guess
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.headings import heading
 from freelearn.data.intake.readers.cells import POINTS
 from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
 from freelearn.data.intake.readers.raw_table import RawTable
@@ -21,15 +22,19 @@ from freelearn.data.intake.recipes.recipe import Reading
 from freelearn.data.intake.rubber.rubber_convert import specimens
 from freelearn.data.intake.rubber.rubber_kinds import ALONG, STRESSES, kind_of, mode_in
 from freelearn.data.intake.rubber.specimen_sizes import Size, sizes_in
+from freelearn.data.specimen_tests import MOVES, TIME
 
 # A specimen that tore carries less than this share of its largest stress at the end.
 TORN = 0.7
+# A specimen that snaps back as it tears does so in fewer than this share of the rows.
+BACK = 0.2
 
 
 @dataclass(frozen=True)
 class RubberGuess:
     """One test. file: "" of the only one. sheet: "" of a file without. mode: "" where nothing names it. along, stress:
     names of the columns, "" where none is likely. columns: of numbers. torn: whether the stress falls at the end.
+    time: name of a column of times, "" without one. held: whether the specimen is held or brought back by then.
     sizes: of the specimen, where the file tells some."""
 
     file: str
@@ -40,6 +45,8 @@ class RubberGuess:
     rows: int
     columns: tuple[ColumnGuess, ...]
     torn: bool = False
+    time: str = ""
+    held: bool = False
     sizes: tuple[Size, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -108,12 +115,14 @@ def _tests(raw: RawTable, file: str, sheet: str, sizes: tuple[Size, ...]) -> Ite
     """The test of a table, or several side by side."""
     columns = tuple(c for c in (column_guess(raw, name) for name in raw.columns) if c.numeric)
     pairs = _pairs(columns)
+    time = next((c.name for c in columns if heading(c.name, c.unit).quantity == TIME), "")
     told = mode_in(sheet) or mode_in(raw.name)
     own = {size.name: size for size in (*sizes, *sizes_in(raw.head, raw.style, raw.name))}
     for along, stress in pairs:
         mode = mode_in(f"{along} {stress}") or (told if len(pairs) == 1 else "")
-        torn = _torn(raw, along, stress)
-        yield RubberGuess(file, sheet, mode, along, stress, len(raw), columns, torn, tuple(own.values()), raw.notes)
+        torn, held = _torn(raw, along, stress), bool(time) and _held(raw, along)
+        sized = tuple(own.values())
+        yield RubberGuess(file, sheet, mode, along, stress, len(raw), columns, torn, time, held, sized, raw.notes)
 
 
 def _pairs(columns: tuple[ColumnGuess, ...]) -> list[tuple[str, str]]:
@@ -135,6 +144,18 @@ def _pairs(columns: tuple[ColumnGuess, ...]) -> list[tuple[str, str]]:
     along.sort(key=lambda name: order[kinds[name][0]] + 10 * (kinds[name][0] == "true_strain"))
     stress.sort(key=lambda name: (kinds[name][0] != "stress_mpa", not kinds[name][1], order[kinds[name][0]]))
     return [((along or [""])[0], (stress or [""])[0])]
+
+
+def _held(raw: RawTable, along: str) -> bool:
+    """Whether a specimen stands still for most of its rows, or comes half the way back for many."""
+    x = raw.maybe_numbers(along) if along else None
+    there = x[~np.isnan(x)] if x is not None else np.zeros(0)
+    moved = np.abs(np.diff(there))
+    if len(moved) < 3 or not moved.any():
+        return False
+    far, top = there - there[0], int(np.argmax(np.abs(there - there[0])))
+    back = len(far) - top > BACK * len(far) and abs(far[-1]) < abs(far[top]) / 2
+    return back or float(np.median(moved)) < MOVES * float(moved.max())
 
 
 def _torn(raw: RawTable, along: str, stress: str) -> bool:

@@ -7,16 +7,18 @@ from typing import Any
 
 from freelearn.data.intake.guesses.draft import LARGEST_STRAIN, Answers
 from freelearn.data.intake.guesses.draft_questions import Question
-from freelearn.data.intake.guesses.guessed import YES, YES_OR_NO, ColumnGuess
+from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, ColumnGuess
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.rubber.rubber_guess import RubberGuess
 from freelearn.data.intake.rubber.rubber_kinds import ALONG, KINDS, SPECIMEN, STRESSES, kind_of
 from freelearn.data.intake.rubber.rubber_recipe import LARGEST
 from freelearn.data.specimen_schema import MODES
+from freelearn.data.specimen_tests import TIME
 
 UNUSED = "not used"
 WORDS = {
     "uniaxial": "uniaxial tension", "equibiaxial": "equibiaxial tension", "pure_shear": "pure shear (a wide strip)",
+    "simple_shear": "simple shear (a layer between plates)",
 }  # fmt: skip
 
 
@@ -30,9 +32,24 @@ def rubber_questions(tests: Sequence[RubberGuess], answers: Answers, everything:
         for which, kinds in (("along", ALONG), ("stress", STRESSES)):
             yield from _column(number, test, which, kinds, answers, everything)
         yield from _sizes(number, test, answers)
-        if test.torn:
+        if test.time and (everything or test.held or f"{number}.timed" in answers):
+            text = (
+                f"{test.label} has times, {test.time!r}. Does it show how the rubber relaxes (held, pulled at a rate, "
+                "cycled)? A slow test shows the rubber at rest."
+            )
+            likely = YES if test.held else NO
+            yield Question(f"{number}.timed", text, "choice", "", YES_OR_NO, likely, f"{test.label}: over time")
+            if _timed(test, answers, number) and not test.column(test.time).unit:
+                text, short = f"Which unit has {test.time!r} of {test.label}?", f"{test.label}: unit of {test.time!r}"
+                yield Question(f"{number}.time.unit", text, "unit", TIME, (), "s", short)
+        if test.torn and not _timed(test, answers, number):
             text = f"The stress of {test.label} falls at the end. Leave out what follows the largest, where it tore?"
             yield Question(f"{number}.torn", text, "choice", "", YES_OR_NO, YES, f"{test.label}: torn part left out")
+
+
+def _timed(test: RubberGuess, answers: Answers, number: int) -> bool:
+    """Whether a test is a recording, as was answered or is likely."""
+    return bool(test.time) and answers.get(f"{number}.timed", YES if test.held else NO) == YES
 
 
 def mode_of(number: int, test: RubberGuess) -> Question:
@@ -133,7 +150,11 @@ def rubber_draft(tests: Sequence[RubberGuess], answers: Answers, name: str) -> s
         if needs:
             told = {size.name: size.value for size in test.sizes}
             entry["constants"] = {need: answers.get(f"{number}.{need}", told.get(need)) for need in needs}
-        if test.torn and answers.get(f"{number}.torn", YES) == YES:
+        timed = _timed(test, answers, number)
+        if timed:
+            unit = answers.get(f"{number}.time.unit", test.column(test.time).unit or "s")
+            entry["columns"][TIME] = {"from": test.time, "unit": unit}
+        if test.torn and not timed and answers.get(f"{number}.torn", YES) == YES:
             entry["until"] = LARGEST
         content["tests"].append(entry)
     return "\n".join([f"# How {name} becomes a table of tests of rubber.", *recipe_lines(content, remarks)]) + "\n"

@@ -12,18 +12,21 @@ from freelearn.data.intake.recipes.recipe_columns import column_of, conditions_o
 from freelearn.data.intake.recipes.recipe_parts import reading_of
 from freelearn.data.intake.recipes.recipe_section import Section
 from freelearn.data.intake.rubber.rubber_kinds import ALONG, SPECIMEN, STRESSES
-from freelearn.data.specimen_schema import MODES, mode_name
+from freelearn.data.specimen_schema import MODES, SHEAR, mode_name
+from freelearn.data.specimen_tests import TIME
 
 KEYS = ("mode", "file", "read", "columns", "constants", "drop", "until")
-FURTHER = ("stretch_2", "stress_2_mpa")
+FURTHER = ("stretch_2", "stress_2_mpa", TIME)
+# What a sheared layer's columns are: its amount of shear, and the force on it over its area.
+SHEARED = ("strain", "stress_mpa", TIME)
 LARGEST = "largest stress"
 
 
 @dataclass(frozen=True)
 class RubberTest:
-    """mode: a name of MODES. file: "" of the only one. columns: one of ALONG, one of STRESSES, and of a biaxial test
-    stretch_2 and stress_2_mpa. constants: of the specimen [mm]. whole: whether what follows the largest stress counts,
-    too."""
+    """mode: a name of MODES. file: "" of the only one. columns: one of ALONG, one of STRESSES, of a biaxial test
+    stretch_2 and stress_2_mpa, and time_s of a recording. constants: of the specimen [mm]. whole: whether what follows
+    the largest stress counts, too."""
 
     mode: str
     columns: Mapping[str, Column]
@@ -59,6 +62,8 @@ def _test(section: Section) -> RubberTest:
     if mode is None:
         section.say(f"is {section.text('mode')!r}: write one of {', '.join(MODES)}", "mode")
     columns = _columns(section.section("columns"))
+    if mode == SHEAR and set(columns) - set(SHEARED):
+        section.say(f"is of {SHEAR}, which takes {', '.join(SHEARED)}: the strain is the amount of shear", "columns")
     until = section.text("until")
     if until not in ("", LARGEST):
         section.say(f"is {until!r}: write {LARGEST}, or leave it out", "until")
