@@ -1,10 +1,13 @@
-"""Identified actuators: those that the package ships, and folders that others published."""
+"""Identified actuators: those that the package ships, those of installed libraries, and folders that others
+published."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
     from freelearn.export.certificate import Certificate
 
 SHIPPED = Path(__file__).resolve().parents[1] / "examples" / "actuators"
+# The entry points by which an installed package says that actuators lie in it: name = "package".
+LIBRARIES = "freelearn.actuators"
 CARD, REFEREE = "actuator.json", "referee.json"
 # Without these nobody knows what it is.
 NEEDED = ("title", "source", "license")
@@ -70,18 +75,22 @@ class IdentifiedActuator:
 
 
 class Actuators(Mapping[str, IdentifiedActuator]):
-    """By name: `fl.actuators["dmsp20"]`."""
+    """By name: `fl.actuators["dmsp20"]`. Of installed libraries too."""
 
     def __getitem__(self, name: str) -> IdentifiedActuator:
-        if name not in list(self):
+        found = _folders()
+        if name not in found:
             raise unknown("actuator", name, list(self))
-        return IdentifiedActuator.open(SHIPPED / name)
+        if len(found[name]) > 1:
+            places = " and ".join(map(str, found[name]))
+            raise UserError(f"The actuator {name} is in {places}: take one by fl.actuators.open(FOLDER).")
+        return IdentifiedActuator.open(found[name][0])
 
     def __iter__(self) -> Iterator[str]:
-        return iter(sorted(path.parent.name for path in SHIPPED.glob(f"*/{CARD}")))
+        return iter(sorted(_folders()))
 
     def __len__(self) -> int:
-        return len(list(iter(self)))
+        return len(_folders())
 
     def open(self, folder: str | Path) -> IdentifiedActuator:
         """One that somebody published as a folder. Raises UserError."""
@@ -112,6 +121,22 @@ class Actuators(Mapping[str, IdentifiedActuator]):
         write_text(folder / "results.json", json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
         write_text(folder / CARD, json.dumps(card, indent=1, ensure_ascii=False) + "\n")
         return folder
+
+
+def _folders() -> dict[str, list[Path]]:
+    """Folders of actuators by their name: of this package, and of installed libraries."""
+    found: dict[str, list[Path]] = {}
+    for place in (SHIPPED, *_libraries()):
+        for path in sorted(place.glob(f"*/{CARD}")):
+            found.setdefault(path.parent.name, []).append(path.parent)
+    return found
+
+
+def _libraries() -> list[Path]:
+    """Folders of the packages that say so. They are looked for and not imported: nothing in them runs."""
+    names = sorted({point.value.partition(".")[0] for point in entry_points(group=LIBRARIES)})
+    specs = [find_spec(name) for name in names]
+    return [Path(place) for spec in specs if spec for place in spec.submodule_search_locations or ()]
 
 
 def _referee(folder: Path) -> str:

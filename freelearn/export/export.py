@@ -111,8 +111,12 @@ def _beside(folder: Path) -> Iterator[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".export.", dir=folder) as place:
             yield Path(place)
-    except OSError as problem:
-        raise cannot_write(folder, problem, "choose another folder, or make room") from problem
+    except (OSError, UserError) as problem:
+        # Nobody knows the folder that things are made in: it is the one asked for that is told.
+        cause = problem if isinstance(problem, OSError) else problem.__cause__
+        if not isinstance(cause, OSError):
+            raise
+        raise cannot_write(folder, cause, "choose another folder, or make room") from problem
     finally:
         if not there:
             # Not empty where the export was written.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from freelearn.data.beds import DEAD_LOAD
 from freelearn.export.actuator import Actuator
 from freelearn.export.arithmetic.function import Function, Port
 from freelearn.export.forward import forward, parts
@@ -89,6 +90,11 @@ class Functions:
             said.append(
                 "Bands along a log are not exported, for there they depend on all that was before: those that are "
                 "exported are of a state that lasts."
+            )
+        if self.actuator.bed is DEAD_LOAD and self.actuator.held:
+            said.append(
+                "No pressure for an elongation or a twist under a load: each of hundreds of pressures would have a "
+                "search of its own for the place of rest; use predict, with a table whose pressure is blank."
             )
         if count <= MOST:
             return said

@@ -18,6 +18,8 @@ from freelearn.physics.chain.lags import SHORTEST
 
 # More samples than these no dead time keeps.
 MOST_KEPT = 500
+# Of whom it is what goes on where a sample has no equilibrium; what a lag's recurrence is.
+LAST, AHEAD = "last", "how far its input is ahead of what follows it"
 BEGUN = Port("begun", "1", "0 before the first sample, 1 after it")
 
 
@@ -55,7 +57,7 @@ class OneStep:
 
     @contextmanager
     def owned(self, owner: str, units: Sequence[str]) -> Iterator[None]:
-        """Inside of it, states are of an effect of this name, and of channels in these units."""
+        """Inside of it, states are of an effect of this name (or LAST), and of channels in these units."""
         before = self.owner, self.units
         self.owner, self.units = owner, tuple(units)
         token = STEPPING.set(self)
@@ -102,7 +104,8 @@ class OneStep:
     def recurred(self, factor: Tensor, added: Tensor) -> Tensor:
         """As recordings.recurred."""
         factor, added = torch.broadcast_tensors(factor, added)
-        state = self.kept("what its recurrence y = a y + b has come to", added)
+        about = "what was there at the last sample with an equilibrium" if self.owner == LAST else AHEAD
+        state = self.kept(about, added)
         return state(factor * state() + added)
 
     def stopped(self, signal: Tensor, low: Tensor, high: Tensor) -> Tensor:

@@ -17,7 +17,7 @@ from freelearn.export.actuator import HISTORY, WORST, Actuator
 from freelearn.export.arithmetic.function import Function, Port, pruned
 from freelearn.export.arithmetic.trace import traced
 from freelearn.export.forward import STATUS
-from freelearn.export.one_step import OneStep
+from freelearn.export.one_step import LAST, OneStep
 from freelearn.physics.chain.chain import Chain
 from freelearn.physics.chain.history import measured_along
 from freelearn.physics.chain.ports import HistoryEffect
@@ -82,7 +82,7 @@ def stepped(actuator: Actuator) -> Function:
             # What the state itself is at stands behind it.
             step.after[[p.name for p in step.ports].index(port.name)] = now
         step.states = system.states.with_inputs(x.unbind(-1))
-        with step.owned("last", second):
+        with step.owned(LAST, second):
             loads, status = measured_along(chain, step, values)  # type: ignore[arg-type]
         inside = actuator.inside(x) & step.covered
         if held is not None and actuator.bed is DEAD_LOAD:

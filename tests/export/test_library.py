@@ -1,15 +1,21 @@
 """Identified actuators: what the package ships, and what others publish."""
 
 import json
+import os
+import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from exported import actuator
+from exported import VALUES, actuator
+from fitted_folders import folder_of, grid, shown
 
 import freelearn as fl
+from freelearn.physics.models.build import build_model
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -50,6 +56,45 @@ def test_a_folder_of_ones_own(tmp_path):
     (folder / "actuator.json").write_text("{}")
     with pytest.raises(fl.UserError, match="no published actuator"):
         fl.actuators.open(folder)
+
+
+def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(tmp_path):
+    """As docs/export.md has it, word for word; the package itself is never imported."""
+    run = _linear(tmp_path / "run")
+    package = tmp_path / "lab" / "lab_actuators"
+    fl.actuators.publish(run, package / "left", title="Left", source="here", license="MIT")
+    (package / "__init__.py").write_text("raise ImportError('imported')")
+    (project,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "export.md").read_text(), re.DOTALL)
+    (tmp_path / "lab" / "pyproject.toml").write_text(project)
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    alone = ["--no-deps", "--no-index"]
+    built = ["wheel", *alone, "--no-build-isolation", "--wheel-dir", tmp_path / "wheels", tmp_path / "lab"]
+    subprocess.run([*pip, *built], check=True, cwd=tmp_path)
+    (wheel,) = (tmp_path / "wheels").glob("*.whl")
+    assert wheel.name == "lab_actuators-1.0-py3-none-any.whl"
+    subprocess.run([*pip, "install", *alone, "--target", tmp_path / "site", wheel], check=True)
+    asked = "import freelearn as fl; print(*fl.actuators, round(fl.actuators['left'].load().parameters['ka']))"
+    told = subprocess.run(
+        [sys.executable, "-c", asked], env=os.environ | {"PYTHONPATH": str(tmp_path / "site")}, cwd=tmp_path,
+        capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    assert told == ["dmsp20", "left", "30000"]
+
+
+def test_of_two_actuators_of_one_name_both_are_told(tmp_path, monkeypatch):
+    run = _linear(tmp_path / "run")
+    for place in ("one", "two"):
+        fl.actuators.publish(run, tmp_path / place / "left", title="Left", source="here", license="MIT")
+    monkeypatch.setattr("freelearn.api.actuators._libraries", lambda: [tmp_path / "one", tmp_path / "two"])
+    assert list(fl.actuators) == ["dmsp20", "left"]
+    with pytest.raises(fl.UserError, match=r"one/left and .*two/left"):
+        fl.actuators["left"]
+
+
+def _linear(folder):
+    """The quickest of all to trace."""
+    model = build_model("linear", VALUES["linear"], [])
+    return fl.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
 
 
 @pytest.mark.slow
