@@ -18,8 +18,9 @@ from freelearn.export.arithmetic.function import Function
 from freelearn.export.step import GIVEN, usual_step
 from freelearn.physics.chain.prediction import Prediction, Status
 
-# Random recordings, samples of each, and all samples that are followed of the run's own.
-RANDOM, SAMPLES, OWN = 40, 100, 6000
+# Random recordings and samples of each; of the run's own recordings the samples of one that are followed, and of all.
+RANDOM, SAMPLES = 40, 100
+LONGEST, OWN = 1000, 6000
 # Steps of time of random recordings, in units of the usual one, and how long a rest is, which one sample of so many is.
 STEPS, REST, RESTS = (0.6, 3.0), 20.0, 25
 # Random inputs go on straight lines from place to place, each of at most so many samples.
@@ -147,7 +148,7 @@ class Along:
         for number in np.unique(run[own]):
             some = own[run[own] == number]
             if number < random:
-                some = some[:left]
+                some = some[: min(left, LONGEST)]
                 left -= len(some)
             if len(some):
                 rows.append(some)
@@ -195,6 +196,14 @@ class Along:
         return [{name: value[rows] for name, value in found.items()} for rows in self.rows]
 
     @cached_property
+    def reached(self) -> list[np.ndarray]:
+        """Samples of each recording before which all had an equilibrium, (n,) bool: after one without what is carried
+        hangs on where its search gave up."""
+        none = [np.r_[False, w["status"][:-1] == int(Status.NO_EQUILIBRIUM)] for w in self.wanted]
+        return [~np.logical_or.accumulate(n) for n in none]
+
+    @cached_property
     def settled(self) -> list[np.ndarray]:
-        """Samples of each recording that have an equilibrium, (n,) bool."""
-        return [w["status"] != int(Status.NO_EQUILIBRIUM) for w in self.wanted]
+        """Those of them that have one, (n,) bool."""
+        pairs = zip(self.reached, self.wanted, strict=True)
+        return [reached & (w["status"] != int(Status.NO_EQUILIBRIUM)) for reached, w in pairs]

@@ -105,11 +105,12 @@ def _along(actuator: Actuator, step: Function, follow: Follow, limit: float) -> 
     along, place = Along(actuator, step), {p.name: i for i, p in enumerate(step.answered)}
     got, x = np.concatenate(follow(along.recordings)), np.concatenate([r.inputs for r in along.recordings])
     want = {n: np.concatenate([w[n] for w in along.wanted]) for n in place}
-    settled = np.concatenate(along.settled)
+    settled, reached = np.concatenate(along.settled), np.concatenate(along.reached)
     shares, ranges, wrong = dict[str, np.ndarray](), dict[str, float](), dict[str, int]()
     for name, i in place.items():
         if name in FLAGS:
-            wrong[name] = int((got[settled, i] != want[name][settled]).sum())
+            told = reached if name == "status" else settled
+            wrong[name] = int((got[told, i] != want[name][told]).sum())
             continue
         ranges[name] = _span(want[name][settled])
         shares[name] = _shares(got[settled, i], want[name][settled], ranges[name])

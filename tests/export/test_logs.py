@@ -3,12 +3,16 @@
 import ctypes
 import json
 
+import beds
 import numpy as np
 import pytest
-from exported import HISTORY, log_run, sampled
+from exported import HISTORY, VALUES, log_run, sampled
+from fitted_folders import folder_of
 
+import freelearn
 from freelearn.common.errors import UserError
 from freelearn.data.beds import DEG, KPA, MM, NMM
+from freelearn.data.columns import with_members
 from freelearn.export.actuator import Actuator
 from freelearn.export.checks import checked
 from freelearn.export.export import WRITERS
@@ -18,9 +22,11 @@ from freelearn.export.step import stepped
 from freelearn.export.writers.c_file import compiled, compiler
 from freelearn.export.writers.c_source import c_source
 from freelearn.physics.effects.history.delays import DeadTime
+from freelearn.physics.models.build import build_model
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 IMPOSED = {"elongation_mm": MM, "twist_deg": DEG, "pressure_kpa": KPA}
+HUNG = {"force_n": 1.0, "moment_nmm": NMM, "pressure_kpa": KPA}
 # Several that act before the wall, on it, behind it and on the readings, and what a row remembers besides.
 MANY = ["supply_lag", "valve_flow", "creep", "maxwell_slip", "sensor_lag"]
 REMEMBERED = {"friction_hysteresis.force": 0.3, "stress_softening.depth": 0.2, "sensor_drift.force_rate": 1e-3}
@@ -36,8 +42,8 @@ def close(got, fitted, table):
     assert (np.abs(lasting - wanted) / span).max() > 1e-3
 
 
-def imposed(table):
-    return np.column_stack([table[name] * factor for name, factor in IMPOSED.items()])
+def imposed(table, names=None):
+    return np.column_stack([table[name] * factor for name, factor in (names or IMPOSED).items()])
 
 
 def steps(table):
@@ -46,12 +52,12 @@ def steps(table):
     return np.where(first, 0.0, table["time_s"].diff().fillna(0.0)), first
 
 
-def followed(library, name, states, table, begin=lambda state, ended, row: None):
+def followed(library, name, states, table, begin=lambda state, ended, row: None, names=None):
     """Loads (N, 2) by NAME_reset and NAME_step of a compiled file, and what the steps returned."""
     step, reset = library[f"{name}_step"], library[f"{name}_reset"]
     step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
     state, out, got, flags = np.full(states, 7.0), np.zeros(4), [], []
-    for row, (x, dt, first) in enumerate(zip(imposed(table), *steps(table), strict=True)):
+    for row, (x, dt, first) in enumerate(zip(imposed(table, names), *steps(table), strict=True)):
         if first:
             ended = state.copy()
             reset(ctypes.c_void_p(state.ctypes.data))
@@ -220,17 +226,30 @@ def test_a_hung_log_tells_places(tmp_path):
     fitted = log_run(tmp_path / "run", effects, bed="dead_load")
     step = stepped(Actuator.from_fitted(fitted))
     table = fitted.table()
-    x = np.column_stack([table["force_n"], table["moment_nmm"] * NMM, table["pressure_kpa"] * KPA])
-    call, state, out, got = in_c(step, tmp_path)["arm_step"], np.zeros(step.carried), np.zeros(4), []
-    call.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-    for row, dt, first in zip(x, *steps(table), strict=True):
-        if first:
-            state[:] = 0.0
-        call(row.ctypes.data, dt, state.ctypes.data, out.ctypes.data)
-        got.append(out[:2].copy())
+    got, _ = followed(in_c(step, tmp_path), "arm", step.carried, table, names=HUNG)
     wanted = fitted.predict(table, bands=False).loads
-    assert (np.abs(np.array(got) - wanted) / np.ptp(wanted, axis=0)).max() < 1e-9
+    assert (np.abs(got - wanted) / np.ptp(wanted, axis=0)).max() < 1e-9
     assert [p.name for p in step.answered] == ["elongation", "twist", "status", "inside"]
+
+
+@needs_compiler
+def test_an_end_block_of_a_log(tmp_path):
+    """A pressure each, whose lags and directions are the actuators' own."""
+    table = beds.block({})
+    count = np.arange(len(table))
+    table = table.assign(run=count // 60, time_s=0.2 * count + 0.03 * np.sin(count))
+    table = with_members(table[table["run"] < 3], beds.MEMBERS)
+    values = {f"{e}.{n}": v for e in ("creep", "supply_lag", "maxwell_slip") for n, v in HISTORY[e].items()}
+    model = build_model(
+        "linear", VALUES["linear"], ["creep", "supply_lag", "maxwell_slip", "friction_hysteresis"], [1], 3
+    )
+    model.set_values(values | {n: 0.1 for n in model.declared if n.startswith("friction_hysteresis.force")})
+    known = np.eye(len(model.declared))
+    fitted = freelearn.load(folder_of(tmp_path / "run", model, table, covariance=known))
+    step = stepped(Actuator.from_fitted(fitted))
+    names = {"elongation_mm": MM, "twist_deg": DEG, **{f"pressure_{i}_kpa": KPA for i in (1, 2, 3)}}
+    got, _ = followed(in_c(step, tmp_path), "arm", step.carried, fitted.table(), names=names)
+    close(got, fitted, fitted.table())
 
 
 def test_samples_too_close_for_a_dead_time_are_flagged(tmp_path):

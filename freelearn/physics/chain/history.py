@@ -88,10 +88,10 @@ def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
     before = tuple(f"{effect.name}." for effect in (*chain.history["supply"], *chain.history["wall"]))
     moving = [i for i, label in enumerate(chain.labels()) if label.startswith(before)] if before else []
     by_head = _pushed(head, vector, unit, moving) if moving else None
-    loads, rates = _steady_rates(chain, recording.states, inputs, vector, by_head)
+    loads, rates, lost = _steady_rates(chain, recording.states, inputs, vector, by_head)
 
     def tail(of: Tensor, v: Tensor) -> Tensor:
-        return _carried(chain, recording, of, chain.physical(v))
+        return _carried(chain, recording, of, chain.physical(v), lost)
 
     def column(rate: Tensor, along: Tensor) -> Tensor:
         rate_of: Tensor = torch.func.jvp(tail, (loads, vector), (rate, along))[1]
@@ -111,14 +111,14 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
     assert states.place is not None
     recording, place = states.recording.around(states.place)
     supplied = torch.stack(_supplied(chain, recording, values), dim=-1)
-    whole, by = _steady_by_inputs(chain, recording.states, supplied, values)
+    whole, by, lost = _steady_by_inputs(chain, recording.states, supplied, values)
     by = by[:, :, :2]
 
     first, second, *others = recording.states.inputs()
 
     def tail(of: Tensor, shift: Tensor) -> Tensor:
         moved = recording.states.with_inputs([first + shift[0], second + shift[1], *others])
-        return _carried(chain, Recording(moved, recording.run, recording.time), of, values)
+        return _carried(chain, Recording(moved, recording.run, recording.time), of, values, lost)
 
     still, unit = whole.new_zeros(2), torch.eye(2, dtype=whole.dtype)
     columns = [torch.func.jvp(tail, (whole, still), (by[:, :, i], unit[i]))[1] for i in range(2)]
@@ -141,9 +141,9 @@ def by_inputs(chain: Chain, recording: Recording[States], values: Values, sample
         return torch.stack(_supplied(chain, moved(x), values), dim=-1)
 
     def tail(of: Tensor, x: Tensor) -> Tensor:
-        return _carried(chain, moved(x), of, values)
+        return _carried(chain, moved(x), of, values, lost)
 
-    loads, by = _steady_by_inputs(chain, recording.states, head(inputs), values)
+    loads, by, lost = _steady_by_inputs(chain, recording.states, head(inputs), values)
     places = torch.arange(len(recording), device=inputs.device)
 
     def column(sample: Tensor) -> Tensor:
@@ -159,17 +159,19 @@ def by_inputs(chain: Chain, recording: Recording[States], values: Values, sample
     return columns
 
 
-def _steady_by_inputs(chain: Chain, states: States, inputs: Tensor, values: Values) -> tuple[Tensor, Tensor]:
-    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂inputs (M, 2, i): zero where it has none."""
-    loads, rates = [], []
+def _steady_by_inputs(chain: Chain, states: States, inputs: Tensor, values: Values) -> tuple[Tensor, Tensor, Tensor]:
+    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂inputs (M, 2, i): zero where it has none;
+    whether it has no equilibrium (M,) bool."""
+    loads, rates, lost = [], [], []
     for rows in torch.arange(len(states), device=inputs.device).split(BLOCK):
         with torch.enable_grad():
             at = inputs[rows].detach().requires_grad_()
-            found = _before_sensors(chain, states[rows].with_inputs(at.unbind(-1)), values).loads
-            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0] for f in found.unbind(-1)]
-        loads.append(found.detach())
+            found = _before_sensors(chain, states[rows].with_inputs(at.unbind(-1)), values)
+            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0] for f in found.loads.unbind(-1)]
+        loads.append(found.loads.detach())
+        lost.append(found.status == Status.NO_EQUILIBRIUM)
         rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
-    return torch.cat(loads), torch.cat(rates)
+    return torch.cat(loads), torch.cat(rates), torch.cat(lost)
 
 
 def _pushed(head: Callable[[Tensor], Tensor], vector: Tensor, unit: Tensor, moving: Sequence[int]) -> Tensor:
@@ -181,33 +183,37 @@ def _pushed(head: Callable[[Tensor], Tensor], vector: Tensor, unit: Tensor, movi
 
 def _steady_rates(
     chain: Chain, states: States, inputs: Tensor, vector: Tensor, by_head: Tensor | None
-) -> tuple[Tensor, Tensor]:
-    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂vector (M, 2, p), also by way of these."""
-    loads, rates = [], []
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂vector (M, 2, p), also by way of these;
+    whether it has no equilibrium (M,) bool."""
+    loads, rates, lost = [], [], []
     for rows in torch.arange(len(states), device=vector.device).split(BLOCK):
         with torch.enable_grad():
             copies = vector.detach().expand(len(rows), -1).clone().requires_grad_()
             at = inputs[rows].detach().requires_grad_()
             own = states[rows].with_inputs(at.unbind(-1))
-            found = _before_sensors(chain, own, chain.physical(copies)).loads
+            found = _before_sensors(chain, own, chain.physical(copies))
             each = [
                 torch.autograd.grad(f.sum(), (copies, at), retain_graph=True, materialize_grads=True)
-                for f in found.unbind(-1)
+                for f in found.loads.unbind(-1)
             ]
         by_copies = torch.stack([c for c, _ in each], dim=1)
         if by_head is not None:
             by_inputs = torch.stack([i for _, i in each], dim=1).nan_to_num(nan=0.0)
             by_copies = by_copies + by_inputs @ by_head[rows]
-        loads.append(found.detach())
+        loads.append(found.loads.detach())
         rates.append(by_copies)
-    return torch.cat(loads), torch.cat(rates)
+        lost.append(found.status == Status.NO_EQUILIBRIUM)
+    return torch.cat(loads), torch.cat(rates), torch.cat(lost)
 
 
 def measured_along(chain: Chain, recording: Recording[States], values: Values) -> Prediction:
     """What the bed measures at every sample of the recordings."""
     supplied = recording.states.with_inputs(_supplied(chain, recording, values))
     found = _blocks(chain, supplied, values)
-    return Prediction(_carried(chain, recording, found.loads, values), found.status)
+    return Prediction(
+        _carried(chain, recording, found.loads, values, found.status == Status.NO_EQUILIBRIUM), found.status
+    )
 
 
 def _supplied(chain: Chain, recording: Recording[States], values: Values) -> list[Tensor]:
@@ -225,16 +231,17 @@ def _supplied(chain: Chain, recording: Recording[States], values: Values) -> lis
     return [first, second, *pressures]
 
 
-def _carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values) -> Tensor:
+def _carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:
     """What the sensors show (M, 2), from the steady loads (M, 2) before them, or the places under a dead load.
 
-    Where a sample has no equilibrium what is carried stays as it was, for samples after it are not lost with it."""
-    lost = ~loads.isfinite().all(-1)
+    lost: samples without an equilibrium (M,) bool. There what is carried stays as it was, so that samples after them
+    are not lost too."""
+    lost = lost | ~loads.isfinite().all(-1)
     if all_if_known(~lost):
         return _shown(chain, recording, loads, values)
     stays = (lost & ~recording.first)[:, None].to(loads.dtype)
     shown = _shown(chain, recording, recurred(stays, torch.where(lost[:, None], 0.0, loads)), values)
-    return torch.where(lost[:, None], torch.nan, shown)
+    return torch.where(lost[:, None], loads, shown)
 
 
 def _shown(chain: Chain, recording: Recording[States], loads: Tensor, values: Values) -> Tensor:
