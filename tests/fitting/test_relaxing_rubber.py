@@ -17,6 +17,7 @@ from freelearn.fitting.rubber_relaxation import best_relaxation, compare_relaxat
 from freelearn.fitting.rubber_tests import Recorded
 from freelearn.physics.models.relaxation import POWER, Relaxation
 from freelearn.physics.models.rubber import Rubber
+from freelearn.report.tables.specimen_tables import rubber_notes
 
 TWO_ARMS = {"C1": 2e5, "arm_1.modulus": 3e5, "arm_1.time": 0.4, "arm_2.modulus": 1e5, "arm_2.time": 9.0}
 ARMS = [(3e5, 0.4), (1e5, 9.0)]
@@ -120,6 +121,17 @@ def test_fit_finds_the_constants_of_what_scipy_integrated():
     assert fit.values == pytest.approx(TWO_ARMS | SOFT, rel=0.02)
     assert fit.error < 1e-3
     assert set(fit.modes) == {"low", "middle", "high"}
+
+
+def test_an_arm_quicker_than_any_sample_is_not_told():
+    time = np.linspace(0, 40, 60)
+    stress = integrated(sheared, 2e5, [(1e5, 8.0)], ramp_and_hold(0.5, 2.0), time, (0.0, 0.0))
+    stretch = stretch_of_shear(np.minimum(0.5 * time, 2.0))
+    table = recording("simple_shear", "a", time, stretch, stress)
+    fit = fit_rubber(Rubber([], Relaxation(1, span=(100.0, 1000.0))), table)
+    # Its time may not be shorter than 10 s here.
+    assert fit.at_bound == ["arm_1.time"]
+    assert rubber_notes(fit, fit) == ["arm_1.time sits on its bound: these recordings do not tell it."]
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say():

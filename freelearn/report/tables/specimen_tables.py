@@ -113,7 +113,12 @@ def rubber_parameters(fit: RubberFit) -> DisplayTable:
 
 def rubber_notes(fit: RubberFit, alone: RubberFit) -> list[str]:
     """What to know before trusting the fit. alone: the same rows fitted without effects."""
-    notes = [f"{name} sits on its bound: the data do not ask for it, or for its opposite." for name in fit.at_bound]
+    of_time = fit.rubber.relaxation.declared
+    opposite = "the data do not ask for it, or for its opposite."
+    notes = [
+        f"{name} sits on its bound: {'these recordings do not tell it.' if name in of_time else opposite}"
+        for name in fit.at_bound
+    ]
     unknown = [n for n, error in fit.stderr.items() if not math.isfinite(error) and n not in fit.at_bound]
     notes += [f"{name} is not determined by these tests." for name in unknown]
     if fit.rubber.relaxation and fit.intervals["C1"][1] > WIDE * fit.intervals["C1"][0]:
