@@ -32,8 +32,9 @@ typedef struct {{
 }} Callbacks;
 enum {{ OK = 0, DISCARD = 2, ERROR = 3 }};
 enum {{ INPUTS = {inputs}, STATES = {states}, OUTPUTS = {outputs}, ALL = INPUTS + STATES + OUTPUTS }};
-/* Inputs, the state, outputs, by their references; whether the outputs are not those of the inputs; whether it runs. */
-typedef struct {{ double number[ALL]; int stale; int running; }} Instance;
+/* Inputs, the state, outputs, by their references; how fast the inputs change in the next step; whether the outputs are
+   not those of the inputs; whether it runs. */
+typedef struct {{ double number[ALL]; double rate[INPUTS]; int stale; int running; }} Instance;
 {answering}
 EXPORT String fmi2GetTypesPlatform(void) {{ return "default"; }}
 EXPORT String fmi2GetVersion(void) {{ return "2.0"; }}
@@ -75,7 +76,24 @@ EXPORT Status fmi2GetReal(Component c, const Reference r[], size_t n, Real value
     return OK;
 }}
 EXPORT Status fmi2DoStep(Component c, Real at, Real step, Boolean kept) {{
-    (void)at; (void)kept; advance(c, step); return OK;
+    Instance *self = c;
+    (void)at; (void)kept;
+    for (int i = 0; i < INPUTS; i++) {{
+        if (self->rate[i] != 0.0) self->stale = 1;
+        self->number[i] += self->rate[i] * step;
+        self->rate[i] = 0.0;
+    }}
+    advance(self, step);
+    return OK;
+}}
+EXPORT Status fmi2SetRealInputDerivatives(Component c, const Reference r[], size_t n, const Integer order[],
+                                          const Real value[]) {{
+    Instance *self = c;
+    for (size_t i = 0; i < n; i++) {{
+        if (r[i] >= INPUTS || order[i] != 1) return ERROR;
+        self->rate[r[i]] = value[i];
+    }}
+    return OK;
 }}
 EXPORT Status fmi2GetFMUstate(Component c, void **s) {{
     if (!*s) *s = malloc(sizeof(Instance));
@@ -139,10 +157,6 @@ EXPORT Status fmi2GetDirectionalDerivative(Component c, const Reference u[], siz
                                            const Real d[], Real v[]) {
     (void)c; (void)u; (void)n; (void)k; (void)m; (void)d; (void)v; return ERROR;
 }
-EXPORT Status fmi2SetRealInputDerivatives(Component c, const Reference r[], size_t n, const Integer o[],
-                                          const Real v[]) {
-    (void)c; (void)r; (void)o; (void)v; return n ? ERROR : OK;
-}
 EXPORT Status fmi2GetRealOutputDerivatives(Component c, const Reference r[], size_t n, const Integer o[], Real v[]) {
     (void)c; (void)r; (void)o; (void)v; return n ? ERROR : OK;
 }
@@ -186,7 +200,7 @@ def description(name: str, title: str, guid: str, version: str, f: Function) -> 
         f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(name)} guid="{guid}" '
         f"description={quoteattr(title)} generationTool={quoteattr(tool)} "
         'variableNamingConvention="flat" numberOfEventIndicators="0">',
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true" '
         'canGetAndSetFMUstate="true" canSerializeFMUstate="true">'
         f'<SourceFiles><File name="{name}_fmu.c"/></SourceFiles></CoSimulation>',
         "<UnitDefinitions>" + "".join(f"<Unit name={quoteattr(u)}/>" for u in units) + "</UnitDefinitions>",
