@@ -300,3 +300,13 @@ def test_a_table_without_time_asks_for_what_lasts(tmp_path):
     """The same model of a table that is no log has no samples to follow."""
     fitted = log_run(tmp_path / "run", ["creep"], log=False)
     assert Functions(Actuator.from_fitted(fitted)).step is None
+
+
+@pytest.mark.parametrize(
+    ("effect", "bed", "said"), [("creep", "dead_load", "answers with places"), ("dead_time", "kinematic", "dead time")]
+)
+def test_what_mujoco_cannot_follow(tmp_path, effect, bed, said):
+    pytest.importorskip("mujoco")
+    functions = Functions(Actuator.from_fitted(log_run(tmp_path / "run", [effect], bed=bed)))
+    with pytest.raises(UserError, match=said):
+        WRITERS["mujoco"](functions, tmp_path, Options("mujoco", "arm"))

@@ -200,7 +200,8 @@ def description(name: str, title: str, guid: str, version: str, f: Function) -> 
         f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(name)} guid="{guid}" '
         f"description={quoteattr(title)} generationTool={quoteattr(tool)} "
         'variableNamingConvention="flat" numberOfEventIndicators="0">',
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true" '
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        'canInterpolateInputs="true" '
         'canGetAndSetFMUstate="true" canSerializeFMUstate="true">'
         f'<SourceFiles><File name="{name}_fmu.c"/></SourceFiles></CoSimulation>',
         "<UnitDefinitions>" + "".join(f"<Unit name={quoteattr(u)}/>" for u in units) + "</UnitDefinitions>",

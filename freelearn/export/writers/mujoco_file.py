@@ -46,11 +46,11 @@ def write_mujoco(functions: Functions, folder: Path, options: Options) -> Writte
     if [p.name for p in actuator.answered] != ["force", "moment"]:
         said = " and ".join(p.name for p in actuator.answered)
         raise UserError(f"MuJoCo needs force and moment at a place, and this network answers with {said}: use to=onnx.")
-    step = functions.step
-    if step and actuator is not functions.actuator:
+    if functions.actuator.remembers and actuator is not functions.actuator:
         raise UserError(
             "MuJoCo needs loads at a place, and along a log this run answers with places: use to=c, onnx or fmu."
         )
+    step = functions.step
     if step and any("earlier sample" in p.about for p in step.state):
         raise UserError(
             "A dead time keeps fewer samples than MuJoCo's steps of time would take: use to=c, onnx or fmu."
