@@ -15,12 +15,14 @@ from freelearn.data.columns import Columns
 from freelearn.data.logs import run_numbers
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
-from freelearn.physics.chain.history import by_inputs
+from freelearn.physics.chain.history import by_inputs, log_jacobian, shifted
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.queries.answers import columns_of
 from freelearn.queries.inverse.asker import Answered, Asker
 from freelearn.queries.inverse.blanks import patterns
 from freelearn.queries.inverse.compromise import BANDED, UNREACHABLE
+from freelearn.queries.inverse.log_bands import Sources, log_deviations
+from freelearn.queries.inverse.miss import Miss
 from freelearn.queries.inverse.system import System, sizes
 from freelearn.queries.inverse.trajectory import Wish, pursued
 
@@ -147,7 +149,10 @@ class LogQuestion:
             why=why,
             every=alone.every[alone.every.row < 0],
         )
-        return self._banded(asker, answered, x, y) if asker.banded and asker.miss is not None else answered
+        if not asker.banded or asker.miss is None:
+            return answered
+        half_x, half_y = self._half_widths(asker.miss, asker, answered, wish, inputs, x, y)
+        return replace(answered, x_half=half_x, y_half=half_y)
 
     def _words(self, wish: Wish, found: Prediction, own: Tensor, alone: Answered) -> tuple[list[str], list[str]]:
         """Status of each row, and why. own: rows of recordings that can be answered, (N,) bool."""
@@ -167,25 +172,53 @@ class LogQuestion:
                 why[row] = GAP
         return status, why
 
-    def _banded(self, asker: Asker, answered: Answered, x: Tensor, y: Tensor) -> Answered:
-        """With bands: those of a state that lasts."""
-        assert asker.miss is not None
+    def _half_widths(
+        self, miss: Miss, asker: Asker, answered: Answered, wish: Wish, inputs: Tensor, x: Tensor, y: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Half of the 95 % bands of inputs (N, m) and outputs (N, 2). Of places that hang, those of a state that lasts;
+        else each answer knows what was not known of the samples before it."""
         half_x, half_y = torch.full_like(x, torch.nan), torch.full_like(y, torch.nan)
         told = torch.tensor([status in BANDED for status in answered.status])
+        along = None if self.placed else self._deviations(miss, wish, inputs)
         for pattern in patterns(self.system, x, y):
             rows = pattern.rows[told[pattern.rows]]
             if pattern.why or not len(rows):
                 continue
-            system, at = self.system[rows], answered.x[rows]
-            _, slopes = system.slopes(at)
-            wide, tall = asker.miss.half_width(system, at, slopes, pattern.asked, pattern.given, asker.scale)
-            for half, columns, values in (
-                (half_x, pattern.asked, wide),
-                (half_y, pattern.blank, tall[:, list(pattern.blank)]),
-            ):
-                for i, column in enumerate(columns):
-                    half[rows, column] = values[:, i]
-        return replace(answered, x_half=half_x, y_half=half_y)
+            if along is None or not pattern.asked:
+                system, at = self.system[rows], answered.x[rows]
+                _, slopes = system.slopes(at)
+                wide, tall = miss.half_width(system, at, slopes, pattern.asked, pattern.given, asker.scale)
+            else:
+                factor = miss.factors(pattern.asked, pattern.given, asker.scale)
+                wide = along[0][rows][:, list(pattern.asked)] * factor[: len(pattern.asked)]
+                tall = along[1][rows] * factor[len(pattern.asked) :]
+            for i, column in enumerate(pattern.asked):
+                half_x[rows, column] = wide[:, i]
+            for column in pattern.blank:
+                half_y[rows, column] = tall[:, column]
+        return half_x, half_y
+
+    def _deviations(self, miss: Miss, wish: Wish, inputs: Tensor) -> tuple[Tensor, Tensor]:
+        """Standard deviations of the inputs (N, m) and readings (N, 2) of a new measurement along the log."""
+        model, states, parameters = self.system.model, self._states(inputs), miss.parameters
+        shared, covariance = [log_jacobian(model, states, model.vector().detach())], [parameters.matrix]
+        own, white = torch.zeros(inputs.shape[1], dtype=inputs.dtype), miss.beyond
+        if miss.accuracy is not None:
+            own, read = (
+                torch.tensor([getattr(miss.accuracy, q.error) for q in of], dtype=inputs.dtype)
+                for of in (self.quantities, self.bed.readings)
+            )
+            # A place is set once for a recording, and what no accuracy accounts for goes on along it; pressures and
+            # readings err at each sample.
+            same = torch.eye(2, dtype=inputs.dtype).expand(len(inputs), 2, 2)
+            shared += [shifted(model, states, self.system.values), same]
+            covariance += [torch.diag(own[:2] ** 2), miss.beyond]
+            own, white = torch.where(torch.arange(len(own)) < 2, 0.0, own), torch.diag(read**2)
+        sources = Sources(torch.cat(shared, dim=-1).nan_to_num(nan=0.0), torch.block_diag(*covariance), white)
+        found, made = log_deviations(wish, states, inputs, self._slopes, sources)
+        lost = (shared[0][:, :, parameters.undetermined] != 0).any(-1)
+        found = torch.where(lost.any(-1, keepdim=True), torch.nan, (found**2 + own**2).sqrt())
+        return found, torch.where(lost, torch.nan, made)
 
 
 def _told_by(blank: Tensor, wanted: Tensor) -> bool:

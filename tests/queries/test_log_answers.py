@@ -37,3 +37,34 @@ def test_a_force_that_no_pressure_gives_is_marked_and_rows_out_of_order_are_refu
     for asked in (run.invert, run.predict):
         with pytest.raises(UserError, match=r"Row 2, time_s: 19\.6 runs backwards in run 1, after"):
             asked(log(effects, 5, recordings=1, noise=0.0).iloc[::-1])
+
+
+@pytest.mark.parametrize("name", ["supply_lag", "contact_slip"])
+def test_bands_along_a_log_are_as_wide_as_answers_to_noisy_wishes_scatter(name, tmp_path):
+    """Nothing but the stated errors of measuring: each wish has those of its force, each recording those of its place,
+    each pressure that is then read those of its gauge. A state that lasts would scatter less."""
+    effects = {name: UNIT[name]}
+    run = fitted(tmp_path / "run", continuum(effects, C1, C2), log(effects, 1, recordings=12))
+    other = log(effects, 5, recordings=1, rate=10.0, seconds=6.0, noise=0.0)[ASKED]
+    # In the middle of what was gone through: at its ends nothing scatters outwards.
+    inner = slice(8, -3)
+    told = run.invert(other).frame()
+    half = ((told["pressure_kpa_high"] - told["pressure_kpa_low"]) / 2).to_numpy()
+    factor = float(run.asker.miss.factors((2,), (0,), run.asker.scale)[0])
+    generator, found = np.random.default_rng(0), []
+    for _ in range(60):
+        drawn = other.assign(
+            force_n=other["force_n"] + generator.normal(0, 0.03, len(other)),
+            elongation_mm=other["elongation_mm"] + generator.normal(0, 0.073),
+            twist_deg=other["twist_deg"] + generator.normal(0, 0.175),
+        )
+        found.append(run.invert(drawn, bands=False).frame()["pressure_kpa"] + generator.normal(0, 0.15, len(other)))
+    spread = np.std(found, axis=0)
+    middle = (other["force_n"].abs() > 0.15 * other["force_n"].abs().max()).to_numpy() & (
+        told["status"] == "ok"
+    ).to_numpy()
+    ratio = (half / factor / spread)[inner][middle[inner]]
+    assert len(ratio) > 15
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.15)
+    assert np.quantile(ratio, 0.05) > 0.85
+    assert np.quantile(ratio, 0.95) < 1.4

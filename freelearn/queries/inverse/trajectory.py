@@ -66,13 +66,13 @@ def pursued(wish: Wish, begin: Tensor, shown: Shown, slopes: Slopes) -> Tensor:
     longest = max((len(rows) for rows in wish.recordings), default=0)
     for start in range(0, max(longest - STRETCH + KEPT, 1), KEPT):
         pieces = [
-            _Piece(wish, rows, start, slopes) for rows in wish.recordings if not start or len(rows) > start + KEPT
+            Stretch(wish, rows, start, slopes) for rows in wish.recordings if not start or len(rows) > start + KEPT
         ]
         x = _solved([piece for piece in pieces if piece.count], x, shown)
     return x
 
 
-def _solved(pieces: list[_Piece], x: Tensor, shown: Shown) -> Tensor:
+def _solved(pieces: list[Stretch], x: Tensor, shown: Shown) -> Tensor:
     """Inputs with those of each recording's stretch found."""
     states, y = shown(x)
     for piece in pieces:
@@ -91,7 +91,7 @@ def _solved(pieces: list[_Piece], x: Tensor, shown: Shown) -> Tensor:
 
 
 @dataclass
-class _Piece:
+class Stretch:
     """A stretch of one recording, from one of its samples on, that is being solved."""
 
     wish: Wish
@@ -128,7 +128,7 @@ class _Piece:
 
     def tried(self, x: Tensor) -> Tensor:
         """The inputs with one step made."""
-        z = self._unknown(x)
+        z = self.unknown(x)
         curvature = self.curvature + self.damping * np.diag(self.curvature.diagonal() + 1e-12)
         step = _within(curvature, self.slope, self.low - z, self.high - z)
         self.step = float(np.abs(step).max())
@@ -151,27 +151,45 @@ class _Piece:
             self._linear(states, kept, y)
         return kept
 
+    def rates(self, states: States) -> Tensor:
+        """∂readings of the stretch/∂ what is to be found, (n, 2, count) SI, zero where there is none. states: of all
+        rows."""
+        parts = [
+            self.response(states, self.sample[self.quantity == quantity] + self.start, quantity)
+            for quantity in self.quantity.unique().tolist()
+        ]
+        return torch.cat(parts, dim=-1)
+
+    def response(self, states: States, samples: Tensor, quantity: int) -> Tensor:
+        """∂readings of the stretch/∂ one input of some samples (k,) of its recording until its end: (n, 2, k) SI."""
+        assert states.recording is not None
+        past, whole = self.rows[: self.stop], states.recording
+        recording = Recording(whole.states[past], whole.run[past], whole.time[past])
+        rate = self.slopes(recording, samples, quantity)[self.start :]
+        return rate.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
+
+    def weighed(self, rates: Tensor) -> np.ndarray:
+        """The same as the cost counts them, (2n, count): in shares of scale and room, where something is wished."""
+        shares = rates * torch.as_tensor(self.unit) / self.wish.scale[:, None]
+        counted: np.ndarray = torch.where(self.there[..., None], shares, 0.0).reshape(-1, self.count).numpy()
+        return counted
+
+    def curvature_of(self, jacobian: np.ndarray, bends: np.ndarray) -> np.ndarray:
+        """Of half the cost by the unknowns, (count, count)."""
+        found: np.ndarray = jacobian.T @ jacobian + BENDS * bends.T @ bends + SIZE * np.eye(self.count)
+        return found
+
     def _linear(self, states: States, x: Tensor, y: Tensor) -> None:
         """Slope and curvature of half the cost by the unknowns, in units of their room."""
-        assert states.recording is not None
-        past = self.rows[: self.stop]
-        whole = states.recording
-        recording = Recording(whole.states[past], whole.run[past], whole.time[past])
-        parts = []
-        for quantity in self.quantity.unique().tolist():
-            own = self.sample[self.quantity == quantity] + self.start
-            parts.append(self.slopes(recording, own, quantity)[self.start :] * self.wish.room[quantity])
-        rate = torch.cat(parts, dim=-1) / self.wish.scale[:, None]
-        rate = torch.where(self.there[..., None], rate, 0.0).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
-        jacobian = rate.reshape(-1, self.count).numpy()
-        bends, bent = self._bends(x)
-        z = self._unknown(x) * (self.quantity >= 2).numpy()
+        jacobian = self.weighed(self.rates(states))
+        bends, bent = self.bends(x)
+        z = self.unknown(x) * (self.quantity >= 2).numpy()
         self.slope = jacobian.T @ self._missed(y).reshape(-1) + BENDS * bends.T @ bent + SIZE * z
-        self.curvature = jacobian.T @ jacobian + BENDS * bends.T @ bends + SIZE * np.eye(self.count)
+        self.curvature = self.curvature_of(jacobian, bends)
 
     def _cost(self, x: Tensor, y: Tensor) -> float:
-        missed, (_, bent) = self._missed(y), self._bends(x)
-        z = self._unknown(x) * (self.quantity >= 2).numpy()
+        missed, (_, bent) = self._missed(y), self.bends(x)
+        z = self.unknown(x) * (self.quantity >= 2).numpy()
         cost = (missed**2).sum() + BENDS * (bent**2).sum() + SIZE * (z**2).sum()
         return float(cost) if np.isfinite(cost) else np.inf
 
@@ -182,7 +200,7 @@ class _Piece:
         found: np.ndarray = missed.nan_to_num(nan=LOST, posinf=LOST, neginf=-LOST).numpy()
         return found
 
-    def _bends(self, x: Tensor) -> tuple[np.ndarray, np.ndarray]:
+    def bends(self, x: Tensor) -> tuple[np.ndarray, np.ndarray]:
         """Second differences of each quantity that is found, of this stretch and of two samples before it, (k,), behind
         their derivatives by the unknowns (k, count)."""
         rows = self.rows[max(self.start - 2, 0) : self.stop]
@@ -202,7 +220,7 @@ class _Piece:
             values.append(second)
         return np.concatenate(derivatives), np.concatenate(values)
 
-    def _unknown(self, x: Tensor) -> np.ndarray:
+    def unknown(self, x: Tensor) -> np.ndarray:
         """What is to be found, in units of its room, (count,)."""
         z: np.ndarray = x[self.row, self.quantity].numpy() / self.unit
         return z
