@@ -15,7 +15,7 @@ from freelearn.fitting.algorithm import Algorithm, GradientEpochs, LevenbergMarq
 from freelearn.fitting.finish import finish
 from freelearn.fitting.options import LEVENBERG_MARQUARDT, FitOptions, Option
 from freelearn.fitting.problem import Problem, Pull, pulled
-from freelearn.fitting.starts import starts
+from freelearn.fitting.starts import starts, with_delay
 from freelearn.fitting.store import FitOutcome
 from freelearn.fitting.training import FitData, Fitting, run
 from freelearn.physics.chain.model import Model
@@ -53,6 +53,7 @@ def fit(
     _check_count(model, len(train), len(train))
     model.prepare(train)
     places = starts(model, train, options.restarts if model.needs_restarts else 1, generator)
+    places = torch.stack([with_delay(model, train, place) for place in places])
     history: list[tuple[int, float, float]] = []
     settled, ended = None, (False, "")
     for _ in range(ROUNDS):

@@ -218,3 +218,51 @@ def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
 def _product(axes: Sequence[Tensor]) -> Tensor:
     """Every combination of the axes' values, (n, axes)."""
     return torch.stack(torch.meshgrid(*axes, indexing="ij"), dim=-1).reshape(-1, len(axes))
+
+
+# A delay is no small thing: its derivative at none tells of the next row alone, so that a few are tried.
+
+DEAD_TIME = "dead_time"
+DELAY = f"{DEAD_TIME}.delay"
+# The first is a row's, each other one longer by this factor, as far as half a recording goes; rows that are looked at.
+LONGER, DELAY_ROWS = 1.5, 4000
+# Share of what is left by which another delay must do better.
+BETTER = 0.9
+
+
+def with_delay(model: Model[Any], rows: Rows, vector: Tensor) -> Tensor:
+    """A raw start (p,) with the delay among a few, earlier and later, at which the readings of a log follow best.
+
+    What is compared is the least squares of readings over predictions, straight lines between them: a start's stiffness
+    need not be right yet."""
+    labels, recording = model.labels(), rows.states.recording
+    if DELAY not in labels or recording is None or not model.remembers(rows.states):
+        return vector
+    assert rows.states.place is not None
+    run = recording.run[rows.states.place]
+    ends = run.unique_consecutive(return_counts=True)[1].cumsum(0)
+    some = rows[torch.arange(int(ends[ends <= DELAY_ROWS].max()) if bool((ends <= DELAY_ROWS).any()) else int(ends[0]))]
+    place, lower, upper = labels.index(DELAY), *(bound[labels.index(DELAY)] for bound in model.raw_bounds())
+    step = float(recording.step[recording.step > 0].median())
+    count = int(math.log(max(float(ends[0]) / 2, 1.0)) / math.log(LONGER)) + 1
+    each = step * LONGER ** torch.arange(count, dtype=vector.dtype)
+    tried = torch.cat([vector[place][None], each, -each])
+    tried = tried[(tried >= lower) & (tried <= upper)]
+    left = torch.stack([_left(model, some, vector.index_fill(0, torch.tensor(place), float(t))) for t in tried])
+    best = int(left.nan_to_num(nan=torch.inf).argmin())
+    if not left[best] < BETTER * left[0]:
+        return vector
+    return vector.index_fill(0, torch.tensor(place), float(tried[best]))
+
+
+def _left(model: Model[Any], rows: Rows, vector: Tensor) -> Tensor:
+    """Share of the readings' variance that straight lines over the predictions leave, (), of both channels together."""
+    with torch.no_grad():
+        shown = model.chain(rows.states, model.physical(vector)).loads
+    left = []
+    for i in range(2):
+        there = rows.readings.present[:, i] & shown[:, i].isfinite()
+        if int(there.sum()) > 2:
+            pair = torch.stack([shown[there, i], rows.readings.value[there, i]])
+            left.append(1 - torch.corrcoef(pair)[0, 1].nan_to_num(nan=0.0).square())
+    return torch.stack(left).mean() if left else torch.tensor(torch.nan)

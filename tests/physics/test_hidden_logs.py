@@ -9,6 +9,7 @@ from freelearn.data.states import States
 from freelearn.fitting.fit import fit
 from freelearn.fitting.options import FitOptions
 from freelearn.fitting.problem import Problem
+from freelearn.fitting.starts import with_delay
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.numpy_peer import continuum
 from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
@@ -35,6 +36,30 @@ def test_a_fit_finds_what_small_steps_have_hidden(name):
             assert found[f"{name}.{label}"] == pytest.approx(value, rel=WITHIN.get(name, 0.05)), label
     left, lost = (Problem(m, rows).residual(m.vector()).detach().square().mean() ** 0.5 for m in (model, bare))
     assert left < 0.2 * lost
+
+
+@pytest.mark.parametrize("delay", [8.0, -5.0])
+def test_a_fit_finds_a_delay_of_which_the_next_row_shows_nothing(delay):
+    """Longer than most holds: from none on no step of a fit leads there."""
+    rows = Rows.from_table(log({"dead_time": {"delay": delay}}, 1, recordings=4, rate=5.0, seconds=20.0))
+    model = build_model("continuum", effects=["dead_time"])
+    fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
+    assert model.scalars()["dead_time.delay"] == pytest.approx(delay, abs=0.02)
+
+
+def test_a_delay_begins_where_the_readings_follow_best_and_others_stay():
+    effects = {"dead_time": {"delay": 3.0}}
+    rows = Rows.from_table(log(effects, 2, recordings=3, rate=5.0, seconds=20.0))
+    far = build_model("continuum", {"C1": 3e5, "C2": 1e7}, effects=["dead_time"])
+    start = far.vector().detach()
+    moved = with_delay(far, rows, start)
+    assert moved[-1] == pytest.approx(3.0, rel=0.25)
+    assert torch.equal(moved[:-1], start[:-1])
+    plain = build_model("continuum", {"C1": 3e5, "C2": 1e7}, effects=["supply_lag"])
+    assert torch.equal(with_delay(plain, rows, plain.vector().detach()), plain.vector().detach())
+    # What comes at once stays where it was.
+    prompt = Rows.from_table(log({}, 2, recordings=3, rate=5.0, seconds=20.0))
+    assert torch.equal(with_delay(far, prompt, start), start)
 
 
 def test_a_single_lag_stands_for_seven_eighths_of_a_warming_gas():

@@ -32,6 +32,7 @@ from freelearn.discovery.thresholds import (
     NEEDED,
     PAIRS,
 )
+from freelearn.fitting.starts import DEAD_TIME, with_delay
 from freelearn.physics.chain.model import Model
 
 # Times that the way to a start is halved, and how many of these ends are looked at at once.
@@ -135,6 +136,8 @@ class Hypotheses:
         start = asked.start
         if asked.still is not None and asked.base is not None:
             start = self._sound(names, asked.still, start, asked.base)
+            if DEAD_TIME not in asked.base.effects:
+                start = with_delay(model, self.rows, start)
         near = self.about or (asked.like.near if asked.like else None)
         return white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=asked.rival, near=near)
 
