@@ -4,7 +4,9 @@ library's effects, smaller, in docs/effects.
 `python experiments/effect_gallery.py` draws all effects, with names after it only those. A picture is the difference
 that the effect makes at its `scale` values over length and twist, for sample 4's design at half the protocol's
 pressure, and what the effect needs besides: pressure rising, a state held for a minute after a last move of 1 mm and
-10° to it, one third of a day gone since the first row, and the harshest state of the plane already visited.
+10° to it, one third of a day gone since the first row, and the harshest state of the plane already visited. Of an
+effect of the history it is a recording, quick steps of the pressure and of the length, then slow ramps of the
+pressure, beside the model without it.
 """
 
 from __future__ import annotations
@@ -49,6 +51,20 @@ MATERIAL = {"C1": 1e6, "C2": 4e7}
 HELD, CLOCK = 60.0, 3e4
 # The protocol's steps: 1 mm and 10°.
 MOVED = 1e-3, np.deg2rad(10.0)
+# The recording: corners of its pressure [s, kPa] and of its elongation [s, mm], rows a second, and its twist [°].
+CORNERS = (
+    (0.0, 0.0),
+    (0.5, 0.0),
+    (0.6, 60.0),
+    (3.5, 60.0),
+    (3.6, 10.0),
+    (6.0, 10.0),
+    (10.0, 70.0),
+    (14.0, 5.0),
+    (16.0, 40.0),
+)
+STRETCHED = ((1.8, 0.0), (1.9, 1.0), (4.8, 1.0), (4.9, 0.0))
+RATE, HELD_TWIST = 50.0, 40.0
 
 
 def plane() -> pd.DataFrame:
@@ -72,10 +88,24 @@ def states_of(table: pd.DataFrame) -> States:
     return states.replace(past_severity=worst, **{name: all_rows(value) for name, value in past.items()})
 
 
+def recording() -> pd.DataFrame:
+    """A log of one recording."""
+    time = np.arange(0.0, CORNERS[-1][0], 1 / RATE)
+    columns = ("gamma_deg", "length_mm", "inner_radius_mm", "outer_radius_mm")
+    design = dict(zip(columns, DESIGNS[SAMPLE - 1], strict=True))
+    table = pd.DataFrame({"time_s": time, "pressure_kpa": np.interp(time, *np.array(CORNERS).T)})
+    return table.assign(
+        sample=SAMPLE, run=1, step=np.arange(len(time)), elongation_mm=np.interp(time, *np.array(STRETCHED).T),
+        twist_deg=HELD_TWIST, **design,
+    )  # fmt: skip
+
+
 def differences(name: str) -> pd.DataFrame:
-    """elongation_mm, twist_deg, force_change_n, moment_change_nmm; NaN where there is no equilibrium."""
-    table = plane()
-    states = states_of(table)
+    """elongation_mm, twist_deg, force_change_n, moment_change_nmm; NaN where there is no equilibrium. Along a recording
+    time_s, pressure_kpa, force_n, moment_nmm (without the effect) and the same changes."""
+    along = EFFECTS[name].port == "history"
+    table = recording() if along else plane()
+    states = States.from_table(table) if along else states_of(table)
     values = {f"{name}.{p.name}": p.scale for p in EFFECTS[name].declared_parameters()}
     with torch.no_grad():
         before = build_model("continuum", MATERIAL)(states)
@@ -83,16 +113,24 @@ def differences(name: str) -> pd.DataFrame:
     change = after.loads - before.loads
     change[(before.status != Status.OK) | (after.status != Status.OK)] = torch.nan
     shown = table[["elongation_mm", "twist_deg"]]
+    if along:
+        plain = before.loads.numpy() / (FORCE.factor, MOMENT.factor)
+        shown = table[["time_s", "pressure_kpa"]].assign(force_n=plain[:, 0], moment_nmm=plain[:, 1])
     return shown.assign(force_change_n=change[:, 0].numpy(), moment_change_nmm=change[:, 1].numpy() / NMM)
 
 
 def picture(effect: Effect, table: pd.DataFrame) -> Figure:
-    """Two panels over length × twist, red where the effect adds to the load and blue where it takes off."""
+    """Two panels over length × twist, red where the effect adds to the load and blue where it takes off; of the
+    history, over the time and over the pressure."""
     figure = new_figure(7.8, 3.4)
     parameters = effect.declared_parameters()
     sizes = ", ".join(f"{p.symbol} = {p.scale:g} {'' if p.unit == '1' else p.unit}".strip() for p in parameters)
-    title = f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {PRESSURE_KPA:g} kPa".replace("-", MINUS)
+    where = f"{HELD_TWIST:g}°" if effect.port == "history" else f"{PRESSURE_KPA:g} kPa"
+    title = f"{effect.name} ({effect.port}): {sizes}; sample {SAMPLE}, {where}".replace("-", MINUS)
     figure.suptitle(heading(title, True), fontsize=9.5)
+    if effect.port == "history":
+        along_time(figure, table)
+        return figure
     for place, load in enumerate((FORCE, MOMENT), 1):
         axes = figure.add_subplot(1, 2, place)
         panel(axes, table, load)
@@ -102,6 +140,26 @@ def picture(effect: Effect, table: pd.DataFrame) -> Figure:
         axes.set_title(f"change of {load.label}", fontsize=9)
     figure.tight_layout(w_pad=1.5)
     return figure
+
+
+def along_time(figure: Figure, table: pd.DataFrame) -> None:
+    """The force with the effect and without it over the time, what the effect changes, and loops over the pressure."""
+    pairs = ((table["force_n"], "0.6", "without"), (table["force_n"] + table["force_change_n"], "C3", "with"))
+    change = ((table["force_change_n"], "C3", ""),)
+    panels = (
+        ("time_s", "time [s]", pairs, FORCE.label),
+        ("time_s", "time [s]", change, f"change of {FORCE.label}"),
+        ("pressure_kpa", "pressure P [kPa]", pairs, FORCE.label),
+    )
+    for place, (name, label, lines, shown) in enumerate(panels, 1):
+        axes = figure.add_subplot(1, 3, place)
+        for values, color, text in lines:
+            axes.plot(table[name], values, color=color, lw=1.1, label=text)
+        axes.set_xlabel(label, fontsize=8)
+        axes.set_ylabel(shown, fontsize=8)
+        axes.tick_params(labelsize=7)
+    axes.legend(fontsize=7, frameon=False)
+    figure.tight_layout(w_pad=1.0)
 
 
 def panel(axes: Axes, table: pd.DataFrame, load: Quantity) -> None:
@@ -161,9 +219,7 @@ def main(names: list[str]) -> None:
     console = Console()
     for folder in (FOLDER, PAGE):
         folder.mkdir(parents=True, exist_ok=True)
-    # What acts along a log has no place on the plane.
-    still = [name for name, effect in EFFECTS.items() if effect.port != "history"]
-    for effect in make_effects(names or still, "continuum"):
+    for effect in make_effects(names or list(EFFECTS), "continuum"):
         table = differences(effect.name)
         figure = picture(effect, table)
         save(figure, table, FOLDER / f"{effect.name}.png")

@@ -54,7 +54,9 @@ Each picture shows by how much an effect changes force and moment over the kinem
 (the scale of its parameters), for the simulated sample 4 at half of the protocol's pressure, while the pressure rises.
 Red: more; blue: less; white: little beside the largest change. Effects of time, of order and of the past are shown
 after a last move of 1 mm and 10° and a minute at the state, a third of a day after the first row, and with the
-harshest state visited before.
+harshest state visited before. Effects of the history are shown along a recording, two quick steps of the pressure,
+between them a stretch of 1 mm for three seconds, then slow ramps up, down and half up again: the force with the effect
+and without it, what changes, and loops over the pressure.
 `python experiments/effect_gallery.py` draws them, and your own effects with them, in `outputs/effects`.
 """
 
@@ -64,7 +66,7 @@ def effects_page() -> str:
     families = "\n".join(f"- {_family(name)}: {', '.join(ports)}" for name, ports in FAMILIES.items())
     library = [effect for effect in EFFECTS.values() if in_library(effect)]
     table = "".join(map(_row, library))
-    pictures = [_picture(effect) for effect in library if effect.port != "history"]
+    pictures = [_picture(effect) for effect in library]
     return HEAD.format(families=families) + table + PICTURES + "".join(pictures)
 
 
@@ -75,7 +77,8 @@ def in_library(effect: type[Effect[Any]] | Effect[Any]) -> bool:
 
 def _picture(effect: type[Effect[Any]]) -> str:
     """Where the picture is missing, its words still stand."""
-    words = f"what {effect.name} does to force and moment over length and twist"
+    along = effect.port == "history"
+    words = f"what {effect.name} does to force{' along a recording' if along else ' and moment over length and twist'}"
     return f"\n### {effect.name}\n\n![{words}](effects/{effect.name}.png)\n"
 
 

@@ -17,7 +17,7 @@ from freelearn.testing.effect_page import effects_page, in_library
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs/effects"
-LIBRARY = [name for name, effect in EFFECTS.items() if in_library(effect) and effect.port != "history"]
+LIBRARY = [name for name, effect in EFFECTS.items() if in_library(effect)]
 
 
 @pytest.fixture(scope="module")
