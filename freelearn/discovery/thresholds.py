@@ -39,8 +39,9 @@ MOST_KEPT = 2
 MOST_EFFECTS = 6
 # The most probable sets whose neighbors are looked at; how many neighbors with an effect more are fitted, and with two.
 BEAM, CHILDREN, PAIRS = 3, 6, 3
-# Sets whose neighbors are looked at, at most, under one noise.
-MOST_EXPANDED = 12
+# Sets whose neighbors are looked at, at most, under one noise; and where only a glance is asked: those of the best set,
+# what could stand in for its effects, and the neighbors of what is best then.
+MOST_EXPANDED, GLANCE = 12, 3
 # Rise of the evidence, to first order, below which a neighbor is not fitted: what is linear may promise too little.
 HOPEFUL = -3.0
 # Difference in evidence beyond which a set is not looked at again where the noise changes a little.
@@ -72,6 +73,9 @@ WORSE = 1.5
 # Times that the amount is made smaller, at most; share of it that a better model must be wrong by at most for it to be
 # made so at the end.
 MOST_LOWERED, SETTLED = 8, 0.9
+# Share of what the library leaves of χ² that sets with a written effect may leave, at a glance, to be looked at further:
+# of an answer that does not hold they are a hint at best, and one that holds leaves far less.
+MENDED = 0.6
 # χ² per reading beyond which a model cannot be right under the noise as it is.
 INADEQUATE = 2.5
 

@@ -47,8 +47,8 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     if not kinds:
         return before
     stack.enter_context(lent([kind for _, kind in kinds.values()]))
-    found = continued(prepared, known, dict.fromkeys(kinds, WRITTEN_ODDS))
-    after = ended(prepared, found)
+    found, hopeful = continued(prepared, known, dict.fromkeys(kinds, WRITTEN_ODDS), before.complete)
+    after = ended(prepared, found) if hopeful else before
     wrote = [name for name in after.answer.shown.effects if name in kinds]
     if not wrote:
         # What is in no library may still say, as a hint, what a model lacks that stays unexplained.

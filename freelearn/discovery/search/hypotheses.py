@@ -151,9 +151,12 @@ class Hypotheses:
     def _ordered(self, effects: Collection[str]) -> tuple[str, ...]:
         return tuple(name for name in self.library if name in effects)
 
-    def explore(self, watch: Callable[[Hypothesis], None] = lambda h: None, beam: int = BEAM) -> Hypothesis:
-        """Looks at the neighbors of the most probable sets, so many, until none of these is new; the best one."""
-        for _ in range(MOST_EXPANDED):
+    def explore(
+        self, watch: Callable[[Hypothesis], None] = lambda h: None, beam: int = BEAM, most: int = MOST_EXPANDED
+    ) -> Hypothesis:
+        """Looks at the neighbors of the most probable sets, so many, until none of these is new; the best one. most:
+        rounds of it."""
+        for _ in range(most):
             front = [h for h in self.ordered()[:beam] if h.key not in self.expanded]
             if not front:
                 if not self._exchanged():

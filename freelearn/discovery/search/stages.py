@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -27,9 +27,11 @@ from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     BEAM,
+    GLANCE,
     HARDLY,
     INADEQUATE,
     LEAST_WRONG,
+    MENDED,
     MOST_LOWERED,
     REFITTED,
     SCOUTED,
@@ -64,8 +66,10 @@ def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambd
     return view.lowered(now, 2 * view.wrong_by(now.best))
 
 
-def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> Explored:
-    """The same with effects beside the library among the candidates. odds: theirs."""
+def continued(prepared: Prepared, before: Explored, odds: dict[str, float], complete: bool) -> tuple[Explored, bool]:
+    """The same with effects beside the library among the candidates, and whether these may be part of an answer. odds:
+    theirs. complete: whether the library's answer is one. Where it is none, and what was written takes hardly anything
+    off what it leaves, the best written effect alone joins the library's sets."""
     view = _View(prepared, before.noise, lambda h: None, before.share)
     known = before.hypotheses
     if view.scouting:
@@ -76,11 +80,27 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float]) -> E
     now.odds = known.odds | odds
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
-    now.explore(view.told)
-    if before.share and view.chi2(now.best) > SETTLED**2 * view.chi2(known.best):
-        # What was written takes hardly anything off what the library leaves.
-        return view.ended(now, before.share)
-    return view.lowered(now, before.share)
+    if before.share and not complete:
+        # Only whether what was written mends much, for which the next neighbors are enough.
+        now.explore(view.told, 1, GLANCE)
+    else:
+        now.explore(view.told)
+    left = view.chi2(now.best) / view.chi2(known.best)
+    if not before.share or left <= (SETTLED**2 if complete else MENDED):
+        return view.lowered(now, before.share), True
+    if complete:
+        return view.ended(now, before.share), True
+    return _joined(before, now), False
+
+
+def _joined(before: Explored, now: Hypotheses) -> Explored:
+    """What was explored before, on all rows, and the best single effect of those that were written."""
+    written = [h for h in now.ordered() if len(h.effects) == 1 and h.effects[0] in now.odds]
+    known = before.hypotheses
+    found = Hypotheses(known.question, known.rows, known.whiten, known.spans, now.odds, found=dict(known.found))
+    if written:
+        found.fit(written[0].effects, written[0].fit.vector)
+    return replace(before, hypotheses=found)
 
 
 class _View:

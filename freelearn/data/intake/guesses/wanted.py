@@ -81,7 +81,7 @@ def wanted_questions(found: Guess, known: Actuators, answers: Answers) -> Iterat
         words = MEANINGS["pressure_kpa" if name.startswith("pressure") else name].words
         which = name.split("_")[1] if name.startswith("pressure_") and known.members else ""
         whose = f"{words} of actuator {which}" if which else words
-        text = f"No column is the {whose}. What is it in all rows? ? where it is to be answered"
+        text = f"No column is the {whose}. Its value in all rows, or ? where that is what is asked"
         likely: str | float = known.held.get(name, ASKED)
         yield Question(f"given.{name}", text, "given", name, proposed=likely, short=f"{words} {which}".strip())
     yield from units_open(found, answers)
