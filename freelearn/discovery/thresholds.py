@@ -73,8 +73,8 @@ WORSE = 1.5
 # Times that the amount is made smaller, at most; share of it that a better model must be wrong by at most for it to be
 # made so at the end.
 MOST_LOWERED, SETTLED = 8, 0.9
-# Share of what the library leaves of χ² that sets with a written effect may leave, at a glance, to be looked at further:
-# of an answer that does not hold they are a hint at best, and one that holds leaves far less.
+# Share of what the library leaves of χ² that sets with a written effect may leave, at a glance, to be looked at
+# further: of an answer that does not hold they are a hint at best, and one that holds leaves far less.
 MENDED = 0.6
 # χ² per reading beyond which a model cannot be right under the noise as it is.
 INADEQUATE = 2.5

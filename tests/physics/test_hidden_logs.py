@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from relaxing_logs import relaxing_log
 
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
@@ -60,6 +61,24 @@ def test_a_delay_begins_where_the_readings_follow_best_and_others_stay():
     # What comes at once stays where it was.
     prompt = Rows.from_table(log({}, 2, recordings=3, rate=5.0, seconds=20.0))
     assert torch.equal(with_delay(far, prompt, start), start)
+
+
+def test_a_second_creep_makes_a_series_of_two_arms():
+    """Loads by small steps of a wall with two times: what a fit finds relaxes alike at every time after a step."""
+    arms = {0.5: 0.15, 8.0: 0.25}
+    rows, left = Rows.from_table(relaxing_log(arms, 1, recordings=4, rate=10.0, seconds=20.0)), {}
+    for effects in (["creep"], ["creep", "second_creep"]):
+        model = build_model("continuum", effects=effects)
+        fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
+        left[len(effects)] = float(Problem(model, rows).residual(model.vector()).detach().square().mean() ** 0.5)
+    assert left[2] < 0.1 * left[1]
+    (fast, one), (slow, two) = sorted(
+        (model.scalars()[f"{name}.time"], model.scalars()[f"{name}.share"]) for name in effects
+    )
+    found = {fast: one * (1 + two * slow / (slow - fast)), slow: two * (1 - one * fast / (slow - fast))}
+    time = np.geomspace(0.1, 20.0, 30)
+    curves = [1 + sum(g * np.exp(-time / tau) for tau, g in series.items()) for series in (arms, found)]
+    np.testing.assert_allclose(curves[1], curves[0], rtol=0.01)
 
 
 def test_a_single_lag_stands_for_seven_eighths_of_a_warming_gas():

@@ -79,6 +79,8 @@ HISTORY = {
     "maxwell_slip": {"share": 0.2, "force": 3.0, "moment": 0.02, "asymmetry": 0.2},
     "contact_slip": {"share": 0.2, "force": 0.01, "moment": 0.01},
     "creep": {"share": 0.2, "time": 1.0},
+    "second_creep": {"share": 0.1, "time": 4.0},
+    "third_creep": {"share": 0.1, "time": 20.0},
     "supply_lag": {"time": 0.2},
     "dead_time": {"delay": 0.25},
     "valve_flow": {"squared_resistance": 4e9, "critical": 0.3},

@@ -34,6 +34,7 @@ from freelearn.discovery.thresholds import (
 )
 from freelearn.fitting.starts import DEAD_TIME, with_delay
 from freelearn.physics.chain.model import Model
+from freelearn.physics.effects.registry import EFFECTS
 
 # Times that the way to a start is halved, and how many of these ends are looked at at once.
 HALVINGS, TOGETHER = 12, 4
@@ -171,7 +172,7 @@ class Hypotheses:
     def expand(self, hypothesis: Hypothesis) -> None:
         """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
         self.expanded.add(hypothesis.key)
-        fewer = [self._less(hypothesis, name) for name in hypothesis.effects if not needed(hypothesis, name)]
+        fewer = [self._less(hypothesis, name) for name in _spare(hypothesis) if not needed(hypothesis, name)]
         if len(hypothesis.effects) >= MOST_EFFECTS:
             self.fits(fewer)
             return
@@ -192,8 +193,9 @@ class Hypotheses:
 
     def rank(self, hypothesis: Hypothesis) -> Ranking:
         """What the effects that the set lacks promise on top of it."""
-        others = [name for name in self.library if name not in hypothesis.effects]
         given = self.question.given
+        present = {"", *given, *hypothesis.effects}
+        others = [name for name in self.library if name not in present and EFFECTS[name].beside in present]
         ranking = Ranking(
             hypothesis.fit, self.rows, self.whiten, others, self.question.on([*given, *hypothesis.effects]),
             self.spans, self.question.priors, self.odds,
@@ -240,7 +242,7 @@ class Hypotheses:
         if best.key in self.exchanged:
             return False
         self.exchanged.add(best.key)
-        fewer = {name: self._less(best, name) for name in best.effects}
+        fewer = {name: self._less(best, name) for name in _spare(best)}
         self.fits(fewer.values())
         reduced = {name: self.found[each.key] for name, each in fewer.items()}
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
@@ -275,6 +277,12 @@ class Hypotheses:
                 if len(sound):
                     return nearer[int(sound[0])]
         return still
+
+
+def _spare(hypothesis: Hypothesis) -> list[str]:
+    """The set's effects of which no other is a further term."""
+    taken = {EFFECTS[name].beside for name in hypothesis.effects}
+    return [name for name in hypothesis.effects if name not in taken]
 
 
 def needed(hypothesis: Hypothesis, name: str) -> bool:

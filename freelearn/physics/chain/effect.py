@@ -53,6 +53,8 @@ class Effect(Generic[P]):
     # Share of what it explains that other forms of it in the literature would explain otherwise: so much of its gain is
     # no evidence for anything else.
     loose: ClassVar[float] = 0.0
+    # The effect of which it is a further term: a search tries it only beside that one, whose place it would take.
+    beside: ClassVar[str] = ""
 
     # Set by the base class of each port: its stop in the chain, the method to write, whether the state imposed depends
     # on the loads, and whether its derivatives at no effect follow from the loads without it and their derivatives by

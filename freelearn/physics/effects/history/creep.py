@@ -59,3 +59,52 @@ class Creep(HistoryEffect[Arm]):
     def undo(self, signal: Tensor, recording: Recording[States], p: Arm) -> Tensor:
         """As HistoryEffect.undo: (1 + g τs/(1 + τs))⁻¹ = 1 − g/(1 + g) · τ's/(1 + τ's), τ' = (1 + g) τ."""
         return signal - p.share / (1 + p.share) * lag(signal, recording, (1 + p.share) * p.time)
+
+
+class SlowArm(Arm):
+    """As Arm, of a minute."""
+
+    time: Tensor = parameter(
+        "τ",
+        "s",
+        start=30.0,
+        lower=1e-3,
+        upper=1e6,
+        log=True,
+        scale=30.0,
+        prior=Prior(30.0, 2.0, "of what relaxes over decades of time each decade counts: Ferry (1980)"),
+    )
+
+
+class SlowestArm(Arm):
+    """As Arm, of many minutes."""
+
+    time: Tensor = parameter(
+        "τ",
+        "s",
+        start=300.0,
+        lower=1e-3,
+        upper=1e7,
+        log=True,
+        scale=300.0,
+        prior=Prior(300.0, 2.0, "of what relaxes over decades of time each decade counts: Ferry (1980)"),
+    )
+
+
+class SecondCreep(Creep):
+    """A second arm: (1 + g L)(1 + g₂ L₂), L = τs/(1 + τs), is a series of arms with the same times, g (1 + g₂ τ₂/(τ₂ −
+    τ)) and g₂ (1 − g τ/(τ₂ − τ)), and every series of two arms is such a product."""
+
+    name = "second_creep"
+    suspect = "After a step the reading moves for seconds and goes on for minutes: no one time fits."
+    parameter_class = SlowArm
+    beside = "creep"
+
+
+class ThirdCreep(Creep):
+    """A third arm, as `second_creep`."""
+
+    name = "third_creep"
+    suspect = "Beside two times of creep a slower one is left."
+    parameter_class = SlowestArm
+    beside = "second_creep"
