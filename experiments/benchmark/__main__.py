@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmark import commands, exported, fits, log_peers, models, page, search
+from benchmark import commands, exported, fits, log_peers, long_logs, models, page, search
 from rich.console import Console
 from rich.table import Table
 
@@ -31,6 +31,7 @@ ALL = {
     "playback": page.playback,
     "export": exported.exported,
     "logs": log_peers.peers,
+    "long_logs": long_logs.long_logs,
 }
 
 
