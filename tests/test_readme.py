@@ -93,9 +93,41 @@ def test_a_model_of_ones_own_as_written(typed, commands, tmp_path):
     assert "braided" in again.err
 
 
+# Names of recordings in the rubber page's commands.
+RECORDED = r"\w+=((?:hold|pull|shear)\w*)\.csv"
+
+
+def _lines_of(name):
+    return re.findall(r"^(python .*)$", page(name), re.MULTILINE)
+
+
+@pytest.mark.slow
+def test_the_rubbers_commands_take_recordings(typed, tmp_path):
+    """A neo-Hookean rubber with one arm on Q = λ − 1/λ², in small steps; of shear Q = γ."""
+    lines, time = [line for line in _lines_of("rubber") if re.search(RECORDED, line)], np.arange(0.0, 20.0, 0.5)
+    assert len(lines) == 2
+    for number, name in enumerate(["hold_150", "hold_300", "pull_slow", "pull_fast", "shear", "shear_fast"]):
+        rate = 0.5 if "fast" in name or "hold" in name else 0.1
+        strain = np.minimum(rate * time, 2.0 if "300" in name else 1.0)
+        q, stress = (strain if "shear" in name else 1 + strain - (1 + strain) ** -2), np.zeros_like(time)
+        for n in range(1, len(time)):
+            stress[n] = (stress[n - 1] + 0.05 * (q[n] - q[n - 1])) / 1.05
+        stress += 0.1 * q + 1e-4 * np.random.default_rng(number).normal(size=len(q))
+        imposed = {"shear": strain} if "shear" in name else {"stretch": 1 + strain}
+        table = pd.DataFrame({"time_s": time, **imposed, "stress_mpa": stress, "specimen": name})
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+    both = [pd.read_csv(tmp_path / f"{name}.csv") for name in ("shear", "shear_fast")]
+    pd.concat(both).to_csv(tmp_path / "shear.csv", index=False)
+    for line in lines:
+        line = re.sub(RECORDED, lambda found: found[0].replace("=", f"={tmp_path}/"), line)
+        done = typed(line, "--out", str(tmp_path / "told"))
+        assert done.status == 0, done.told
+        assert (tmp_path / "told" / "curves.png").exists()
+
+
 @pytest.mark.slow
 def test_the_rubbers_commands_lead_into_each_other(typed, tmp_path, shared_data):
-    lines = re.findall(r"^(python .*)$", page("rubber"), re.MULTILINE)
+    lines = [line for line in _lines_of("rubber") if not re.search(RECORDED, line)]
     assert len(lines) == 3
     folder = shared_data / "rubber" / "treloar_1944"
     for line in lines:
