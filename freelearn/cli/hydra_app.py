@@ -16,7 +16,7 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from freelearn.api.settings.configuration import uncomposed
+from freelearn.api.settings.configuration import mistyped, uncomposed
 from freelearn.api.settings.settings import quoted
 from freelearn.cli.command_line import exit_on_user_error
 from freelearn.cli.hold import leave_nothing
@@ -65,6 +65,8 @@ def hydra_app(name: str, task: Callable[[DictConfig], float | None]) -> None:
         try:
             hydra.main(version_base="1.3", config_path=str(CONF), config_name=name)(begin)()
         except (HydraException, OmegaConfBaseException) as mistake:
+            if (wrong := mistyped(name, mistake)) is not None:
+                raise wrong from None
             cause = mistake.__cause__
             reasons = [mistake, *([cause] if isinstance(cause, OmegaConfBaseException) else [])]
             raise UserError("\n".join(str(reason).strip() for reason in reasons)) from None

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from freelearn.common.files import write_text
+from freelearn.common.formats import number
 from freelearn.export.certificate import PAGE, Certificate
 from freelearn.export.checks import Check
 from freelearn.export.functions import Functions, View
@@ -107,14 +108,15 @@ def _answers(view: View) -> Figure:
     for level in LEVELS:
         x = np.zeros((POINTS, len(names)))
         x[:, : len(low)] = low + 0.5 * (high - low)
-        x[:, first] = low[first] + level * (high[first] - low[first])
+        # So that the middle between a length and its opposite is zero.
+        x[:, first] = (1 - level) * low[first] + level * high[first]
         x[:, 2 : len(low)] = np.linspace(low[2:], high[2:], POINTS)
         outputs = Reference(actuator, x, names).outputs
         port = actuator.imposed[first]
         for axes, answer in zip(panels, answered, strict=True):
             y = np.where(outputs["status"] == 0, outputs[answer.name], np.nan)
             half = np.nan_to_num(outputs.get(f"{answer.name}_half_band", np.zeros(POINTS)))
-            (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {x[0, first]:.3g} {port.unit}")
+            (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {number(float(x[0, first]), 3)} {port.unit}")
             axes.fill_between(x[:, 2], y - half, y + half, alpha=0.2, color=line.get_color(), linewidth=0)
     for axes, answer in zip(panels, answered, strict=True):
         axes.locator_params(axis="x", nbins=5)

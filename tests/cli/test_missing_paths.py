@@ -1,4 +1,4 @@
-"""A mistyped path is told before what takes seconds to import, by every command that takes one."""
+"""A mistyped path or option is told before what takes seconds to import, by every command that takes one."""
 
 import subprocess
 import sys
@@ -18,11 +18,14 @@ COMMANDS = {
     "plan": (["plan", "run=none"], "No folder at none"),
     "referee": (["referee", "run=none"], "No folder at none"),
     "export": (["export", "run=none", "to=c"], "No folder at none"),
+    "an option": (["train", "efects=[end_clamps]"], "Unknown option 'efects'. Did you mean 'effects'? Known: model, "),
+    "a nested one": (["train", "fit.tolerence=1"], "Unknown option 'fit.tolerence'. Did you mean 'fit.tolerance'?"),
+    "a folder": (["export", "run=.", "to=c", "out=there"], "Unknown option 'out'. Known: run, "),
 }
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_missing_path_is_told_at_once(name, tmp_path):
+def test_a_mistake_is_told_at_once(name, tmp_path):
     words, says = COMMANDS[name]
     (tmp_path / "raw.txt").write_text("a\n1\n")
     code = f"""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -16,9 +17,11 @@ from omegaconf.errors import OmegaConfBaseException
 
 from freelearn.api.settings.parse import Chosen, parse
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings, quoted
-from freelearn.common.errors import UserError
+from freelearn.common.errors import UserError, unknown
 from freelearn.common.package import CONF
 
+# What a folder to write to is called elsewhere.
+FOLDERS = ("out", "output", "outputs", "folder", "dir")
 # Configuration file of each kind of settings.
 FILES: dict[type, str] = {TrainSettings: "train", DiscoverSettings: "discover"}
 
@@ -39,6 +42,22 @@ def uncomposed(problem: Exception) -> str:
     if isinstance(problem, RecursionError):
         return "A value of the command line is nested too deeply: write it with fewer brackets."
     return str(problem).strip()
+
+
+def mistyped(name: str, problem: Exception) -> UserError | None:
+    """The mistake of an option that the configuration file `name` does not have, with the one that was meant, perhaps;
+    None where the problem is another one."""
+    found = re.match(r"Could not override '([^']+)'", str(problem))
+    if not found:
+        return None
+    *above, last = found[1].split(".")
+    content: Any = composed(name)
+    for option in above:
+        content = content.get(option) if isinstance(content, dict) else None
+    if not isinstance(content, dict) or last in content:
+        return None
+    mistake = unknown("option", found[1], [".".join([*above, option]) for option in content])
+    return UserError(f"{mistake} hydra.run.dir=FOLDER says where to write.") if last in FOLDERS else mistake
 
 
 def settings(kind: type[Chosen], overrides: Sequence[str] = ()) -> Chosen:
