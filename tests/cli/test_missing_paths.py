@@ -18,7 +18,10 @@ COMMANDS = {
     "plan": (["plan", "run=none"], "No folder at none"),
     "referee": (["referee", "run=none"], "No folder at none"),
     "export": (["export", "run=none", "to=c"], "No folder at none"),
-    "an option": (["train", "effectss=[end_clamps]"], "Unknown option 'effectss'. Did you mean 'effects'? Known: model, "),
+    "an option": (
+        ["train", "effectss=[end_clamps]"],
+        "Unknown option 'effectss'. Did you mean 'effects'? Known: model, ",
+    ),
     "a nested one": (["train", "fit.tolerancee=1"], "Unknown option 'fit.tolerancee'. Did you mean 'fit.tolerance'?"),
     "a folder": (["export", "run=.", "to=c", "out=there"], "Unknown option 'out'. Known: run, "),
 }
