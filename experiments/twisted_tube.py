@@ -2,7 +2,7 @@
 
 FOLDER holds a log of a drawn PVC tube, twisted by 15° and free at its end (15deg_FreeTorsion_Sample_2.csv; docs/logs.md
 says where it comes from), and in constituent/ tests of the same stock: pulled along the draw (E1) and turned (Shear).
-From the first strains of a pull comes E₁ = 6 C1 + 8 C2, from the turning to and fro G = 2 C1. Errors are root mean
+From the first strains of a pull comes E₁ = 6 C1 + 8 C2, from the turning, both ways, G = 2 C1. Errors are root mean
 squares of the twist. Fitted is the first half of the log, the second is predicted.
 """
 
@@ -47,7 +47,7 @@ def stiffness(path: Path) -> float:
 
 
 def rigidity(path: Path) -> float:
-    """G of a piece that is turned to and fro, Pa: from one end of the loop to the other."""
+    """G of a piece that is turned both ways, Pa: from one end of the loop to the other."""
     _, torque, angle = _numbers(path)
     polar = np.pi / 2 * (RADII[0] ** 4 - RADII[1] ** 4)
     return float(np.ptp(torque) * 1e-6 / np.ptp(angle) * TURNED / polar)
