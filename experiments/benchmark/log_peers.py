@@ -18,6 +18,7 @@ import torch
 from benchmark.common import ROOT, Report
 from benchmark.narx import Array, Narx, whole
 from benchmark.stand_ins import stand_ins
+from free_block import LEANING, OF_EACH, START
 
 from freelearn.data.beds import BED, DEAD_LOAD
 from freelearn.data.columns import with_members
@@ -42,17 +43,8 @@ MEMBERS = pd.DataFrame(
     }
 )  # fmt: skip
 PRESSURES = [f"pressure_{i}_kpa" for i in (1, 2, 3)]
-# The effects that tell its poses (docs/real_data.md), from where their fit begins, and those of the history.
-LEANING = ("off_axis", "fiber_tension_only", "threshold_pressure", "block_tilt")
-BEGIN = {
-    "C1": 5e5,
-    "C2": 3e7,
-    "off_axis.squared_distance": 5e-4,
-    "fiber_tension_only.share": 0.8,
-    "block_tilt.compliance": 1e-5,
-    **{f"threshold_pressure.pressure[{n}]": 2e4 for n in (1, 2, 3)},
-}
-EFFECTS_OF_BLOCK = (*LEANING, "creep", "dead_time")
+# The effects that tell its poses, and those of the history.
+EFFECTS_OF_BLOCK = (*LEANING, "block_tilt", "creep", "dead_time")
 # Without a memory every so manieth row tells enough; trial steps of both fits.
 EVERY, STATIC_STEPS, STEPS = 6, 20, 5
 
@@ -191,7 +183,7 @@ def _physical(table: pd.DataFrame, left_out: Array, effects: tuple[str, ...]) ->
     shown.loc[left_out, ["elongation_mm", "twist_deg"]] = np.nan
     apart = shown[np.isfinite(shown["twist_deg"])][::EVERY].drop(columns="run")
     static = tuple(name for name in effects if EFFECTS[name].port != "history")
-    model = _fitted(static, BEGIN, apart, STATIC_STEPS)
+    model = _fitted(static, START, apart, STATIC_STEPS)
     model = _fitted(effects, model.scalars(), shown, STEPS)
     with torch.no_grad():
         found: Array = model(Rows.from_table(table).states).loads.numpy() * (1e3, 180 / np.pi)
@@ -199,7 +191,7 @@ def _physical(table: pd.DataFrame, left_out: Array, effects: tuple[str, ...]) ->
 
 
 def _fitted(effects: tuple[str, ...], values: dict[str, float], table: pd.DataFrame, steps: int) -> Model:
-    made = [EFFECTS[name](members=3 if name == "threshold_pressure" else 0) for name in EFFECTS if name in effects]
+    made = [EFFECTS[name](members=len(MEMBERS) if name in OF_EACH else 0) for name in EFFECTS if name in effects]
     model: Model = MODELS["continuum"](effects=made)
     model.set_values({name: value for name, value in values.items() if name in model.declared})
     problem, (lower, upper) = Problem(model, Rows.from_table(table)), model.raw_bounds()

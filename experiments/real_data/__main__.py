@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(Path(__file__).parent), str(ROOT)]
+sys.path[:0] = [str(Path(__file__).parent), str(ROOT / "experiments"), str(ROOT)]
 
 from arteries import arteries_table  # noqa: E402
 from free_end import free_end_table  # noqa: E402

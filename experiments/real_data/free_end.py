@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import torch
+from free_block import LEANING, MEMBERS, OF_EACH, START
 from left_out import fit
 from questions import PRESSURES
 from rich.table import Table
@@ -24,19 +25,7 @@ from freelearn.physics.models.build import MODELS
 COMMANDED = ("P1_cmd_Pa", "P2_cmd_Pa", "P3_cmd_Pa")
 # Elongation in mm and rotation in degrees.
 SHOWN = np.array([1e3, 180 / np.pi])
-MEMBERS, TENTHS, SEED = 3, 10, 0
-# Effects of which each actuator has a value of its own; the others have one for all three.
-OF_EACH = ("threshold_pressure",)
-# Where a fit starts: threads that pull and hardly push, or else a fit ends with fibers as soft as rubber.
-START = {
-    "C1": 5e5,
-    "C2": 3e7,
-    "off_axis.squared_distance": 5e-4,
-    "fiber_tension_only.share": 0.8,
-    "block_tilt.compliance": 1e-5,
-    **{f"threshold_pressure.pressure[{n}]": 2e4 for n in range(1, MEMBERS + 1)},
-}
-LEANING = ("off_axis", "fiber_tension_only", "threshold_pressure")
+TENTHS, SEED = 10, 0
 PHYSICAL = (
     (),
     ("off_axis",),

@@ -67,7 +67,7 @@ class Actuator:
     def _rows(fitted: FittedModel) -> Rows:
         return fitted.rows if len(fitted.rows) else Rows.from_table(fitted.run.table)
 
-    @property
+    @cached_property
     def held(self) -> Actuator | None:
         """The same actuator, asked for its loads at a place; None where that is what is asked already, and for a
         network, which answers one question alone."""
@@ -177,6 +177,18 @@ class Actuator:
         """Whether the data reach to inputs x (N, m), (N,) bool."""
         low, high = self.edges
         return ((x >= low) & (x <= high)).all(-1)
+
+    def rested(self, x: Tensor, place: Tensor) -> Tensor:
+        """Of what hangs under inputs x (N, m) and rests at a place (N, 2): inputs (N, m) of the bed that holds it there."""
+        assert self.held is not None
+        return torch.cat([place + self.held.rest[:2], x[:, 2:]], dim=-1)
+
+    def reaches(self, x: Tensor, answer: Tensor) -> Tensor:
+        """As inside, (N,) bool; of what hangs also to the place where it comes to rest. answer: (N, 2)."""
+        inside = self.inside(x)
+        if self.bed is DEAD_LOAD and self.held is not None:
+            inside = inside & self.held.inside(self.rested(x, answer))
+        return inside
 
     @property
     def _sizes(self) -> Tensor:

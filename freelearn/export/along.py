@@ -187,10 +187,7 @@ class Along:
     def wanted(self) -> list[dict[str, np.ndarray]]:
         """By output, what each recording is to be answered with."""
         loads, status = self.predicted
-        inside = self.actuator.inside(self.x)
-        held = self.actuator.held
-        if self.actuator.bed is DEAD_LOAD and held is not None:
-            inside = inside & held.inside(torch.cat([loads + held.rest[:2], self.x[:, 2:]], dim=-1))
+        inside = self.actuator.reaches(self.x, loads)
         found = {p.name: loads[:, k].numpy() for p, k in zip(self.actuator.answered, self.actuator.shown, strict=True)}
         found |= {"status": status.double().numpy(), "inside": inside.double().numpy()}
         return [{name: value[rows] for name, value in found.items()} for rows in self.rows]

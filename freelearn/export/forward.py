@@ -119,7 +119,7 @@ def _hung(actuator: Actuator) -> Callable[..., Sequence[Tensor]]:
         answer, status = system.recorded(x, values)
         # The same row with its place imposed: derivatives by the implicit function theorem.
         still = type(system)(system.model, system.states.replace(bed=held.bed))
-        at = torch.cat([answer + held.rest[:2], x[:, 2:]], dim=-1)
+        at = actuator.rested(x, answer)
         slopes = still.recorded_slopes(at, values)[1]
         yields = inverted(slopes[:, :, :2])
         rates = torch.cat([yields, -yields @ slopes[:, :, 2:]], dim=-1)

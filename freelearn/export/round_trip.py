@@ -134,9 +134,9 @@ class Reference:
         """Where loads are hung, the equations of loads at a place, and the places."""
         held = self.actuator.held
         assert held is not None
-        place = torch.as_tensor(self.answered[0]) + held.rest[:2]
         states = self.system.states.replace(bed=held.bed)
-        return System(self.system.model, states), torch.cat([place, self.x[:, 2:]], dim=-1)
+        at = self.actuator.rested(self.x, torch.as_tensor(self.answered[0]))
+        return System(self.system.model, states), at
 
     @cached_property
     def hung(self) -> bool:
@@ -150,11 +150,7 @@ class Reference:
         y, status = self.answered
         names = [p.name for p in actuator.answered]
         found = {n: y[:, i] for i, n in enumerate(names)} | {"status": status.astype(np.float64)}
-        inside = actuator.inside(self.x)
-        if self.hung:
-            assert actuator.held is not None
-            inside = inside & actuator.held.inside(self._at_rest[1])
-        found["inside"] = inside.numpy().astype(np.float64)
+        found["inside"] = actuator.reaches(self.x, torch.as_tensor(y)).numpy().astype(np.float64)
         slopes = self.system.slopes(self.x)[1]
         for i, name in enumerate(names):
             for k, port in enumerate(actuator.imposed):

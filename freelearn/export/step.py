@@ -84,9 +84,7 @@ def stepped(actuator: Actuator) -> Function:
         step.states = system.states.with_inputs(x.unbind(-1))
         with step.owned(LAST, second):
             loads, status = measured_along(chain, step, values)  # type: ignore[arg-type]
-        inside = actuator.inside(x) & step.covered
-        if held is not None and actuator.bed is DEAD_LOAD:
-            inside = inside & held.inside(torch.cat([loads + held.rest[:2], x[:, 2:]], dim=-1))
+        inside = actuator.reaches(x, loads) & step.covered
         return step, [loads[:, shown], status.to(torch.float64), inside.to(torch.float64)]
 
     tried: list[OneStep] = []

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import torch
-from relaxing_logs import relaxing_log
 
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
@@ -65,8 +64,8 @@ def test_a_delay_begins_where_the_readings_follow_best_and_others_stay():
 
 def test_a_second_creep_makes_a_series_of_two_arms():
     """Loads by small steps of a wall with two times: what a fit finds relaxes alike at every time after a step."""
-    arms = {0.5: 0.15, 8.0: 0.25}
-    rows, left = Rows.from_table(relaxing_log(arms, 1, recordings=4, rate=10.0, seconds=20.0)), {}
+    arms = {"creep": {"share": 0.15, "time": 0.5}, "second_creep": {"share": 0.25, "time": 8.0}}
+    rows, left = Rows.from_table(log(arms, 1, recordings=4, rate=10.0, seconds=20.0, noise=0.0)), {}
     for effects in (["creep"], ["creep", "second_creep"]):
         model = build_model("continuum", effects=effects)
         fit(model, rows, rows[torch.arange(0)], OPTIONS, seed=0)
@@ -77,7 +76,8 @@ def test_a_second_creep_makes_a_series_of_two_arms():
     )
     found = {fast: one * (1 + two * slow / (slow - fast)), slow: two * (1 - one * fast / (slow - fast))}
     time = np.geomspace(0.1, 20.0, 30)
-    curves = [1 + sum(g * np.exp(-time / tau) for tau, g in series.items()) for series in (arms, found)]
+    true = {arm["time"]: arm["share"] for arm in arms.values()}
+    curves = [1 + sum(g * np.exp(-time / tau) for tau, g in series.items()) for series in (true, found)]
     np.testing.assert_allclose(curves[1], curves[0], rtol=0.01)
 
 

@@ -26,6 +26,12 @@ class Law:
         self.rest, self.memory, self.key, self.answer = rest, dict(MEMORY), None, None
         self.before = None
 
+    def _imposed(self, data):
+        length = float(data.actuator_length[self.force]) - self.rest
+        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
+        pressures = [float(data.ctrl[i]) for i in self.pressures]
+        return length, twist, pressures
+
 {loads}
 
 def install(*laws):
@@ -49,9 +55,7 @@ def install(*laws):
 STEADY = '''\
     def loads(self, data):
         """Everything that `loads` gives, at the model's present state."""
-        length = float(data.actuator_length[self.force]) - self.rest
-        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
-        pressures = [float(data.ctrl[i]) for i in self.pressures]
+        length, twist, pressures = self._imposed(data)
         key = (length, twist, *pressures, data.time)
         if key != self.key:
             if self.before is None or data.time < self.before[0]:
@@ -77,9 +81,7 @@ STEADY = '''\
 ALONG = '''\
     def loads(self, data):
         """Everything that `step` answers, at the model's present state: each of its times is a sample."""
-        length = float(data.actuator_length[self.force]) - self.rest
-        twist = 0.0 if self.moment is None else float(data.actuator_length[self.moment])
-        pressures = [float(data.ctrl[i]) for i in self.pressures]
+        length, twist, pressures = self._imposed(data)
         key = (length, twist, *pressures, data.time)
         if key != self.key:
             if self.before is None or data.time < self.before:

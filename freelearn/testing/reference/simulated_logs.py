@@ -23,6 +23,8 @@ Effects = Mapping[str, Mapping[str, float]]
 DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
 # Small steps from one row of the log to the next; elements of a distribution of friction.
 STEPS, ELEMENTS = 40, 60
+# Arms of the wall's relaxation, each beside the others.
+ARMS = ("creep", "second_creep", "third_creep")
 # What fits the paper's samples [Pa].
 C1, C2 = 1e6, 4e7
 # One standard deviation of the paper's bed: once for each recording [mm, °], and in each row [kPa, N, N·mm].
@@ -146,9 +148,8 @@ def carried(
         pressure = _through_a_valve(pressure, p["squared_resistance"] ** 0.5 * volume, p["critical"], dt)
     if "gas_warming" in effects:
         pressure = _warmed(pressure, effects["gas_warming"]["time"], effects["gas_warming"]["cooling"], dt)
-    balanced = pressure
-    if "creep" in effects:
-        balanced = _crept(pressure, effects["creep"]["share"], effects["creep"]["time"], dt)
+    arms = [(effects[name]["share"], effects[name]["time"]) for name in ARMS if name in effects]
+    balanced = _crept(pressure, arms, dt) if arms else pressure
     same = np.ones_like(pressure)
     left = same
     if "stress_softening" in effects:
@@ -157,10 +158,8 @@ def carried(
         gamma * DEG * same, length * MM * same, inner * MM * same, outer * MM * same,
         (length + place[0]) * MM, place[1] * DEG, balanced, C1 * left, C2 * left,
     )  # fmt: skip
-    loads = np.stack([force, moment], axis=1)
-    if "creep" in effects:
-        share, tau = effects["creep"]["share"], effects["creep"]["time"]
-        loads = loads + share * _overstress(loads, tau, dt)
+    elastic = np.stack([force, moment], axis=1)
+    loads = elastic + sum(share * _overstress(elastic, tau, dt) for share, tau in arms)
     if "maxwell_slip" in effects:
         p = effects["maxwell_slip"]
         mean = np.array([p["force"], p["moment"]])
@@ -302,14 +301,16 @@ def _overstress(signal: Array, tau: float, dt: float) -> Array:
     return found
 
 
-def _crept(pressure: Array, share: float, tau: float, dt: float) -> Array:
-    """The pressure x that an elastic wall balances: P = x + g h[x], solved step by step."""
-    x, h, found = float(pressure[0]), 0.0, np.empty_like(pressure)
+def _crept(pressure: Array, arms: list[tuple[float, float]], dt: float) -> Array:
+    """The pressure x that an elastic wall balances: P = x + Σ g h[x], solved step by step. arms: g and τ."""
+    x, found = float(pressure[0]), np.empty_like(pressure)
     found[0] = x
-    below, above = 1 - dt / (2 * tau), 1 + dt / (2 * tau)
+    each = [(share, 1 - dt / (2 * tau), 1 + dt / (2 * tau)) for share, tau in arms]
+    h, stiff = [0.0] * len(arms), 1 + sum(share / above for share, _, above in each)
     for n in range(1, len(pressure)):
-        before, x = x, (above * pressure[n] - share * (h * below - x)) / (above + share)
-        h = (h * below + x - before) / above
+        kept = [(own * below - x) / above for own, (_, below, above) in zip(h, each, strict=True)]
+        x = (pressure[n] - sum(share * own for own, (share, _, _) in zip(kept, each, strict=True))) / stiff
+        h = [own + x / above for own, (_, _, above) in zip(kept, each, strict=True)]
         found[n] = x
     return found
 

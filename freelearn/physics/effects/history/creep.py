@@ -1,5 +1,7 @@
 """Rubber and threads that creep: after every change their stresses go on changing for a while."""
 
+from typing import Any
+
 from torch import Tensor
 
 from freelearn.data.recordings import Recording
@@ -61,34 +63,22 @@ class Creep(HistoryEffect[Arm]):
         return signal - p.share / (1 + p.share) * lag(signal, recording, (1 + p.share) * p.time)
 
 
-class SlowArm(Arm):
-    """As Arm, of a minute."""
+def _slower(seconds: float) -> Any:
+    """The time of a further arm, about so long."""
+    known = Prior(seconds, 2.0, "of what relaxes over decades of time each decade counts: Ferry (1980)")
+    return parameter("τ", "s", start=seconds, lower=1e-3, upper=1e7, log=True, scale=seconds, prior=known)
 
-    time: Tensor = parameter(
-        "τ",
-        "s",
-        start=30.0,
-        lower=1e-3,
-        upper=1e6,
-        log=True,
-        scale=30.0,
-        prior=Prior(30.0, 2.0, "of what relaxes over decades of time each decade counts: Ferry (1980)"),
-    )
+
+class SlowArm(Arm):
+    """As Arm, of half a minute."""
+
+    time: Tensor = _slower(30.0)
 
 
 class SlowestArm(Arm):
-    """As Arm, of many minutes."""
+    """As Arm, of minutes."""
 
-    time: Tensor = parameter(
-        "τ",
-        "s",
-        start=300.0,
-        lower=1e-3,
-        upper=1e7,
-        log=True,
-        scale=300.0,
-        prior=Prior(300.0, 2.0, "of what relaxes over decades of time each decade counts: Ferry (1980)"),
-    )
+    time: Tensor = _slower(300.0)
 
 
 class SecondCreep(Creep):
