@@ -179,7 +179,7 @@ class Actuator:
         return ((x >= low) & (x <= high)).all(-1)
 
     def rested(self, x: Tensor, place: Tensor) -> Tensor:
-        """Of what hangs under inputs x (N, m) and rests at a place (N, 2): inputs (N, m) of the bed that holds it there."""
+        """Of what hangs under inputs x (N, m) and rests at a place (N, 2): inputs of the bed that holds it there."""
         assert self.held is not None
         return torch.cat([place + self.held.rest[:2], x[:, 2:]], dim=-1)
 
