@@ -12,6 +12,8 @@ import torch
 from torch import Tensor
 from typing_extensions import TypeVar
 
+from freelearn.common.some_rows import some_rows
+
 # A physical parameter: what it is called, what it may be, and the unbounded number that a fit moves.
 
 # How many deviations from the middle a parameter is still plausible: 99 % of a normal distribution, and 99.9 % of what
@@ -193,6 +195,10 @@ class Parameters:
     def detach(self: P) -> P:
         """The same values, cut from every derivative."""
         return type(self)(**{name: value.detach() for name, value in vars(self).items()})
+
+    def some(self: P, rows: Tensor, count: int) -> P:
+        """The values in some of so many rows, (n,) int64."""
+        return type(self)(**{name: some_rows(value, rows, count) for name, value in vars(self).items()})
 
 
 # Where nothing is said of the parameters, any will do: `Model` is `Model[Any]`.

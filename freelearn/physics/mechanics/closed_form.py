@@ -14,6 +14,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, addcmul
 
+from freelearn.common.some_rows import InRows
 from freelearn.physics.mechanics.tube import FACTORS, Tube
 from freelearn.physics.mechanics.wall import Carried, Expansion, Resultants
 
@@ -26,7 +27,7 @@ class Rates(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NeoHookeanWall:
+class NeoHookeanWall(InRows):
     """Ψ = C1/2 (I₁ − 3) in the wall.
 
     With s = (R_o² − R_i²)/λz, ρ = u/(u + s) = r_i²/r_o², ξ = x/u and H = ∫ (1/R² + k²) a da:
@@ -114,7 +115,7 @@ class NeoHookeanWall:
 
 
 @dataclass(frozen=True)
-class FiberWall:
+class FiberWall(InRows):
     """Ψ = C2/2 (I₄ − 1)² in the wall: polynomials in x, since I₄ − 1 = (x + a²) g² + e, e = λz² cos² Γ − 1.
 
     rest: R_i²/λz, (N,) m². pressure, tension, shear: coefficients of 1, x (and x²), (N,) each, in SI.

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor
 
+from freelearn.common.some_rows import InRows
 from freelearn.physics.mechanics.automatic import along, gradient
 from freelearn.physics.mechanics.closed_form import FiberWall, NeoHookeanWall
 from freelearn.physics.mechanics.layers import Layers
@@ -26,7 +27,7 @@ Tensors = tuple[Tensor, ...]
 
 
 @dataclass(frozen=True)
-class Energy:
+class Energy(InRows):
     """One term of the strain energy per reference volume, Ψ [Pa]. Fields are its parameters, as tensors."""
 
     depends_on: ClassVar[tuple[str, ...]] = ("i1", "i2", "i4")

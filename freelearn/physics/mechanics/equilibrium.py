@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, addcmul
 
-from freelearn.common.vmapped import all_if_known
+from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.mechanics.energy import EnergySum
 from freelearn.physics.mechanics.tube import Tube
@@ -89,8 +89,8 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
     can carry passes a maximum (a limit point) on the way.
 
-    A wall that stiffens all along needs no bracket, and plain steps of bounded size are several times cheaper; where
-    they meet a falling branch or do not settle, the bracketed search does the work.
+    A wall that stiffens all along needs no bracket, and plain steps of bounded size are several times cheaper; rows
+    that meet a falling branch there or do not settle are left to the bracketed search.
     """
     ceiling = (BALLOON**2 * reference).expand_as(pressure)
     start = start.expand_as(pressure)
@@ -98,20 +98,26 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
         u, settled = _halley(wall, start, ceiling, pressure, near)
     else:
         u, settled = _newton(wall, start, ceiling, pressure, near)
-    if settled is None:
-        return _search(wall, reference, start, ceiling, pressure)
-    return u, settled & (u < ceiling)
+        if all_if_known(settled) is None:  # inside vmap every row takes as many steps as the slowest
+            return _search(wall, reference, start, ceiling, pressure)
+    settled, left = settled & (u < ceiling), indices_if_known(~settled)
+    if left is not None and len(left):
+        found, balanced = _search(
+            wall.some(left, len(u)), reference.expand_as(u)[left], start[left], ceiling[left], pressure[left]
+        )
+        u, settled = u.index_copy(0, left, found), settled.index_copy(0, left, balanced)
+    return u, settled
 
 
 def _halley(
     wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False
-) -> tuple[Tensor, Tensor | None]:
-    """u and which rows settled, by Halley's third-order steps on a wall that stiffens; None where not all did.
+) -> tuple[Tensor, Tensor]:
+    """u and which rows settled, by Halley's third-order steps on a wall that stiffens.
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
     """
     u, tolerance = start, HALLEY_TOLERANCE * (NEARER if near else 1.0)
-    all_settled: bool | None = False
+    settled = torch.zeros_like(start, dtype=torch.bool)
     for i in range(QUICK_ITERATIONS):
         expansion = wall.expansion(u)
         lack, rise = pressure - expansion.pressure, expansion.rise
@@ -123,15 +129,14 @@ def _halley(
         if i or near:
             # A row that stays at the bound is done: it balloons. No first step is small, unless the start is near.
             settled = (target - u).abs() <= tolerance * u
-            all_settled = all_if_known(settled)
         u = target
-        if all_settled:
+        if all_if_known(settled):
             break
-    return u, None if all_settled is False else settled
+    return u, settled
 
 
-def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor | None]:
-    """u and which rows settled, by Newton's steps; None where not all did or a pressure fell on the way."""
+def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor]:
+    """u and which rows settled without that the pressure fell on the way, by Newton's steps."""
     u, tolerance = start, NEWTON_TOLERANCE * (NEARER if near else 1.0)
     softest = torch.full_like(u, torch.inf)
     for _ in range(QUICK_ITERATIONS):
@@ -139,14 +144,12 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: 
         softest = torch.minimum(softest, slope)
         target = u - (value - pressure) / slope
         target = torch.minimum(torch.clamp(target, u / NEWTON_GROWTH, u * NEWTON_GROWTH), ceiling)
+        rises = softest > 0  # of what is no number neither
         settled = (target - u).abs() <= tolerance * u
-        all_settled = all_if_known(settled)
         u = target
-        if all_settled and all_if_known(softest > 0):
-            return u, settled
-        if all_settled is None:
+        if all_if_known(settled | ~rises) is not False:
             break
-    return u, None
+    return u, settled & rises
 
 
 def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
@@ -158,8 +161,9 @@ def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, press
         value, slope = wall.carried(u)
         excess = value - pressure
         short = excess < 0
-        # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead.
-        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > reference))))
+        # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead. What is
+        # no number leads nowhere.
+        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > reference)))) | slope.isnan()
         low = torch.where(short, u, low)
         high = torch.where(short, high, u)
         # Bounded steps, so that a limit point is met and not jumped over; bisection along a falling branch.

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor, addcmul
 
+from freelearn.common.some_rows import InRows
 from freelearn.physics.mechanics.tube import Tube
 
 # The integrands are smooth: six points reach 1e-9 of the load range over the paper's samples and protocol
@@ -29,7 +30,7 @@ def _gauss_legendre(points: int, device: torch.device, dtype: torch.dtype) -> tu
 
 
 @dataclass(frozen=True)
-class Layers:
+class Layers(InRows):
     """A tube's wall at Q radii. (Q, N) tensors unless said otherwise.
 
     weight: twice the quadrature weight times a = R/√λz, so that 2 ∫ f r dr = Σ weight f [m²]; offset: (R² − R_i²)/λz

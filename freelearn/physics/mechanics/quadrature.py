@@ -34,6 +34,9 @@ class Term(Protocol):
     def detach(self) -> Term:
         """The same energy with its parameters cut from every derivative."""
 
+    def some(self, rows: Tensor, count: int) -> Term:
+        """The same energy in some of so many tubes; rows: (n,) int64."""
+
 
 class QuadratureWall:
     """A Wall for energies of any form (see wall.Wall): stresses at Q radii, summed."""
@@ -44,6 +47,10 @@ class QuadratureWall:
     def detach(self) -> QuadratureWall:
         """The same wall, cut from every derivative."""
         return QuadratureWall([term.detach() for term in self.terms], self.layers.detach())
+
+    def some(self, rows: Tensor, count: int) -> QuadratureWall:
+        """The walls of some of so many tubes."""
+        return QuadratureWall([term.some(rows, count) for term in self.terms], self.layers.some(rows, count))
 
     def carried(self, u: Tensor) -> Carried:
         """Term by term (σθθ − σrr)/(2r²) = Ψᵢ ∂Iᵢ/∂u: the pressure's work is the change of the energy."""

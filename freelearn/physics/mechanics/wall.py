@@ -49,6 +49,9 @@ class Wall(Protocol):
     def detach(self) -> Wall:
         """The same wall, cut from every derivative."""
 
+    def some(self, rows: Tensor, count: int) -> Wall:
+        """The walls of some of so many tubes; rows: (n,) int64."""
+
 
 class WallSum:
     """Several energies in one wall."""
@@ -85,3 +88,7 @@ class WallSum:
     def detach(self) -> WallSum:
         """The same wall, cut from every derivative."""
         return WallSum([part.detach() for part in self.parts])
+
+    def some(self, rows: Tensor, count: int) -> WallSum:
+        """The walls of some of so many tubes."""
+        return WallSum([part.some(rows, count) for part in self.parts])
