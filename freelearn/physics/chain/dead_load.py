@@ -11,7 +11,15 @@ from torch import Tensor
 from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction, Status
-from freelearn.physics.chain.row_derivatives import divide, mended, recorded_with_rate, rows_jacobian
+from freelearn.physics.chain.row_derivatives import (
+    CHORD_TOLERANCE,
+    CHORDS,
+    divide,
+    enough,
+    mended,
+    recorded_with_rate,
+    rows_jacobian,
+)
 
 MAX_ITERATIONS = 80
 # Iterations after which only the rows that have not settled go on.
@@ -28,8 +36,6 @@ PROGRESS, PATIENCE = 0.01, 16
 SOFTEST = 1e-3
 # Lengths, in reference lengths, and twist [rad] beyond which nothing is looked for.
 RANGE = ((0.2, 4.0), (-25.0, 25.0))
-# Steps with the stiffness of a place nearby, before derivatives are taken, which cost three times as much a step.
-CHORDS = 10
 # By these names States.near keeps q and the stiffness.
 PLACE, STIFFNESS = "rest", "rest stiffness"
 
@@ -166,10 +172,10 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, loads:
     size = _size(states)
     hung = _hung(states)
     excess = loads(_moved(states, q), values).loads - hung
-    for _ in range(CHORDS):
+    for turn in range(CHORDS):
         step = divide(excess, stiffness)
-        settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if all_if_known(settled):
+        settled = (step.abs() <= CHORD_TOLERANCE * size).all(-1)
+        if enough(settled, turn):
             break
         q, before = q + step, excess
         excess = loads(_moved(states, q), values).loads - hung

@@ -11,7 +11,16 @@ from torch import Tensor
 from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
 from freelearn.physics.chain.prediction import Prediction, Status
-from freelearn.physics.chain.row_derivatives import determinant, divide, mended, recorded_with_rate, rows_jacobian
+from freelearn.physics.chain.row_derivatives import (
+    CHORD_TOLERANCE,
+    CHORDS,
+    determinant,
+    divide,
+    enough,
+    mended,
+    recorded_with_rate,
+    rows_jacobian,
+)
 
 MAX_ITERATIONS = 15
 # Iterations after which only the rows that have not settled go on.
@@ -21,8 +30,6 @@ EARLY = 5
 TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 0.3)
-# Steps with the stiffness of a place nearby, before derivatives are taken, which cost three times as much a step.
-CHORDS = 10
 # By these names States.near keeps q and A.
 PLACE, STIFFNESS = "mount", "mount stiffness"
 
@@ -140,11 +147,11 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose
     size = _size(states)
     carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
     imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
-    for _ in range(CHORDS):
+    for turn in range(CHORDS):
         jacobian = _identity(size) - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
-        settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if all_if_known(settled):
+        settled = (step.abs() <= CHORD_TOLERANCE * size).all(-1)
+        if enough(settled, turn):
             break
         q, before = q + step, carried
         carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
@@ -175,7 +182,7 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
         jacobian = identity - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)
-        if all_if_known(settled):
+        if all_if_known(settled | step.isnan().any(-1)):
             break
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))

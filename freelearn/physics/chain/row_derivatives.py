@@ -7,6 +7,7 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
+from freelearn.common.vmapped import indices_if_known
 from freelearn.physics.chain.prediction import Prediction
 
 # Derivatives of a function of whose rows none depends on another.
@@ -79,3 +80,16 @@ def mended(slope: Tensor, change: Tensor, step: Tensor, size: Tensor) -> Tensor:
     along = step / size**2
     reach = (along * step).sum(-1).clamp_min(SMALLEST)
     return slope + lacking[:, :, None] * (along / reach[:, None])[:, None, :]
+
+
+# Steps with the slope of a place nearby, before derivatives are taken, which cost three times as much a step; after so
+# many of them a few rows that have not settled, a share, are not waited for.
+CHORDS, PATIENT, FEW = 10, 5, 0.1
+# A step is of the order of what is left, of which the differentiable step, with the slope there, leaves the square.
+CHORD_TOLERANCE = 1e-8
+
+
+def enough(settled: Tensor, turn: int) -> bool:
+    """Whether as many rows have settled, (N,) bool, as are waited for in this turn; False inside vmap."""
+    left = indices_if_known(~settled)
+    return left is not None and len(left) <= (FEW * len(settled) if turn >= PATIENT else 0)

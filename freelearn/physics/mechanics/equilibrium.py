@@ -109,9 +109,7 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     return u, settled
 
 
-def _halley(
-    wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False
-) -> tuple[Tensor, Tensor]:
+def _halley(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: bool = False) -> tuple[Tensor, Tensor]:
     """u and which rows settled, by Halley's third-order steps on a wall that stiffens.
 
     Inside vmap, where nobody can know whether all did, every row takes all steps.
