@@ -68,6 +68,9 @@ SCOUTED = 800
 WRONG_BY, LEAST_WRONG = 0.5, 0.25
 # χ² per reading under the noise alone up to which the best set may be right: it was fitted under more doubt.
 HARDLY = 10.0
+# The most probable sets that are fitted under the noise alone before the others are, and times INADEQUATE that they may
+# leave: what is farther off no effect more makes right.
+FORERUNNERS, FAR = 4, 2.0
 # Times what the best set left under more doubt that it may leave under less.
 WORSE = 1.5
 # Times that the amount is made smaller, at most; share of it that a better model must be wrong by at most for it to be

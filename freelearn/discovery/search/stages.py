@@ -27,6 +27,8 @@ from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     BEAM,
+    FAR,
+    FORERUNNERS,
     GLANCE,
     HARDLY,
     INADEQUATE,
@@ -147,6 +149,10 @@ class _View:
         if now.best.key in self.tried or self.chi2(now.best) > HARDLY:
             return None
         self.tried.add(now.best.key)
+        self.noise = self.prepared.noise(self._whole(now.best), self.noise.scatter)
+        few = now.under(self._whitener(0.0), self.rows, now.worth_keeping(FORERUNNERS), self.about(now.best))
+        if not self.adequate(few, FAR):
+            return None
         alone = self.moved(now, 0.0)
         return alone if self.adequate(alone) else None
 
@@ -164,10 +170,13 @@ class _View:
     def moved(self, before: Hypotheses, share: float) -> Hypotheses:
         """The sets under the noise about the best of them, and this share of the largest loads besides; looked at
         further."""
-        self.share = share
+        same, self.share = share == self.share, share
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
         self.noise = self.prepared.noise(self._whole(before.best), self.noise.scatter)
         now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
+        if same:
+            # Under hardly another noise nothing else stands in for what does not any more.
+            now.exchanged = set(before.exchanged)
         if not share and not self.adequate(now):
             # Under a little doubt none of these sets was adequate, and hardly one is next to them.
             now.expand(now.best)
@@ -194,9 +203,10 @@ class _View:
             now = self.moved(now, share)
         return Explored(now, self.noise, share, self._whitener(share))
 
-    def adequate(self, now: Hypotheses) -> bool:
-        """Whether the best set is right, as far as the noise and the doubt that it is looked at under go."""
-        return now.best.fit.chi2 <= INADEQUATE * max(self.rows.readings.count, 1)
+    def adequate(self, now: Hypotheses, times: float = 1.0) -> bool:
+        """Whether the best set is right, as far as the noise and the doubt that it is looked at under go, or so many
+        times as far."""
+        return now.best.fit.chi2 <= times * INADEQUATE * max(self.rows.readings.count, 1)
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""
