@@ -86,7 +86,7 @@ def mended(slope: Tensor, change: Tensor, step: Tensor, size: Tensor) -> Tensor:
 # many of them a few rows that have not settled, a share, are not waited for.
 CHORDS, PATIENT, FEW = 10, 5, 0.1
 # A step is of the order of what is left, of which the differentiable step, with the slope there, leaves the square.
-CHORD_TOLERANCE = 1e-8
+CHORD_TOLERANCE = 1e-9
 
 
 def enough(settled: Tensor, turn: int) -> bool:
