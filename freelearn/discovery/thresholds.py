@@ -51,6 +51,8 @@ HOPELESS = 15.0
 NEEDED = 100.0
 # What stands in for an effect must promise, to first order, no less than the effect itself but for this.
 COMPARABLE = 6.0
+# Sets that are as good, of which is asked what could stand in for what they share.
+RIVALS = 5
 # Sets that are fitted again where the noise changes.
 REFITTED = 16
 # Rounds of whitening and fitting of the first model: which rows have an answer, and their noise, depend on the fit.

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.left_out import unseen
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.shapes import imposed
@@ -51,7 +53,10 @@ class LeftOut:
 
 def levels_left_out(case: Case) -> tuple[list[Check], list[LeftOut]]:
     """Checks of every way, and what they showed."""
-    found = [left for left in (_way(case, way, fold) for way, fold in _ways(case).items()) if left is not None]
+    ways = _ways(case)
+    fits = [fit for fit in (case.fit, case.plain) if fit is not None]
+    ahead([partial(_raw, case, fit, fold) for fold in ways.values() for fit in fits])
+    found = [left for left in (_way(case, way, fold) for way, fold in ways.items()) if left is not None]
     if not found:
         says = "There is one level of everything that a bed imposes: nothing could be left out."
         return [Check("left out", CANNOT, None, None, says)], []

@@ -219,22 +219,34 @@ def standing(ending: Ending) -> Ending:
     findings.
     """
     models, hypotheses = ending.models, ending.known.hypotheses
-    shown, base = ending.answer.shown, models.step(hypotheses.found[frozenset()])
-    kept = [n for n in shown.effects if _helps(base, models.step(hypotheses.joined(hypotheses.found[frozenset()], n)))]
+    shown, nothing = ending.answer.shown, hypotheses.found[frozenset()]
+
+    def alone(name: str) -> Step:
+        return models.step(hypotheses.joined(nothing, name))
+
+    def without(hypothesis: Hypothesis, name: str) -> Step:
+        return models.step(hypotheses.without(hypothesis, name))
+
+    ahead([partial(models.step, nothing), *(partial(alone, name) for name in shown.effects)])
+    base = models.step(nothing)
+    kept = [name for name in shown.effects if _helps(base, alone(name))]
     if len(kept) < len(shown.effects) == 2 and models.step(shown).E_heldout <= TOGETHER * base.E_heldout:
         kept = list(shown.effects)
     while True:
         now = _of(hypotheses, kept)
+        ahead([partial(models.step, now), *(partial(without, now, name) for name in kept)])
         step = models.step(now)
-        fewer = {name: models.step(hypotheses.without(now, name)) for name in kept}
+        fewer = {name: without(now, name) for name in kept}
         idle = [name for name, reduced in fewer.items() if not _helps(reduced, step)]
         if not idle and len(kept) <= MOST_KEPT:
             break
         least = min(idle or kept, key=lambda name: float(fewer[name].heldout.loss.sum()))
         kept = [name for name in kept if name != least]
-    for pair in _pairs(hypotheses):
+    pairs = _pairs(hypotheses)
+    ahead([job for p in pairs for job in (partial(models.step, p), *(partial(without, p, n) for n in p.effects))])
+    for pair in pairs:
         other = models.step(pair)
-        fewer = {name: models.step(hypotheses.without(pair, name)) for name in pair.effects}
+        fewer = {name: without(pair, name) for name in pair.effects}
         if other.E_heldout <= TOGETHER * step.E_heldout and all(_helps(f, other) for f in fewer.values()):
             kept, step = list(pair.effects), other
     by_first = {next(iter(c)): c for c in ending.classes}

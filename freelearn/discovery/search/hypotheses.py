@@ -31,6 +31,7 @@ from freelearn.discovery.thresholds import (
     MOST_EXPANDED,
     NEEDED,
     PAIRS,
+    TIES,
 )
 from freelearn.fitting.starts import DEAD_TIME, with_delay
 from freelearn.physics.chain.model import Model
@@ -64,8 +65,8 @@ class Hypotheses:
     """All sets that were looked at on some rows under one noise.
 
     odds: of effects that are in no library. about: the place from which every evaluation is one step (hang.held_about);
-    None where equilibria are searched for. expanded, exchanged: the sets whose neighbors were looked at, and what
-    could stand in for their effects; ranked: what was promised on top of them."""
+    None where equilibria are searched for. expanded, exchanged: the sets whose neighbors were looked at, and those with
+    the effects of theirs in whose place others were; ranked: what was promised on top of them."""
 
     question: Question
     rows: Rows
@@ -75,7 +76,7 @@ class Hypotheses:
     about: Near | None = None
     found: dict[Effects, Hypothesis] = field(default_factory=dict)
     expanded: set[Effects] = field(default_factory=set)
-    exchanged: set[Effects] = field(default_factory=set)
+    exchanged: set[tuple[Effects, str]] = field(default_factory=set)
     ranked: dict[Effects, list[Promise]] = field(default_factory=dict)
 
     @property
@@ -153,14 +154,18 @@ class Hypotheses:
         return tuple(name for name in self.library if name in effects)
 
     def explore(
-        self, watch: Callable[[Hypothesis], None] = lambda h: None, beam: int = BEAM, most: int = MOST_EXPANDED
+        self,
+        watch: Callable[[Hypothesis], None] = lambda h: None,
+        beam: int = BEAM,
+        most: int = MOST_EXPANDED,
+        rivals: int = 1,
     ) -> Hypothesis:
         """Looks at the neighbors of the most probable sets, so many, until none of these is new; the best one. most:
-        rounds of it."""
+        rounds of it. rivals: of how many sets that are as good others are looked at in the place of their effects."""
         for _ in range(most):
             front = [h for h in self.ordered()[:beam] if h.key not in self.expanded]
             if not front:
-                if not self._exchanged():
+                if not self._exchanged(rivals):
                     break
                 continue
             before = self.best
@@ -236,13 +241,24 @@ class Hypotheses:
         """The set with two effects more, from where the first of them alone leads."""
         self.joined(self.add(hypothesis, promised[names[0]]), names[1])
 
-    def _exchanged(self) -> bool:
-        """Whether what could stand in for an effect of the best set has not been looked at, and has been now."""
+    def _exchanged(self, rivals: int) -> bool:
+        """Whether what could stand in for an effect of the best set, or for one that all sets have which are as good,
+        has not been looked at, and has been now."""
         best = self.best
-        if best.key in self.exchanged:
-            return False
-        self.exchanged.add(best.key)
-        fewer = {name: self._less(best, name) for name in _spare(best)}
+        tied = [h for h in self.ordered()[:rivals] if h.evidence > best.evidence - TIES]
+        shared = frozenset[str].intersection(*(h.key for h in tied))
+        for hypothesis in tied:
+            names = [n for n in _spare(hypothesis) if hypothesis is best or n in shared]
+            names = [n for n in names if (hypothesis.key, n) not in self.exchanged]
+            if names:
+                self._exchange(hypothesis, names)
+                return True
+        return False
+
+    def _exchange(self, whole: Hypothesis, names: Sequence[str]) -> None:
+        """Looks at what could stand in for these effects of a set."""
+        self.exchanged |= {(whole.key, name) for name in names}
+        fewer = {name: self._less(whole, name) for name in names}
         self.fits(fewer.values())
         reduced = {name: self.found[each.key] for name, each in fewer.items()}
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
@@ -255,7 +271,6 @@ class Hypotheses:
             rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
             asked += [self._more(hypothesis, promise) for promise in rivals[:CHILDREN]]
         self.fits(asked)
-        return True
 
     def _promises(self, hypothesis: Hypothesis) -> list[Promise]:
         self.rank(hypothesis)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from freelearn.physics.chain.priors import RawPrior
 from freelearn.physics.effects.registry import EFFECTS
 
 Effects = frozenset[str]
+Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -52,20 +54,23 @@ def log_evidence(fit: WhiteFit, effects: Sequence[str]) -> float:
     """Logarithm of the probability of the rows under the fit's model, up to a constant that all models of them share.
 
     The sum of squares is taken for quadratic about the most probable parameters (Laplace; MacKay 1992). The deviations
-    of each effect's parameters are multiplied by each of SIZES, of which the mean is taken, effect by effect in turn.
-    effects: those whose size is not known; the model may have more.
+    of each effect's parameters are multiplied by each of SIZES, of which the mean is taken, effect by effect in turn
+    about the most probable ones. effects: those whose size is not known; the model may have more.
     """
     assert fit.prior is not None
     view = _Quadratic(fit)
     chosen: dict[str, float] = {}
-    for name in effects:
-        tried = [(view.evidence(chosen | {name: size}), size) for size in SIZES]
-        chosen[name] = max(tried)[1]
-    best, spread = view.evidence(chosen), 0.0
-    for name in effects:
-        each = np.array([view.evidence(chosen | {name: size}) for size in SIZES]) - best
-        spread += float(np.logaddexp.reduce(each)) - math.log(len(SIZES))
-    return best + spread
+    best, spread, before = -math.inf, 0.0, None
+    # Of several effects each one's best size depends on the others'.
+    while chosen != before:
+        before, spread = dict(chosen), 0.0
+        for name in effects:
+            each = np.array([view.evidence(chosen | {name: size}) for size in SIZES])
+            most = int(each.argmax())
+            if name not in chosen or each[most] > best:
+                chosen[name], best = SIZES[most], float(each[most])
+            spread += float(np.logaddexp.reduce(each - best)) - math.log(len(SIZES))
+    return (best if effects else view.evidence({})) + spread
 
 
 class _Quadratic:
@@ -88,10 +93,24 @@ class _Quadratic:
         covariance = np.where(np.isinf(covariance), VAST, covariance)
         away = self.vector - prior.middle.numpy()
         precision = np.linalg.inv(covariance)
-        step = -np.linalg.solve(self.curvature + precision, self.slope + precision @ away)
-        step = np.clip(self.vector + step, self.low, self.high) - self.vector
+        step = self._step(self.curvature + precision, self.slope + precision @ away)
         chi2 = self.chi2 + 2 * self.slope @ step + step @ self.curvature @ step
         known = (away + step) @ precision @ (away + step)
         root = np.linalg.cholesky(covariance)
         occam = np.linalg.slogdet(np.eye(len(step)) + root.T @ self.curvature @ root)[1]
         return float(-0.5 * (chi2 + known + occam))
+
+    def _step(self, curvature: Array, slope: Array) -> Array:
+        """To the most probable vector between the bounds: what would leave them is held there, and the others give way
+        to that."""
+        low, high = self.low - self.vector, self.high - self.vector
+        step, free = np.zeros_like(slope), np.ones(len(slope), dtype=bool)
+        while free.any():
+            pull = slope[free] + curvature[np.ix_(free, ~free)] @ step[~free]
+            step[free] = -np.linalg.solve(curvature[np.ix_(free, free)], pull)
+            held = np.clip(step, low, high)
+            out, step = held != step, held
+            if not out.any():
+                break
+            free &= ~out
+        return step

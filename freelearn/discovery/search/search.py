@@ -38,7 +38,7 @@ Watch = Callable[[Step, str], None]
 # Candidates whose held-out errors are told.
 SHOWN = 5
 # Sets that the next measurement of an undecided table has to split, and what one without effects is called.
-RIVALS, NO_EFFECT = 3, "no effect"
+TOLD_RIVALS, NO_EFFECT = 3, "no effect"
 # Sets that the referee is asked about beside the one shown, where that does not stand.
 ASKED_AGAIN = 2
 # For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
@@ -184,7 +184,7 @@ def rivals(ending: Ending) -> dict[str, Step]:
     shown = ending.answer.shown
     others = [h for h in ending.known.hypotheses.ordered() if h.key != shown.key and math.isfinite(h.evidence)]
     found = {}
-    for hypothesis in [shown, *others][:RIVALS]:
+    for hypothesis in [shown, *others][:TOLD_RIVALS]:
         step = ending.models.step(hypothesis)
         if step.fit.proper:
             found[" and ".join(hypothesis.effects) or NO_EFFECT] = step

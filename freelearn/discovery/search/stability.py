@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import norm
 
+from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.left_out import left_out
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
 from freelearn.discovery.search.answer import Answer, believed
@@ -69,7 +71,9 @@ def _without_states(case: Case, hypotheses: Hypotheses, answer: Answer, rivals: 
     """Of each part of the states left out, whether another set is then clearly more probable."""
     numbers = np.unique(case.fold)
     parts = [case.fold == number for number in numbers]
-    own, *others = (_rest(case, h, parts) for h in (answer.shown, *rivals))
+    compared = (answer.shown, *rivals)
+    ahead([partial(_rest, case, h, parts) for h in compared])
+    own, *others = (_rest(case, h, parts) for h in compared)
     return {
         f"without part {int(number) + 1} of the states": bool(max(o[i] for o in others) > own[i] + TIES)
         for i, number in enumerate(numbers)

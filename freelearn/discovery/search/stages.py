@@ -36,6 +36,7 @@ from freelearn.discovery.thresholds import (
     MENDED,
     MOST_LOWERED,
     REFITTED,
+    RIVALS,
     SCOUTED,
     SETTLED,
     SETTLINGS,
@@ -182,7 +183,9 @@ class _View:
             now.expand(now.best)
             if not self.adequate(now):
                 return now
-        now.explore(self.told, BEAM if self.scouting or not self.scouted else 1)
+        # What is claimed is what all sets share that are as good: where something may be, these are asked too.
+        rivals = 1 if share else RIVALS
+        now.explore(self.told, BEAM if self.scouting or not self.scouted else 1, rivals=rivals)
         return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
