@@ -1,12 +1,14 @@
 """Sets of effects: two that hide one another are found together; what stays unexplained ends with few."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 from linear_bed import NOISE, TRUE, bench, jacobian
 from nightly import chosen, usually
+from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 from torch import Tensor
 
@@ -18,6 +20,7 @@ from freelearn.discovery.search.search import search
 from freelearn.discovery.thresholds import MOST_KEPT
 from freelearn.physics.chain.parameters import Parameters, Prior, parameter
 from freelearn.physics.chain.ports import MeasurementEffect
+from freelearn.physics.chain.priors import RawPrior
 from freelearn.physics.effects.registry import EFFECTS
 
 # How far the two signatures are from opposite.
@@ -145,6 +148,36 @@ def test_the_evidence_of_numbers_that_a_model_is_linear_in_is_the_textbooks():
         spread = slopes @ prior.covariance.numpy() @ slopes.T + np.eye(len(slopes))
         expected.append(multivariate_normal.logpdf(readings, slopes @ prior.middle.numpy(), spread))
     assert told[1] - told[0] == pytest.approx(expected[1] - expected[0], abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(seed):
+    """No prior makes rows more probable than the best vector between the bounds (SciPy's) does, nor less than the
+    vector told."""
+    random = np.random.default_rng(seed)
+    effects, count = ["a", "b", "c"], 3
+    # Much alike, so that what the one may not do the others do.
+    slopes = random.normal(size=(count + 4, 1)) + 0.1 * random.normal(size=(count + 4, count))
+    slopes = slopes * 10 ** random.normal(1.0, 1.0, size=count)
+    residual = random.normal(size=count + 4) * 5
+    at = np.abs(random.normal(size=count)) * (random.random(count) < 0.5)
+    low, high = np.zeros(count), np.full(count, np.inf)
+    size = 10 ** random.normal(size=count)
+    model = SimpleNamespace(
+        labels=lambda: [f"{name}.size" for name in effects],
+        raw_bounds=lambda: (torch.as_tensor(low), torch.as_tensor(high)),
+        declared={f"{name}.size": SimpleNamespace(none=0.0) for name in effects},
+    )
+    fit = SimpleNamespace(
+        model=model, vector=torch.as_tensor(at), residual=torch.as_tensor(residual), chi2=float(residual @ residual),
+        jacobian=torch.as_tensor(slopes)[:, None, :],
+        prior=RawPrior(torch.zeros(count, dtype=torch.float64), torch.diag(torch.as_tensor(size**2))),
+    )  # fmt: skip
+    told = log_evidence(fit, effects)
+    best = lsq_linear(slopes, -residual, (low - at, high - at), method="bvls")
+    assert told <= -best.cost + 1e-9
+    occam = np.linalg.slogdet(np.eye(count) + size[:, None] * (slopes.T @ slopes) * size)[1]
+    assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
 
 
 def outside(size):

@@ -9,13 +9,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.physics.chain.priors import RawPrior
 from freelearn.physics.effects.registry import EFFECTS
 
 Effects = frozenset[str]
-Array = np.ndarray[Any, np.dtype[np.float64]]
+Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class Hypothesis:
 SIZES = (1.0, 1 / 3, 1 / 10, 1 / 30)
 # Variance of what nothing is known of.
 VAST = 1e8
+# Share of the largest curvature below which a direction has none.
+VANISHING = 1e-14
 
 
 def log_odds(effects: Sequence[str], others: Mapping[str, float] | None = None) -> float:
@@ -101,16 +104,18 @@ class _Quadratic:
         return float(-0.5 * (chi2 + known + occam))
 
     def _step(self, curvature: Array, slope: Array) -> Array:
-        """To the most probable vector between the bounds: what would leave them is held there, and the others give way
-        to that."""
-        low, high = self.low - self.vector, self.high - self.vector
-        step, free = np.zeros_like(slope), np.ones(len(slope), dtype=bool)
-        while free.any():
-            pull = slope[free] + curvature[np.ix_(free, ~free)] @ step[~free]
-            step[free] = -np.linalg.solve(curvature[np.ix_(free, free)], pull)
-            held = np.clip(step, low, high)
-            out, step = held != step, held
-            if not out.any():
-                break
-            free &= ~out
+        """To the most probable vector between the bounds, (p,)."""
+        step: Array = -np.linalg.solve(curvature, slope)
+        low, high = np.minimum(self.low - self.vector, 0.0), np.maximum(self.high - self.vector, 0.0)
+        if np.all((step >= low) & (step <= high)):
+            return step
+        moves, step = high > low, np.zeros_like(step)
+        size = np.sqrt(np.diag(curvature))[moves]
+        values, vectors = np.linalg.eigh(curvature[np.ix_(moves, moves)] / np.outer(size, size))
+        root = np.sqrt(np.maximum(values, VANISHING * values[-1]))
+        bounds = (low[moves] * size, high[moves] * size)
+        found = lsq_linear(
+            root[:, None] * vectors.T, -(vectors.T @ (slope[moves] / size)) / root, bounds, method="bvls"
+        )
+        step[moves] = found.x / size
         return step
