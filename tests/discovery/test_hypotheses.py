@@ -14,6 +14,9 @@ from torch import Tensor
 
 from freelearn.discovery.fits.prepare import prepare
 from freelearn.discovery.fits.white_fit import white_fit
+from freelearn.discovery.referee.case import FAIL, Check
+from freelearn.discovery.referee.referee import Referee
+from freelearn.discovery.search import search as searching
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import log_evidence
 from freelearn.discovery.search.search import search
@@ -56,9 +59,19 @@ class Drop(MeasurementEffect[Size]):
         return loads + torch.stack([p.size * (TILT * other - one), 0 * one], dim=-1)
 
 
+class Raise(Lift):
+    """As Lift, but for the twentieth by which that differs from the opposite of Drop."""
+
+    name = "raise"
+
+    def sense(self, loads: Tensor, states, p: Size) -> Tensor:
+        one, _ = ripples(states)
+        return loads + torch.stack([p.size * one, 0 * one], dim=-1)
+
+
 @pytest.fixture(autouse=True)
 def known(monkeypatch):
-    for effect in (Lift, Drop):
+    for effect in (Lift, Drop, Raise):
         monkeypatch.setitem(EFFECTS, effect.name, effect)
 
 
@@ -178,6 +191,30 @@ def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(
     assert told <= -best.cost + 1e-9
     occam = np.linalg.slogdet(np.eye(count) + size[:, None] * (slopes.T @ slopes) * size)[1]
     assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
+
+
+def test_where_the_set_shown_does_not_stand_another_that_is_as_good_may(monkeypatch):
+    """Lift and raise are one thing in these rows. A referee that lets the one not stand is asked about the other,
+    which he does; and both stay in the class: what he refuted still counts where a claim is weighed."""
+    made = bench(1, **HOW, extra=lambda s, loads: loads + np.stack([0.1 * ripples(s)[0], 0 * loads[:, 1]], axis=1))
+    question = made.question(["lift", "raise", "force_offset"])
+    first = search(question)
+    assert first.verdict == "class"
+    (shown,) = first.effects
+    asked, looked = [], searching.looked_at
+
+    def refuting(prepared, ending):
+        asked.append(ending.answer.shown.effects)
+        referee = looked(prepared, ending)
+        checks = [Check("asked", FAIL, 1.0, 0.0, "No.")] if shown in asked[-1] else []
+        return Referee([*referee.checks, *checks], referee.left)
+
+    monkeypatch.setattr(searching, "looked_at", refuting)
+    second = search(question)
+    (other,) = {"lift", "raise"} - {shown}
+    assert asked == [(shown,), (other,)]
+    assert (second.verdict, second.effects) == ("class", [other])
+    assert set(second.classes[0]) == {"lift", "raise"}
 
 
 def outside(size):

@@ -49,14 +49,15 @@ class Answer:
     doubted: list[str] = field(default_factory=list)
 
 
-def answered(hypotheses: Hypotheses, without: Sequence[Effects] = ()) -> Answer:
-    """The answer of what was looked at. without: sets that do not count, because they predict clearly worse."""
+def answered(hypotheses: Hypotheses, without: Sequence[Effects] = (), instead: Hypothesis | None = None) -> Answer:
+    """The answer of what was looked at. without: sets that do not count, because they predict clearly worse. instead:
+    what is shown in the place of the smallest set that is as good."""
     known = [h for h in hypotheses.ordered() if h.key not in without and math.isfinite(h.evidence)]
     # Where no evidence is finite (an accuracy of zero), or none is left, the model as it is.
     known = known or [replace(hypotheses.found[frozenset()], evidence=0.0)]
     known = sorted((believed(h, hypotheses) for h in known), key=lambda h: -h.evidence)
     weights = _weights(known)
-    shown = _shown(hypotheses, known, weights)
+    shown = instead or _shown(hypotheses, known, weights)
     close = [h for h in known if h.evidence >= shown.evidence - TIES]
     shares = {
         name: sum(weights[h.key] for h in known if name in h.key) for name in {n for h in known for n in h.effects}
@@ -158,13 +159,16 @@ class Ending:
         )
 
 
-def ended(prepared: Prepared, known: Explored, refuted: Sequence[Effects] = ()) -> Ending:
-    """The answer, and the models that it stands for. refuted: sets that are none."""
+def ended(
+    prepared: Prepared, known: Explored, refuted: Sequence[Effects] = (), instead: Hypothesis | None = None
+) -> Ending:
+    """The answer, and the models that it stands for. refuted: sets that are none. instead: as `answered`."""
     models = Models(prepared, known)
-    answer = answered(known.hypotheses, refuted)
+    answer = answered(known.hypotheses, refuted, instead)
     disagreed = models.worse(answer)
     if disagreed:
-        answer = answered(known.hypotheses, [*refuted, *disagreed])
+        kept = None if instead and instead.key in disagreed else instead
+        answer = answered(known.hypotheses, [*refuted, *disagreed], kept)
     final = models.step(answer.shown)
     classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
     return Ending(known, models, answer, final, classes, disagreed=disagreed)
