@@ -92,6 +92,9 @@ class Actuators(Mapping[str, IdentifiedActuator]):
     def __len__(self) -> int:
         return len(_folders())
 
+    def __repr__(self) -> str:
+        return f"fl.actuators: {', '.join(self)}"
+
     def open(self, folder: str | Path) -> IdentifiedActuator:
         """One that somebody published as a folder. Raises UserError."""
         return IdentifiedActuator.open(folder)
