@@ -44,3 +44,15 @@ def test_checks_that_are_overruled_stop_nothing_and_are_noted(heavy, tmp_path):
     assert "load cell was not tared" not in found["says"]
     assert any(note.startswith("checks=off overrules") for note in found["notes"])
     assert [c for c in found["checks"] if c["status"] == "fail"]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_of_one_row_nothing_is_said_but_that_it_is_one(heavy, tmp_path):
+    """Two numbers go through two readings whichever sign or unit is tried: none of these is suspected."""
+    found = run(heavy[:1].assign(elongation_mm=-1.0), tmp_path, "figures=true")
+    assert found["verdict"] == "undecided"
+    assert not [c["name"] for c in found["checks"] if c["status"] == "fail"]
+    assert found["says"].startswith("Undecided: 1 row with 2 readings: too few to look for a missing effect.")
+    terminal = (tmp_path / "terminal.txt").read_text()
+    assert "on 1 row;" in terminal
+    assert "Held-out error from" not in terminal

@@ -19,6 +19,7 @@ from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, TableCheck, actuator
 from freelearn.discovery.fits.estimated_accuracy import FEWEST_REPEATS, repeat_rows, repeat_scale
 from freelearn.discovery.noise.noise import Whitener, sensitivities
+from freelearn.physics.chain.model import Model
 
 # Whether the model answers the rows, and comes anywhere near them.
 
@@ -96,6 +97,14 @@ def repeated(plain: Plain, accuracy: Accuracy, stated: bool) -> TableCheck:
 
 # All checks of a table before any search.
 
+# Readings for each number of the model before anything is added, and one more.
+READINGS_EACH = 2
+
+
+def needed_readings(model: Model) -> int:
+    """So many, or a fit is good whatever the columns hold."""
+    return READINGS_EACH * (len(model.vector()) + 1)
+
 
 def looked_over(
     table: pd.DataFrame, build: Build, given: Sequence[str], accuracy: Accuracy, stated: bool = True
@@ -105,9 +114,11 @@ def looked_over(
     table: a checked measurement table's rows that are looked at, in the order of the file. build: effects → fresh
     continuum model. given: effects that the model has from the start. stated: whether the accuracy is the user's own.
     """
-    plain = Plain(build, given, table)
-    checks = [actuator(table), *_suspected(table), *meant(plain), at_rest(plain, accuracy), order(table)]
-    checks += [repeated(plain, accuracy, stated), answers(plain), leaves(plain)]
+    checks = [actuator(table), *_suspected(table), order(table)]
+    if Rows.from_table(table).readings.count >= needed_readings(build(given)):
+        plain = Plain(build, given, table)
+        checks += [*meant(plain), at_rest(plain, accuracy), repeated(plain, accuracy, stated)]
+        checks += [answers(plain), leaves(plain)]
     return sorted(checks, key=lambda check: check.status != FAIL)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from freelearn.data.beds import DEAD_LOAD
 from freelearn.data.rows import Rows
+from freelearn.discovery.checks.look import needed_readings
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.step import Candidate, not_testable
 from freelearn.discovery.noise.shapes import imposed
@@ -150,8 +151,6 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
 }
 
 
-# Readings for each number of the model before anything is added, and one more.
-READINGS_EACH = 2
 # Rows of a single kinematic state that let anything be told from a line.
 ROWS_OF_ONE_STATE = 24
 
@@ -160,7 +159,7 @@ def scant(question: Question) -> Check | None:
     """Why no search can tell anything of the rows, if so: too few readings, one state with few rows, or nothing that
     varies."""
     rows = question.rows
-    needed = READINGS_EACH * (len(question.build(list(question.given)).vector()) + 1)
+    needed = needed_readings(question.build(list(question.given)))
     if rows.readings.count < needed:
         many = f"{len(rows)} row{'s' * (len(rows) != 1)} with {rows.readings.count} readings"
         says = f"{many}: too few to look for a missing effect."

@@ -71,7 +71,8 @@ def marker_area(strip: Strip, axes: Axes) -> float:
         here = part[[strip.x.column, strip.y.column]].to_numpy(dtype=np.float64)[:MOST_COMPARED] * scale
         apart = np.abs(here[:, None] - here).max(axis=2)
         np.fill_diagonal(apart, np.inf)
-        nearest.append(apart.min(axis=1))
+        if len(here) > 1:
+            nearest.append(apart.min(axis=1))
     distance = np.quantile(np.concatenate(nearest), 0.1) if nearest else LARGEST
     return float(np.clip(0.85 * distance, SMALLEST, LARGEST)) ** 2
 

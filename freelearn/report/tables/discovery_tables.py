@@ -169,7 +169,9 @@ def error_line(discovery: Discovery) -> str:
     error = discovery.content["error"]
     before, after = (error_percent(error[name], 3) for name in ("before", "after"))
     floor = known_floor(error["noise_floor"])
-    line = f"Held-out error from {before} % to {after} % on {discovery.content['rows']} rows"
+    rows = discovery.content["rows"]
+    error = f"error from {before} % to {after} %" if discovery.findings.effects else f"error {after} %"
+    line = f"Held-out {error} on {rows} {'row' if rows == 1 else 'rows'}"
     line += f"; measuring alone leaves {percent(floor, 3)} %." if floor is not None else "."
     return f"{line} {sentence(discovery.content['heldout_is'])}"
 
