@@ -223,6 +223,7 @@ def _near_files(file: Path) -> str:
     if not file.parent.is_dir():
         return f": its folder {file.parent} does not exist either"
     names = sorted(f.name for f in file.parent.iterdir() if f.is_file())
-    near = get_close_matches(file.name, names, n=3) or [n for n in names if n.lower().endswith(".csv")][:5]
+    kind = file.suffix.lower() or ".csv"
+    near = get_close_matches(file.name, names, n=3) or [n for n in names if n.lower().endswith(kind)][:5]
     where = "this folder" if file.parent == Path() else file.parent
-    return f": {where} holds {', '.join(near)}" if near else f", nor any CSV file in {where}"
+    return f": {where} holds {', '.join(near)}" if near else f", nor any other {kind} file in {where}"

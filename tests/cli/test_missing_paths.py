@@ -8,7 +8,7 @@ import pytest
 # What a table, a model or a workbook needs; each takes a good part of a second to import.
 SLOW = ("pandas", "torch", "pint", "scipy")
 COMMANDS = {
-    "start": (["start", "none.csv"], "There is no file none.csv, nor any CSV file in this folder."),
+    "start": (["start", "none.csv"], "There is no file none.csv, nor any other .csv file in this folder."),
     "start --recipe": (["start", "raw.txt", "--recipe", "none.yaml"], "There is no file none.yaml"),
     "start --run": (["start", "raw.txt", "--run", "none"], "No folder at none"),
     "intake": (["intake", "data.path=none.csv"], "There is no file none.csv"),

@@ -237,6 +237,15 @@ def as_group(file):
         file[f"run1/{name}"] = values
 
 
+def with_units(file):
+    """Names without units, which stand in an attribute of each."""
+    for name, unit, values in zip(
+        ("dl", "P", "F"), ("mm", np.bytes_("bar"), "N"), (TRUE * np.array(BAR)).T, strict=True
+    ):
+        file[f"run1/{name}"] = values
+        file[f"run1/{name}"].attrs["units"] = unit
+
+
 def parquet(frame):
     pytest.importorskip("pyarrow")
     out = io.BytesIO()
@@ -359,6 +368,7 @@ RIGHT = {
     "new.mat": lambda: hdf5(as_matlab, 512),
     "records.h5": lambda: hdf5(as_records),
     "group.hdf5": lambda: hdf5(as_group),
+    "units as attributes.h5": lambda: hdf5(with_units),
     "table.parquet": lambda: parquet(FRAME),
     "iso stamps.csv": lambda: stamped(lambda i: f"2026-02-25T10:00:{i:02d}.125+01:00", "timestamp"),
     "dates and clocks.csv": lambda: stamped(lambda i: f"25.02.2026;10:00:{i:02d},5", "Datum", "Uhrzeit"),

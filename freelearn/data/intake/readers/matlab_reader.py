@@ -59,7 +59,18 @@ def _hdf5(content: bytes) -> dict[str, Any]:
     import h5py
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        return {name: value for name in file if not name.startswith("#") and (value := _item(file, name)) is not None}
+        names = [name for name in file if not name.startswith("#")]
+        return {_headed(file, name): value for name in names if (value := _item(file, name)) is not None}
+
+
+def _headed(group: Any, name: str) -> str:
+    """The name as a column's heading, with the unit that a dataset's attribute says: NetCDF's and others' habit."""
+    import h5py
+
+    attributes = group[name].attrs if isinstance(group.get(name, getlink=True), h5py.HardLink) else {}
+    unit = attributes.get("units", attributes.get("unit", b""))
+    unit = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else unit
+    return f"{name} [{unit.strip()}]" if isinstance(unit, str) and unit.strip() and "[" not in name else name
 
 
 def _item(group: Any, name: str, depth: int = 0) -> Any:
@@ -70,7 +81,7 @@ def _item(group: Any, name: str, depth: int = 0) -> Any:
         return None
     item = group[name]
     if isinstance(item, h5py.Group):
-        inside = {key: _item(item, key, depth + 1) for key in item} if not depth else {}
+        inside = {_headed(item, key): _item(item, key, depth + 1) for key in item} if not depth else {}
         structure = np.empty((1, 1), dtype=[(key, object) for key, x in inside.items() if x is not None])
         for key in structure.dtype.names or ():
             structure[0, 0][key] = inside[key]
