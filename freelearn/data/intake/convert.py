@@ -14,10 +14,12 @@ from freelearn.data.beds import BEDS
 from freelearn.data.intake.assemble import Intake, assembled
 from freelearn.data.intake.chosen_rows import chosen_rows, constants_by_row, sample_numbers
 from freelearn.data.intake.evaluate import Evaluation, at_rest, quantities
+from freelearn.data.intake.joined_channels import with_joined
 from freelearn.data.intake.plateaus import over_plateaus
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import Design, Part, Reading, Recipe, Sample
+from freelearn.data.intake.recipes.recipe_file import needed
 from freelearn.data.intake.suspicious import raw_suspicions, table_suspicions
 
 # Designs by actuator: a second file, or a sheet of the workbook, joined with the rows by the actuators' names.
@@ -100,10 +102,10 @@ def convert(recipe: Recipe, sources: Mapping[str, bytes], designs: bytes | None 
     recipe = with_designs(recipe, sources, designs)
     parts = _parts(recipe, sources)
     tally = Tally()
-    tables = [_rows(recipe, part, sources[part.name], tally) for part in parts]
+    tables = [_rows(recipe, part, sources, tally) for part in parts]
     table = pd.concat(tables, ignore_index=True)
     if not len(table):
-        raise UserError("No row is left: look at keep, drop and plateaus of the recipe.")
+        raise UserError("No row is left: look at keep, drop, join and plateaus of the recipe.")
     intake = assembled(recipe, table, tally.files, _told_once(tally.warnings))
     return replace(
         intake, warnings=tuple(dict.fromkeys([*intake.warnings, *table_suspicions(intake.table, recipe.bed)]))
@@ -126,7 +128,7 @@ def _told_once(warnings: Sequence[str]) -> list[str]:
 
 def _parts(recipe: Recipe, sources: Mapping[str, bytes]) -> Sequence[Part]:
     if not recipe.files:
-        if len(sources) != 1:
+        if len(sources) != 1 + len(set(recipe.joined_files()) - {next(iter(sources))}):
             raise UserError("The recipe is for one file: list several under files:.")
         return [Part(next(iter(sources)))]
     lacking = [part.name for part in recipe.files if part.name not in sources]
@@ -135,9 +137,10 @@ def _parts(recipe: Recipe, sources: Mapping[str, bytes]) -> Sequence[Part]:
     return recipe.files
 
 
-def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFrame:
+def _rows(recipe: Recipe, part: Part, sources: Mapping[str, bytes], tally: Tally) -> pd.DataFrame:
     """One file's rows with every quantity, mark and carried column."""
-    raw = raw_table(content, part.name, part.reading or recipe.reading)
+    reading = part.reading or recipe.reading
+    raw = raw_table(sources[part.name], part.name, reading)
     whole = len(raw)
     columns = recipe.columns_for(part)
     raw = chosen_rows(recipe, part, raw)
@@ -146,9 +149,12 @@ def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFr
     tally.warnings += [*raw.notes, *raw_suspicions(raw, readings, time)]
     numbers, sample_names = sample_numbers(part.sample or recipe.sample, raw)
     rows = Evaluation(raw, columns, constants_by_row(recipe, part, numbers), numbers)
+    rows, kept, joined = with_joined(recipe.joins_for(part), part, rows, needed(recipe), reading, sources)
     rows.rest = at_rest(recipe, rows)
     table = quantities(recipe, rows)
     chosen = len(table)
+    table = table[kept].reset_index(drop=True)
+    lost = chosen - len(table)
     table, between = over_plateaus(recipe, table)
     tally.warnings += rows.notes
     tally.files.append(
@@ -156,6 +162,7 @@ def _rows(recipe: Recipe, part: Part, content: bytes, tally: Tally) -> pd.DataFr
             "file": part.name,
             "rows": whole,
             "dropped": whole - chosen,
+            **({"joined": joined, "lost_by_joining": lost} if joined else {}),
             "between_plateaus": between,
             "table_rows": len(table),
             "columns": rows.records,

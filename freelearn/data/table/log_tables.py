@@ -90,9 +90,8 @@ def _of_one(time: np.ndarray, lines: np.ndarray, name: str, may_repeat: bool, fe
             f"stands there twice in run {name}{times}: give the time with more digits, keep one row of each, or thin "
             "the log (rate_hz)",
         )
-    largest = int(step.argmax())
-    rest = time[-1] - time[0] - step[largest]
-    if step.min() >= 0 and step[largest] > max(JUMP * rest, USUAL * float(np.median(step))):
+    if (largest := jump(step)) is not None:
+        rest = time[-1] - time[0] - step[largest]
         yield Fault(
             int(lines[largest + 1]),
             TIME,
@@ -100,6 +99,14 @@ def _of_one(time: np.ndarray, lines: np.ndarray, name: str, may_repeat: bool, fe
             f"jumps by {step[largest]:g} s in run {name}, which otherwise lasts {rest:g} s: give what follows another "
             "run, or correct the clock",
         )
+
+
+def jump(step: np.ndarray) -> int | None:
+    """The place of a clock's jump among the steps of its time (n,) [s], none of them negative; None without one."""
+    largest = int(step.argmax())
+    rest = step.sum() - step[largest]
+    jumps = step.min() >= 0 and step[largest] > max(JUMP * rest, USUAL * float(np.median(step)))
+    return largest if jumps else None
 
 
 # Logs of fewer rows: a recording at 500 Hz through a low-pass, so that nothing faster stands for something slower.
@@ -163,18 +170,12 @@ def _one(
     part: pd.DataFrame, time: np.ndarray, signals: Sequence[str], step: float, new_step: float
 ) -> tuple[pd.DataFrame, np.ndarray, list[float]]:
     """One recording: its new rows, the old one (m,) nearest to each, and the rms of what was filtered out by signal."""
-    # Not above: SciPy's signals take half a second to import.
-    from scipy.signal import firwin, oaconvolve
-
-    even = np.arange(time[0], time[-1] + step / 2, step)
     grid = np.arange(time[0], time[-1] + step / 2, new_step)
     nearest = np.abs(time[_beside(time, grid)] - grid[:, None]).argmin(1)
     nearest = _beside(time, grid)[np.arange(len(grid)), nearest]
     # Nothing stands in a gap.
     there = np.abs(time[nearest] - grid) <= new_step / 2
     grid, nearest = grid[there], nearest[there]
-    taps = firwin(TAPS * max(round(new_step / step), 1) + 1, CORNER / (2 * new_step), fs=1 / step)
-    kernel = np.convolve(taps, taps)
     made = part.iloc[nearest].assign(**{TIME: grid})
     gone = []
     for name in signals:
@@ -183,17 +184,9 @@ def _one(
         if known.sum() < 2:
             gone.append(0.0)
             continue
-        at, mean = _means(time[known], value[known])
-        line = np.interp(even, at, mean)
-        if line.min() == line.max():
-            # Rounding is no change.
-            made[name] = _told(np.full(len(grid), line[0]), at, grid, new_step)
-            gone.append(0.0)
-            continue
-        # Turned over about its ends, so that it goes on there as it was.
-        wide = np.pad(line, len(kernel) // 2, mode="reflect", reflect_type="odd")
-        smooth = oaconvolve(wide, kernel, mode="valid")
-        gone.append(float(np.sqrt(np.mean((line - smooth) ** 2))))
+        at, mean = averaged(time[known], value[known])
+        even, smooth, lost = smoothed(at, mean, step, new_step, (time[0], time[-1]))
+        gone.append(lost)
         made[name] = _told(np.interp(grid, even, smooth), at, grid, new_step)
     owner = np.abs(grid[_beside(grid, time)] - time[:, None]).argmin(1)
     owner = _beside(grid, time)[np.arange(len(time)), owner]
@@ -203,6 +196,27 @@ def _one(
         made[name] = marked
     made["step"] = np.arange(len(grid))
     return made, nearest, gone
+
+
+def smoothed(
+    at: np.ndarray, value: np.ndarray, step: float, new_step: float, span: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """A channel (n,) read at the rising times `at` every `step` or so, through the low-pass for rows every `new_step`
+    [s]: even times over the span, the values there, and the rms of what was filtered out."""
+    # Not above: SciPy's signals take half a second to import.
+    from scipy.signal import firwin, oaconvolve
+
+    even = np.arange(span[0], span[1] + step / 2, step)
+    line = np.interp(even, at, value)
+    if line.min() == line.max():
+        # Rounding is no change.
+        return even, line, 0.0
+    taps = firwin(TAPS * max(round(new_step / step), 1) + 1, CORNER / (2 * new_step), fs=1 / step)
+    kernel = np.convolve(taps, taps)
+    # Turned over about its ends, so that it goes on there as it was.
+    wide = np.pad(line, len(kernel) // 2, mode="reflect", reflect_type="odd")
+    smooth = oaconvolve(wide, kernel, mode="valid")
+    return even, smooth, float(np.sqrt(np.mean((line - smooth) ** 2)))
 
 
 def _told(value: np.ndarray, at: np.ndarray, grid: np.ndarray, step: float) -> np.ndarray:
@@ -217,7 +231,7 @@ def _beside(time: np.ndarray, asked: np.ndarray) -> np.ndarray:
     return np.stack([(after - 1).clip(0), after], axis=1)
 
 
-def _means(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def averaged(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each time once, with the mean of its values."""
     once, place, count = np.unique(time, return_inverse=True, return_counts=True)
     return once, np.bincount(place, weights=value) / count

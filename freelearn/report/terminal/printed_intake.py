@@ -61,6 +61,7 @@ def show_intake(
     the first of them at once."""
     for file in intake.files:
         left = [f"{file['dropped']} dropped"] if file["dropped"] else []
+        left += [f"{file['lost_by_joining']} outside of what is joined"] if file.get("lost_by_joining") else []
         left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
         rest = f" ({', '.join(left)})" if left else ""
         text = f"{file['file']}: {file['rows']} rows{rest} → {file['table_rows']} of the table"

@@ -8,13 +8,13 @@ from conftest import ROOT
 from freelearn.data.intake.convert import convert
 from freelearn.data.intake.recipes.recipe_columns import COLUMN_KEYS, TEST_KEYS
 from freelearn.data.intake.recipes.recipe_file import KEYS, recipe_of
-from freelearn.data.intake.recipes.recipe_parts import READ
+from freelearn.data.intake.recipes.recipe_parts import JOIN, READ
 
 PAGE = (ROOT / "docs" / "intake.md").read_text(encoding="utf-8")
 
 
 def test_the_example_works():
-    (text,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+    text = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
     generator = np.random.default_rng(0)
     rows = []
     for length, twist in ((3.5, 0.0), (3.6, 0.5)):
@@ -36,5 +36,5 @@ def test_the_example_works():
 
 
 def test_every_key_is_on_the_page():
-    for key in (*KEYS, *READ, *COLUMN_KEYS, *TEST_KEYS):
+    for key in (*KEYS, *READ, *JOIN, *COLUMN_KEYS, *TEST_KEYS):
         assert re.search(rf"`[^`]*\b{key}\b[^`]*`", PAGE), key

@@ -130,7 +130,7 @@ def read_sources(data: Path, recipe: Recipe) -> dict[str, bytes]:
     if not recipe.files:
         if is_folder(data):
             raise UserError(f"{data} is a folder: name one file in it, or list its files in the recipe under files:.")
-        return {data.name: read_bytes(data)}
+        return {data.name: read_bytes(data)} | _joined_sources(data.parent, recipe)
     folder = data if is_folder(data) else data.parent
     if not is_folder(data) and [part.name for part in recipe.files] != [data.name]:
         raise UserError(f"The recipe lists several files, and {data} is one: give their folder as data.path.")
@@ -140,7 +140,19 @@ def read_sources(data: Path, recipe: Recipe) -> dict[str, bytes]:
         near = get_close_matches(lacking[0], there, n=1)
         hint = f": did you mean {near[0]}?" if near else "."
         raise UserError(f"files of the recipe names {lacking[0]}, which is not in {folder}{hint}")
-    return {part.name: read_bytes(folder / part.name) for part in recipe.files}
+    listed = {part.name: read_bytes(folder / part.name) for part in recipe.files}
+    return listed | _joined_sources(folder, recipe)
+
+
+def _joined_sources(folder: Path, recipe: Recipe) -> dict[str, bytes]:
+    """Name → bytes of the files whose channels the recipe joins. Raises UserError."""
+    names = recipe.joined_files()
+    for name in names:
+        if not (folder / name).is_file():
+            raise UserError(
+                f"join of the recipe names {name}, which is not beside the data in {folder}: correct file:."
+            )
+    return {name: read_bytes(folder / name) for name in names}
 
 
 def table_files(folder: Path) -> list[str]:

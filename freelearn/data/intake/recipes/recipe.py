@@ -109,8 +109,22 @@ class Member:
 
 
 @dataclass(frozen=True)
+class Join:
+    """Channels that another clock's rows hold, joined by time. time: in seconds of the clock of the rows' time_s. file:
+    beside the data, "" for the same file. reading: of it; None as that of the same file, or nothing said of another.
+    gap_s: readings farther apart are not joined by a line; None: of several usual steps."""
+
+    time: Column
+    columns: Mapping[str, Column]
+    file: str = ""
+    reading: Reading | None = None
+    gap_s: float | None = None
+
+
+@dataclass(frozen=True)
 class Part:
-    """One of several files, with what differs from the rest of the recipe; drop: besides the recipe's."""
+    """One of several files, with what differs from the rest of the recipe; drop: besides the recipe's. join: in place
+    of the recipe's."""
 
     name: str
     sample: Sample | None = None
@@ -118,6 +132,7 @@ class Part:
     columns: Mapping[str, Column] = field(default_factory=dict)
     reading: Reading | None = None
     drop: tuple[Condition, ...] = ()
+    join: tuple[Join, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -164,6 +179,7 @@ class Recipe:
     columns: Mapping[str, Column]
     reading: Reading = field(default_factory=Reading)
     files: tuple[Part, ...] = ()
+    join: tuple[Join, ...] = ()
     sample: Sample = field(default_factory=lambda: Sample(number=1))
     constants: Constants = field(default_factory=dict)
     samples: Mapping[int, Constants] = field(default_factory=dict)
@@ -179,6 +195,15 @@ class Recipe:
     marks: Mapping[str, Condition] = field(default_factory=dict)
     carry: tuple[str, ...] = ()
     about: str = ""
+
+    def joins_for(self, part: Part) -> tuple[Join, ...]:
+        """What is joined with the rows of one file."""
+        return part.join or self.join
+
+    def joined_files(self) -> list[str]:
+        """Names of further files that hold joined channels, each once."""
+        joins = [*self.join, *(join for part in self.files for join in part.join)]
+        return list(dict.fromkeys(join.file for join in joins if join.file))
 
     def columns_for(self, part: Part) -> dict[str, Column]:
         """The columns of one file: its own go before the recipe's, and so do its constants."""

@@ -28,6 +28,7 @@ from freelearn.data.intake.recipes.recipe_columns import columns_of, condition_o
 from freelearn.data.intake.recipes.recipe_parts import (
     design_of,
     files_of,
+    joins_of,
     members_of,
     reading_of,
     sample_of,
@@ -55,7 +56,13 @@ def _columns(recipe: Recipe) -> Iterator[str]:
     measured = [quantity.column for quantity in BEDS[recipe.bed].measured]
     for part in recipe.files or (Part(""),):
         where = f" for {part.name}" if part.name else ""
-        given = {*recipe.columns_for(part), *recipe.constants_for(part)}
+        joined = [name for join in recipe.joins_for(part) for name in join.columns]
+        own = [*recipe.columns_for(part), *recipe.constants_for(part)]
+        given = {*own, *joined}
+        if joined and "time_s" not in recipe.columns_for(part):
+            yield f"join needs the time of the rows{where}: add time_s to columns."
+        for name in dict.fromkeys(name for name in joined if [*own, *joined].count(name) > 1):
+            yield f"{name} is joined, and given a second time{where}: keep one."
         per_sample = set.intersection(*map(set, recipe.samples.values())) if recipe.samples else set()
         per_sample |= set(recipe.design.columns) if recipe.design else set()
         for name in needed(recipe):
@@ -90,7 +97,7 @@ def _rest_needed(recipe: Recipe) -> Iterator[str]:
 # From the plain values of a recipe's file to a recipe, or to one error with every mistake in it.
 
 KEYS = (
-    *("about", "bed", "read", "files", "sample", "samples", "design", "constants", "columns", "members"),
+    *("about", "bed", "read", "files", "join", "sample", "samples", "design", "constants", "columns", "members"),
     *("keep", "drop", "order_by", "plateaus", "rest", "state_tolerance", "step", *MARKS, "carry"),
 )
 
@@ -107,6 +114,7 @@ def parse_recipe(content: Any, name: str) -> Recipe:
         columns=columns_of(root.section("columns")),
         reading=reading_of(root.section("read")),
         files=files_of(root),
+        join=joins_of(root),
         sample=sample_of(root) or Sample(number=1),
         constants=constants_of(root.section("constants")),
         samples=samples_of(root.section("samples")),

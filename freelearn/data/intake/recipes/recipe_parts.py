@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from freelearn.data.intake.recipes.recipe import DESIGN, Column, Constants, Design, Member, Part, Reading, Sample
+from freelearn.data.intake.recipes.recipe import DESIGN, Column, Constants, Design, Join, Member, Part, Reading, Sample
 from freelearn.data.intake.recipes.recipe_columns import column_of, columns_of, conditions_of, constants_of
 from freelearn.data.intake.recipes.recipe_section import Section
 
 READ = ("sheet", "variables", "encoding", "separator", "decimal", "thousands", "header", "names", "units_row")
+
+JOIN = ("file", "read", "time", "gap_s", "columns")
 
 
 def reading_of(section: Section) -> Reading:
@@ -56,9 +58,9 @@ def files_of(root: Section) -> tuple[Part, ...]:
     """The files that the recipe lists, with what differs."""
     parts: list[Part] = []
     for section in root.sections("files"):
-        section.only(("name", "sample", "constants", "columns", "read", "drop"))
+        section.only(("name", "sample", "constants", "columns", "read", "drop", "join"))
         name = section.text("name")
-        if not name or "/" in name or "\\" in name or name in (".", ".."):
+        if not name or _is_elsewhere(name):
             section.say(f"is {name!r}: give the name of a file in the folder", "name")
         part = Part(
             name=name,
@@ -67,11 +69,44 @@ def files_of(root: Section) -> tuple[Part, ...]:
             columns=columns_of(section.section("columns")),
             reading=reading_of(section.section("read")) if "read" in section else None,
             drop=conditions_of(section, "drop"),
+            join=joins_of(section),
         )
         if name in [other.name for other in parts]:
             section.say(f"names {name} a second time: name each file once")
         parts.append(part)
     return tuple(parts)
+
+
+def joins_of(root: Section) -> tuple[Join, ...]:
+    """Channels of other clocks, joined by time."""
+    joins = []
+    for section in root.sections("join"):
+        section.only(JOIN)
+        file = section.text("file")
+        if _is_elsewhere(file):
+            section.say(f"is {file!r}: give the name of a file beside the data", "file")
+        if "time" not in section:
+            section.say("has no clock: add time: {from: COLUMN, unit: s}")
+        if "columns" not in section:
+            section.say("joins nothing: add columns:")
+        gap = section.number("gap_s")
+        if gap is not None and gap <= 0:
+            section.say(f"is {gap:g}: give seconds", "gap_s")
+        time = column_of(section.section("time"), "time_s") if "time" in section else Column("")
+        columns = columns_of(section.section("columns"))
+        for name, column in columns.items():
+            if name == "time_s":
+                section.say("is the rows' clock: name this one under time:", "columns.time_s")
+            if column.offset == "rest" or column.blank_where:
+                section.say("cannot say offset: rest or blank_where: give a number, or blanks:", f"columns.{name}")
+        reading = reading_of(section.section("read")) if "read" in section else None
+        joins.append(Join(time, columns, file, reading, gap))
+    return tuple(joins)
+
+
+def _is_elsewhere(file: str) -> bool:
+    """Whether a name leads out of the data's folder."""
+    return "/" in file or "\\" in file or file in (".", "..")
 
 
 def samples_of(section: Section) -> dict[int, Constants]:
@@ -89,7 +124,7 @@ def design_of(root: Section) -> Design | None:
     section = root.section("design")
     section.only(("file", "sheet", "by", "columns"))
     file = section.text("file")
-    if "/" in file or "\\" in file or file in (".", ".."):
+    if _is_elsewhere(file):
         section.say(f"is {file!r}: give the name of a file beside the data, or design=FILE to intake", "file")
     if "by" not in section:
         section.say("says no column of names: add by: COLUMN")
