@@ -49,9 +49,15 @@ class Answer:
     doubted: list[str] = field(default_factory=list)
 
 
-def answered(hypotheses: Hypotheses, without: Sequence[Effects] = (), instead: Hypothesis | None = None) -> Answer:
+def answered(
+    hypotheses: Hypotheses,
+    without: Sequence[Effects] = (),
+    instead: Hypothesis | None = None,
+    refuted: Sequence[Effects] = (),
+) -> Answer:
     """The answer of what was looked at. without: sets that do not count, because they predict clearly worse. instead:
-    what is shown in the place of the smallest set that is as good."""
+    what is shown in the place of the smallest set that is as good. refuted: sets that do not stand: they raise no
+    doubt, and what stands in for an effect in them still does."""
     known = [h for h in hypotheses.ordered() if h.key not in without and math.isfinite(h.evidence)]
     # Where no evidence is finite (an accuracy of zero), or none is left, the model as it is.
     known = known or [replace(hypotheses.found[frozenset()], evidence=0.0)]
@@ -64,7 +70,8 @@ def answered(hypotheses: Hypotheses, without: Sequence[Effects] = (), instead: H
     }
     told = sorted(((h, weights[h.key]) for h in close), key=lambda pair: -pair[1])[:TOLD]
     classes = [_class(name, shown, close) for name in shown.effects]
-    doubted = [name for name in shown.effects if _doubted(name, shown, close, weights)]
+    weighed = _weights([h for h in known if h.key not in refuted] or known)
+    doubted = [name for name in shown.effects if _doubted(name, shown, close, weighed)]
     return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])), doubted)
 
 
@@ -160,15 +167,19 @@ class Ending:
 
 
 def ended(
-    prepared: Prepared, known: Explored, refuted: Sequence[Effects] = (), instead: Hypothesis | None = None
+    prepared: Prepared,
+    known: Explored,
+    without: Sequence[Effects] = (),
+    instead: Hypothesis | None = None,
+    refuted: Sequence[Effects] = (),
 ) -> Ending:
-    """The answer, and the models that it stands for. refuted: sets that are none. instead: as `answered`."""
+    """The answer, and the models that it stands for. without, instead, refuted: as `answered`."""
     models = Models(prepared, known)
-    answer = answered(known.hypotheses, refuted, instead)
+    answer = answered(known.hypotheses, without, instead, refuted)
     disagreed = models.worse(answer)
     if disagreed:
         kept = None if instead and instead.key in disagreed else instead
-        answer = answered(known.hypotheses, [*refuted, *disagreed], kept)
+        answer = answered(known.hypotheses, [*without, *disagreed], kept, refuted)
     final = models.step(answer.shown)
     classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
     return Ending(known, models, answer, final, classes, disagreed=disagreed)
