@@ -15,9 +15,33 @@ from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.run_settings import ExportSettings
 from freelearn.common.errors import UserError
+from freelearn.export import export as module
+from freelearn.export.actuator import Actuator
 from freelearn.export.export import doubts
 from freelearn.export.export_options import Options, asked_for, needed
+from freelearn.export.functions import Functions
 from freelearn.physics.models.build import build_model
+
+
+def _linear(folder):
+    """The quickest of all to trace."""
+    model = build_model("linear", VALUES["linear"], [])
+    return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """A run and its functions, which several tests export: tracing and asking them takes the most time."""
+    fitted = _linear(tmp_path_factory.mktemp("once") / "run")
+    return fitted, Functions(Actuator.from_fitted(fitted))
+
+
+@pytest.fixture
+def traced(once, monkeypatch):
+    """That run, with whose functions an export begins."""
+    fitted, functions = once
+    monkeypatch.setattr(module, "Functions", lambda actuator: functions)
+    return fitted
 
 
 def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
@@ -43,19 +67,18 @@ def test_a_search_that_does_not_know_is_exported_by_force_alone(tmp_path, verdic
     assert "Exported all the same" in (tmp_path / "out" / "export.html").read_text()
 
 
-def test_a_folder_holds_one_export(tmp_path):
-    fitted = _linear(tmp_path / "run")
-    fitted.export(tmp_path / "left.nc", error=0.1)
+def test_a_folder_holds_one_export(traced, tmp_path):
+    traced.export(tmp_path / "left.nc", error=0.1)
     with pytest.raises(UserError, match="holds the export of left to=table"):
-        fitted.export(tmp_path / "right.nc", error=0.1)
+        traced.export(tmp_path / "right.nc", error=0.1)
     # The same once more takes its place.
-    assert fitted.export(tmp_path / "left.nc", error=0.2).content["round_trip"]["limit"] == 0.2
+    assert traced.export(tmp_path / "left.nc", error=0.2).content["round_trip"]["limit"] == 0.2
 
 
 @pytest.mark.parametrize("count", range(4))
-def test_a_disk_that_fills_leaves_nothing(tmp_path, monkeypatch, count):
+def test_a_disk_that_fills_leaves_nothing(traced, tmp_path, monkeypatch, count):
     """Three files are made, then moved: the export, its certificate, its page."""
-    fitted, move, taken = _linear(tmp_path / "run"), os.replace, []
+    move, taken = os.replace, []
 
     def replace(source, target):
         if len(taken) == count:
@@ -66,14 +89,8 @@ def test_a_disk_that_fills_leaves_nothing(tmp_path, monkeypatch, count):
     with monkeypatch.context() as patched:
         patched.setattr(os, "replace", replace)
         with pytest.raises(UserError, match=rf"Cannot write to {tmp_path / 'out'}: No space left on device"):
-            fitted.export(tmp_path / "out", "table", error=0.1)
+            traced.export(tmp_path / "out", "table", error=0.1)
     assert not (tmp_path / "out").exists()
-
-
-def _linear(folder):
-    """The quickest of all to trace."""
-    model = build_model("linear", VALUES["linear"], [])
-    return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
 
 
 def test_a_missing_package_is_said_with_the_line_that_installs_it(monkeypatch):
