@@ -75,7 +75,7 @@ def test_a_folder_holds_one_export(traced, tmp_path):
     assert traced.export(tmp_path / "left.nc", error=0.2).content["round_trip"]["limit"] == 0.2
 
 
-@pytest.mark.parametrize("count", range(4))
+@pytest.mark.parametrize("count", range(6))
 def test_a_disk_that_fills_leaves_nothing(traced, tmp_path, monkeypatch, count):
     """Three files are made, then moved: the export, its certificate, its page."""
     move, taken = os.replace, []
