@@ -1,5 +1,7 @@
 """What a file does not say is asked for: no quantity, unit, sign or actuator is guessed without a word."""
 
+import re
+
 import openpyxl
 import pytest
 from raw_files import taken_path
@@ -115,6 +117,23 @@ def test_designs_of_a_sheet_are_joined_by_name(tmp_path):
     assert table.groupby("sample")["length_mm"].first().tolist() == [150, 160, 170]
     assert set(table["inner_radius_mm"]) == {5}
     assert table["elongation_mm"].min() == -5
+
+
+def test_a_lone_angle_of_a_design_is_that_of_its_fibers_and_what_is_not_used_is_said(tmp_path):
+    raw, designs = tmp_path / "raw.csv", tmp_path / "designs.csv"
+    raw.write_text("Muscle,dl_mm,P_kPa,F_N\n" + "".join(f"{m},0,{p},{-p}\n" for m in "ab" for p in (0, 50)))
+    designs.write_text("id,Length [mm],Radius [mm],Angle [°],Supplier\na,200,10,25,X\nb,180,10,22,Y\n")
+    found, joined = guess_file(raw, designs)
+    text = draft(found, (), joined)
+    assert re.search(r"gamma_deg: .*Angle.*# taken for the fibers' angle", text)
+    assert re.search(r"outer_radius_mm: .*Radius.*# taken for the outer radius", text)
+    assert "# Not used of the designs: 'Supplier'." in text
+    # Where a column says that it is the fibers' angle, another is none.
+    designs.write_text("id,Angle [°],Fiber angle [°]\na,3,25\nb,4,22\n")
+    found, joined = guess_file(raw, designs)
+    text = draft(found, (), joined)
+    assert re.search(r"gamma_deg: .*Fiber angle", text)
+    assert "# Not used of the designs: 'Angle [°]'." in text
 
 
 def test_designs_of_a_file_must_name_every_actuator_once(tmp_path):

@@ -10,6 +10,7 @@ from freelearn.data.intake.guesses.guessed import NO, YES, ColumnGuess, Doubt, G
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
+from freelearn.data.intake.headings import split_heading
 from freelearn.data.intake.laboratory_units import unit_of
 from freelearn.data.intake.readers.told_elsewhere import Told
 from freelearn.data.intake.recipes.recipe import DESIGN, FURTHER, MARKS, READINGS
@@ -149,6 +150,14 @@ class _Draft:
             columns[name] = {"from": column.name, "unit": unit} | ({} if factor == 1 else {"scale": factor})
             if unit is None:
                 self.remarks["design", "columns", name] = f"TODO: its unit (the table's is {unit_of(name)})"
+            elif column.quantity == "twist_deg":
+                self.remarks["design", "columns", name] = (
+                    "taken for the fibers' angle to the axis: a design has no other"
+                )
+            elif name == "outer_radius_mm" and split_heading(column.name)[0].strip().lower() == "radius":
+                self.remarks["design", "columns", name] = "taken for the outer radius; else write inner_radius_mm"
+        if joined.unused:
+            self.further.append(f"# Not used of the designs: {', '.join(map(repr, joined.unused))}.")
         self.content["design"] = {**where, "by": joined.by, "columns": columns}
 
     def _constants(self) -> None:

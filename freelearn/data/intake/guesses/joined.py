@@ -28,12 +28,14 @@ from freelearn.data.intake.recipes.recipe import DESIGN, Reading
 
 # A measurement reads, or holds, so many quantities at least.
 LEAST_READINGS = 2
+# Nothing is read from a design: its diameter is the unloaded one, and its angle that of the fibers.
+OF_DESIGNS = {"outer_diameter_mm": OUTER_DIAMETER, "twist_deg": "gamma_deg"}
 
 
 @dataclass(frozen=True)
 class DesignGuess:
     """file: "" for a sheet of the data's workbook. sample: the column of the data that names the actuators. columns:
-    of the table → the column of the designs and its factor."""
+    of the table → the column of the designs and its factor. unused: columns of the designs that are none of these."""
 
     file: str
     sheet: str
@@ -41,6 +43,7 @@ class DesignGuess:
     sample: str
     words: tuple[str, ...]
     columns: dict[str, tuple[ColumnGuess, float]]
+    unused: tuple[str, ...] = ()
 
 
 def guess_file(path: Path, design: Path | None = None) -> tuple[Guess, DesignGuess | None]:
@@ -137,11 +140,11 @@ def _readings(found: Guess) -> tuple[int, int]:
 def _joined(found: Guess, raw: RawTable, designs: RawTable, file: str, sheet: str) -> DesignGuess | None:
     """The designs, if a column of theirs names each actuator of a column of the data once, and others are designs."""
     columns: dict[str, tuple[ColumnGuess, float]] = {}
-    for name in designs.columns:
-        # Each by itself: what differs from row to row is a design here.
-        column = column_guess(designs, name)
-        # Nothing is read from a design: its diameter is the unloaded one.
-        meaning = MEANINGS.get(OUTER_DIAMETER if column.quantity == "outer_diameter_mm" else column.quantity or "")
+    # Each by itself: what differs from row to row is a design here.
+    guesses = [column_guess(designs, name) for name in designs.columns]
+    # What says its name comes before what may be meant.
+    for column in sorted(guesses, key=lambda c: c.quantity in OF_DESIGNS):
+        meaning = MEANINGS.get(OF_DESIGNS.get(column.quantity or "", column.quantity or ""))
         if meaning is not None and meaning.column in DESIGN and meaning.column not in columns:
             columns[meaning.column] = (column, float(dict(meaning.keys).get("scale", 1.0)))
     if not columns:
@@ -152,7 +155,8 @@ def _joined(found: Guess, raw: RawTable, designs: RawTable, file: str, sheet: st
         for name in likely:
             there = set(raw.text(name)) - {""}
             if len(set(words)) == len(words) and there and there <= set(words) and by not in _used(columns):
-                return DesignGuess(file, sheet, by, name, tuple(words), columns)
+                unused = tuple(c.name for c in guesses if c.name not in {by, *_used(columns)})
+                return DesignGuess(file, sheet, by, name, tuple(words), columns, unused)
     return None
 
 
