@@ -118,9 +118,11 @@ def discover(
     with known(findings):
         discovery = examine(task, findings, measured, checks)
         _write(discovery, folder, key)
+        # Pictures take seconds, for which nobody has to wait who reads the answer.
+        view.answer(discovery)
         _show(discovery, folder, command, settings.figures, provenance.simulated)
         progress.end()
-        view.end(discovery, folder)
+        view.end(folder)
     return discovery
 
 

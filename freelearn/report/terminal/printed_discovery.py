@@ -101,8 +101,8 @@ class DiscoveryView:
         if self.waited_for:
             self.live.update(Group(self.table, Text(f"{done / total:4.0%}  {words}", style="dim")), refresh=True)
 
-    def end(self, discovery: Discovery, folder: Path) -> None:
-        """Says what came out and where the files are."""
+    def answer(self, discovery: Discovery) -> None:
+        """Says what came out."""
         units = units_apart(discovery.notes)[0]
         self._say([unit for unit in units if unit not in self.units], before="\n! ")
         self._say(["Where the model failed at first:"], before="\n")
@@ -122,6 +122,9 @@ class DiscoveryView:
             self._say(suspect_lines(discovery), before="? ")
         said = [sentence(unit) for unit in units]
         self._say([line for line in note_lines(discovery) if line not in said], before="! ")
+
+    def end(self, folder: Path) -> None:
+        """Says where the files are."""
         show_files(self.console, folder, report="report.html")
 
     def _claim(self, discovery: Discovery) -> None:
