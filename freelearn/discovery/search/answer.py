@@ -49,15 +49,9 @@ class Answer:
     doubted: list[str] = field(default_factory=list)
 
 
-def answered(
-    hypotheses: Hypotheses,
-    without: Sequence[Effects] = (),
-    instead: Hypothesis | None = None,
-    refuted: Sequence[Effects] = (),
-) -> Answer:
+def answered(hypotheses: Hypotheses, without: Sequence[Effects] = (), instead: Hypothesis | None = None) -> Answer:
     """The answer of what was looked at. without: sets that do not count, because they predict clearly worse. instead:
-    what is shown in the place of the smallest set that is as good. refuted: sets that do not stand: they raise no
-    doubt, and what stands in for an effect in them still does."""
+    what is shown in the place of the smallest set that is as good."""
     known = [h for h in hypotheses.ordered() if h.key not in without and math.isfinite(h.evidence)]
     # Where no evidence is finite (an accuracy of zero), or none is left, the model as it is.
     known = known or [replace(hypotheses.found[frozenset()], evidence=0.0)]
@@ -70,8 +64,7 @@ def answered(
     }
     told = sorted(((h, weights[h.key]) for h in close), key=lambda pair: -pair[1])[:TOLD]
     classes = [_class(name, shown, close) for name in shown.effects]
-    weighed = _weights([h for h in known if h.key not in refuted] or known)
-    doubted = [name for name in shown.effects if _doubted(name, shown, close, weighed)]
+    doubted = [name for name in shown.effects if _doubted(name, shown, close, weights)]
     return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])), doubted)
 
 
@@ -167,19 +160,15 @@ class Ending:
 
 
 def ended(
-    prepared: Prepared,
-    known: Explored,
-    without: Sequence[Effects] = (),
-    instead: Hypothesis | None = None,
-    refuted: Sequence[Effects] = (),
+    prepared: Prepared, known: Explored, refuted: Sequence[Effects] = (), instead: Hypothesis | None = None
 ) -> Ending:
-    """The answer, and the models that it stands for. without, instead, refuted: as `answered`."""
+    """The answer, and the models that it stands for. refuted: sets that are none. instead: as `answered`."""
     models = Models(prepared, known)
-    answer = answered(known.hypotheses, without, instead, refuted)
+    answer = answered(known.hypotheses, refuted, instead)
     disagreed = models.worse(answer)
     if disagreed:
         kept = None if instead and instead.key in disagreed else instead
-        answer = answered(known.hypotheses, [*without, *disagreed], kept, refuted)
+        answer = answered(known.hypotheses, [*refuted, *disagreed], kept)
     final = models.step(answer.shown)
     classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
     return Ending(known, models, answer, final, classes, disagreed=disagreed)

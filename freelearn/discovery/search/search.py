@@ -193,21 +193,19 @@ def rivals(ending: Ending) -> dict[str, Step]:
 
 def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | None:
     """Of the sets that are as good as the one that the referee does not let stand, the one that predicts best of those
-    that he does, and what he says of it; None where no such set stands. Whether it may be claimed, all others decide
-    that he has not let fall."""
+    that he does, and what he says of it; None where no such set stands. Whether it may be claimed, the others decide
+    as before, the one that does not stand among them."""
     if ending.proposals:
         return None
-    refuted = [ending.answer.shown.key]
-    close = [h for h, _ in ending.answer.close if h.effects and h.key not in refuted]
+    close = [h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key]
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
-        other = ended(prepared, ending.known, ending.disagreed, hypothesis, refuted)
+        other = ended(prepared, ending.known, ending.disagreed, hypothesis)
         if other.answer.shown is not hypothesis or verdict(other) not in CLAIMS:
             continue
         referee = looked_at(prepared, other)
         if not referee.failed:
             return other, referee
-        refuted.append(hypothesis.key)
     return None
 
 
