@@ -68,6 +68,9 @@ class IdentifiedActuator:
             del given["name"]
         return self.load().export(path, to, **given | options)
 
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.card['title']} ({self.card['license']}), {self.folder}"
+
     def sheet(self) -> str:
         """Its data sheet: what the card tells, and the parameters."""
         told = [f"{key}: {value}" for key, value in self.card.items() if key != "title"]

@@ -38,6 +38,10 @@ class Certificate:
         """What was written, the file to use first."""
         return [self.folder / name for name in self.content["files"]]
 
+    def __repr__(self) -> str:
+        """The same as the summary: the content is a file's."""
+        return self.summary()
+
     def summary(self) -> str:
         """In a few lines."""
         c = self.content

@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_the_shipped_muscle_has_its_sheet_and_answers_as_its_certificate_says():
     assert list(fl.actuators) == ["dmsp20"]
     assert repr(fl.actuators) == "fl.actuators: dmsp20"
+    assert repr(fl.actuators["dmsp20"]).startswith("dmsp20: Pneumatic muscle Festo DMSP-20-300 (CC BY 4.0), ")
     muscle = fl.actuators["dmsp20"]
     sheet = muscle.sheet()
     assert "CC BY 4.0" in sheet

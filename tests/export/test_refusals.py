@@ -72,7 +72,10 @@ def test_a_folder_holds_one_export(traced, tmp_path):
     with pytest.raises(UserError, match="holds the export of left to=table"):
         traced.export(tmp_path / "right.nc", error=0.1)
     # The same once more takes its place.
-    assert traced.export(tmp_path / "left.nc", error=0.2).content["round_trip"]["limit"] == 0.2
+    again = traced.export(tmp_path / "left.nc", error=0.2)
+    assert again.content["round_trip"]["limit"] == 0.2
+    assert "allowed 0.2: held" in repr(again)
+    assert len(repr(again)) < 1000
 
 
 @pytest.mark.parametrize("count", range(6))
