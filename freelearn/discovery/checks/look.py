@@ -114,10 +114,12 @@ def looked_over(
     table: a checked measurement table's rows that are looked at, in the order of the file. build: effects → fresh
     continuum model. given: effects that the model has from the start. stated: whether the accuracy is the user's own.
     """
-    checks = [actuator(table), *_suspected(table), order(table)]
-    if Rows.from_table(table).readings.count >= needed_readings(build(given)):
+    checks = [actuator(table), *_suspected(table)]
+    if Rows.from_table(table).readings.count < needed_readings(build(given)):
+        checks.append(order(table))
+    else:
         plain = Plain(build, given, table)
-        checks += [*meant(plain), at_rest(plain, accuracy), repeated(plain, accuracy, stated)]
+        checks += [*meant(plain), at_rest(plain, accuracy), order(table), repeated(plain, accuracy, stated)]
         checks += [answers(plain), leaves(plain)]
     return sorted(checks, key=lambda check: check.status != FAIL)
 

@@ -160,15 +160,15 @@ class Ending:
 
 
 def ended(
-    prepared: Prepared, known: Explored, refuted: Sequence[Effects] = (), instead: Hypothesis | None = None
+    prepared: Prepared, known: Explored, without: Sequence[Effects] = (), instead: Hypothesis | None = None
 ) -> Ending:
-    """The answer, and the models that it stands for. refuted: sets that are none. instead: as `answered`."""
+    """The answer, and the models that it stands for. without, instead: as `answered`."""
     models = Models(prepared, known)
-    answer = answered(known.hypotheses, refuted, instead)
+    answer = answered(known.hypotheses, without, instead)
     disagreed = models.worse(answer)
     if disagreed:
         kept = None if instead and instead.key in disagreed else instead
-        answer = answered(known.hypotheses, [*refuted, *disagreed], kept)
+        answer = answered(known.hypotheses, [*without, *disagreed], kept)
     final = models.step(answer.shown)
     classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
     return Ending(known, models, answer, final, classes, disagreed=disagreed)

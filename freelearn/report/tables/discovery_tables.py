@@ -170,8 +170,8 @@ def error_line(discovery: Discovery) -> str:
     before, after = (error_percent(error[name], 3) for name in ("before", "after"))
     floor = known_floor(error["noise_floor"])
     rows = discovery.content["rows"]
-    error = f"error from {before} % to {after} %" if discovery.findings.effects else f"error {after} %"
-    line = f"Held-out {error} on {rows} {'row' if rows == 1 else 'rows'}"
+    fell = f"from {before} % to {after} %" if discovery.findings.effects else f"{after} %"
+    line = f"Held-out error {fell} on {rows} {'row' if rows == 1 else 'rows'}"
     line += f"; measuring alone leaves {percent(floor, 3)} %." if floor is not None else "."
     return f"{line} {sentence(discovery.content['heldout_is'])}"
 

@@ -65,21 +65,24 @@ def _hdf5(content: bytes) -> dict[str, Any]:
 
 def _headed(group: Any, name: str) -> str:
     """The name as a column's heading, with the unit that a dataset's attribute says: NetCDF's and others' habit."""
-    import h5py
-
-    attributes = group[name].attrs if isinstance(group.get(name, getlink=True), h5py.HardLink) else {}
+    attributes = getattr(_own(group, name), "attrs", {})
     unit = attributes.get("units", attributes.get("unit", b""))
     unit = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else unit
     return f"{name} [{unit.strip()}]" if isinstance(unit, str) and unit.strip() and "[" not in name else name
+
+
+def _own(group: Any, name: str) -> Any:
+    """What lies in the file itself by this name; None for a link to elsewhere."""
+    import h5py
+
+    return group[name] if isinstance(group.get(name, getlink=True), h5py.HardLink) else None
 
 
 def _item(group: Any, name: str, depth: int = 0) -> Any:
     """A dataset as an array, a group as a structure of one; None for what lies in another file."""
     import h5py
 
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        return None
-    item = group[name]
+    item = _own(group, name)
     if isinstance(item, h5py.Group):
         inside = {_headed(item, key): _item(item, key, depth + 1) for key in item} if not depth else {}
         structure = np.empty((1, 1), dtype=[(key, object) for key, x in inside.items() if x is not None])
