@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmark import commands, exported, fits, log_peers, long_logs, models, page, search
+from benchmark import commands, exported, fits, judging, log_peers, long_logs, models, page, search
 from rich.console import Console
 from rich.table import Table
 
@@ -22,6 +22,7 @@ ALL = {
     "thirty": fits.study,
     "network": fits.network,
     "discovery": search.discovery,
+    "referee": judging.referee,
     "command": commands.command,
     "demo": commands.demo,
     "study": commands.study,

@@ -139,6 +139,26 @@ def test_batch_equals_loop(random_states):
         torch.testing.assert_close(one.loads[0], whole.loads[i], rtol=1e-10, atol=1e-10)
 
 
+def test_rows_that_balloon_or_are_no_numbers_change_nothing_of_the_others(random_states):
+    """A wall that may soften: some rows settle, some meet a falling branch, some have no number at all."""
+    states = random_states(40)
+    pressure = states.pressure.clone()
+    pressure[::4] *= 40.0
+    pressure[1::8] = torch.nan
+    states = states.replace(pressure=pressure)
+    model = build_model("continuum", {"C1": 2e5, "C2": 1e5}, ["limited_extensibility", "fiber_tension_only"])
+    model.set_values({"limited_extensibility.beta": 0.05, "fiber_tension_only.share": 0.9})
+    with torch.no_grad():
+        whole = model(states)
+        each = [model(states[slice(i, i + 1)]) for i in range(len(states))]
+    assert {Status.OK, Status.NO_EQUILIBRIUM} <= set(whole.status.tolist())
+    assert whole.status.tolist() == [one.status.item() for one in each]
+    usable = whole.status == Status.OK
+    torch.testing.assert_close(
+        torch.cat([one.loads for one in each])[usable], whole.loads[usable], rtol=1e-10, atol=1e-10
+    )
+
+
 def test_derivatives_forward_reverse_and_vmap_agree_with_differences(random_states):
     states = random_states(40)
     model = Continuum(C1, C2)
