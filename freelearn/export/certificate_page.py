@@ -113,16 +113,19 @@ def _answers(view: View) -> Figure:
         x[:, 2 : len(low)] = np.linspace(low[2:], high[2:], POINTS)
         outputs = Reference(actuator, x, names).outputs
         port = actuator.imposed[first]
+        # Of a length and its opposite rounding may leave something.
+        told = 0.0 if abs(x[0, first]) < 1e-9 * (high[first] - low[first]) else float(x[0, first])
         for axes, answer in zip(panels, answered, strict=True):
             y = np.where(outputs["status"] == 0, outputs[answer.name], np.nan)
             half = np.nan_to_num(outputs.get(f"{answer.name}_half_band", np.zeros(POINTS)))
-            (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {number(float(x[0, first]), 3)} {port.unit}")
+            (line,) = axes.plot(x[:, 2], y, label=f"{port.name} {number(told, 3)} {port.unit}")
             axes.fill_between(x[:, 2], y - half, y + half, alpha=0.2, color=line.get_color(), linewidth=0)
     for axes, answer in zip(panels, answered, strict=True):
         axes.locator_params(axis="x", nbins=5)
         finish(axes, f"{actuator.imposed[2].name} [{actuator.imposed[2].unit}]", f"{answer.name} [{answer.unit}]")
-        axes.legend(fontsize="small")
-    figure.tight_layout()
+    # One for all panels, below them: inside it would cover lines.
+    figure.tight_layout(rect=(0.0, 0.1, 1.0, 1.0))
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize="small", loc="lower center", ncol=len(LEVELS))
     return figure
 
 

@@ -164,14 +164,19 @@ def _pressures(proposed: NextState) -> tuple[float, ...]:
     return proposed.pressures_kpa or (proposed.pressure_kpa,)
 
 
+def rows_told(discovery: Discovery) -> str:
+    """How many rows were looked at."""
+    rows = discovery.content["rows"]
+    return f"{rows} {'row' if rows == 1 else 'rows'}"
+
+
 def error_line(discovery: Discovery) -> str:
     """The held-out error before and after, and what measuring alone leaves."""
     error = discovery.content["error"]
     before, after = (error_percent(error[name], 3) for name in ("before", "after"))
     floor = known_floor(error["noise_floor"])
-    rows = discovery.content["rows"]
     fell = f"from {before} % to {after} %" if discovery.findings.effects else f"{after} %"
-    line = f"Held-out error {fell} on {rows} {'row' if rows == 1 else 'rows'}"
+    line = f"Held-out error {fell} on {rows_told(discovery)}"
     line += f"; measuring alone leaves {percent(floor, 3)} %." if floor is not None else "."
     return f"{line} {sentence(discovery.content['heldout_is'])}"
 

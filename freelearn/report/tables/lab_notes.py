@@ -14,7 +14,13 @@ from freelearn.records.discovery import Discovery, final_estimates, trail_number
 from freelearn.records.estimates import Estimate
 from freelearn.records.provenance import Origin, Provenance
 from freelearn.records.run import Run
-from freelearn.report.tables.discovery_tables import error_line, failure_lines, final_parameters, note_lines
+from freelearn.report.tables.discovery_tables import (
+    error_line,
+    failure_lines,
+    final_parameters,
+    note_lines,
+    rows_told,
+)
 from freelearn.report.tables.ranking_tables import staircase_table
 from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
 from freelearn.report.tables.sweep_tables import scores
@@ -53,7 +59,7 @@ def _own_error(run: Run) -> list[str]:
 def discovery_note(discovery: Discovery) -> str:
     """What was looked for in what, the verdict, the errors before and after, and the last model's parameters."""
     content = discovery.content
-    asked = f"What does the model {content['model']} miss on {content['train']} ({content['rows']} rows)?"
+    asked = f"What does the model {content['model']} miss on {content['train']} ({rows_told(discovery)})?"
     parts = [asked, content["says"], error_line(discovery), *_parameters(final_estimates(discovery.findings))]
     if discovery.failed:
         parts.append(f"At first: {failure_lines(discovery, 1)[0]}")
