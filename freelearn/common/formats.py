@@ -30,6 +30,17 @@ def number(value: float | None, digits: int = 5) -> str:
     return _finished(value, f".{digits}g")
 
 
+def in_words(value: float, digits: int = 3) -> str:
+    """A number in a sentence: below a million without a power of ten.
+
+    >>> in_words(1174.6), in_words(137.2, 2), in_words(-0.01234), in_words(2.46e7)
+    ('1170', '140', '−0.0123', '2.46e+07')
+    """
+    if 1 <= abs(value) < 1e6:
+        return _finished(float(f"{value:.{digits}g}"), f".{max(digits, 6)}g")
+    return number(value, digits)
+
+
 def fixed(value: float | None, digits: int) -> str:
     """A number with so many digits behind the point; a dash where there is none.
 

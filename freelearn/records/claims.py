@@ -15,6 +15,7 @@ from freelearn.common.display import DisplayTable
 from freelearn.common.files import write_text
 from freelearn.common.formats import all_finite, error_percent, number, percent
 from freelearn.discovery.referee.case import Check
+from freelearn.discovery.referee.referee import CLAIMS
 from freelearn.discovery.search.search import Findings
 
 # How sure a claim is, as tables: the checks of the referee, the sets of effects that are as good, and the
@@ -26,9 +27,11 @@ RESULTS = {"pass": "pass", "fail": "fail", "cannot_tell": "cannot tell"}
 LEAST = 0.005
 
 
-def checks_table(checks: Sequence[Mapping[str, Any]], says: bool = True) -> DisplayTable | None:
+def checks_table(
+    checks: Sequence[Mapping[str, Any]], says: bool = True, asked: Sequence[str] = ()
+) -> DisplayTable | None:
     """The checks of a referee.json, those that stand against the claim first; None where there are none. says: with
-    their sentences.
+    their sentences. asked: effects of the model that was looked at, where it is not the last one.
 
     >>> check = {"name": "bands", "result": "fail", "figure": 0.7, "threshold": 0.85, "says": "70 % hold."}
     >>> print(checks_table([check]).text())
@@ -44,8 +47,10 @@ def checks_table(checks: Sequence[Mapping[str, Any]], says: bool = True) -> Disp
         ]
         for c in by_weight(checks)
     ]
+    caption = f"Asked of the model with {' + '.join(asked)}; the last model keeps what of it stands." if asked else ""
+    last = ["says"] if says else []
     return DisplayTable.from_rows(
-        ["check", "result"], ["figure", "threshold"], rows, title="Does the claim stand", last=["says"] if says else []
+        ["check", "result"], ["figure", "threshold"], rows, "Does the claim stand", caption, last=last
     )
 
 
@@ -56,6 +61,17 @@ def check_lines(checks: Sequence[Mapping[str, Any]]) -> list[str]:
         for c in by_weight(checks)
         if c["result"] != "pass" and c.get("decides", True)
     ]
+
+
+def passed_beyond(checks: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What checks say whose figure lies beyond the threshold and that pass all the same.
+
+    >>> check = {"name": "accuracy of the force", "result": "pass", "figure": 3.3, "threshold": 1.5, "says": "Noise."}
+    >>> passed_beyond([check, {**check, "figure": 1.2}])
+    ['accuracy of the force, pass: Noise.']
+    """
+    known = [c for c in checks if c["result"] == "pass" and None not in (c["figure"], c["threshold"])]
+    return [f"{c['name']}, pass: {c['says']}" for c in known if c["figure"] > c["threshold"] > 1]
 
 
 def by_weight(checks: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -136,10 +152,17 @@ class RefereedRun:
         """The checks: each with its result, figure, threshold and what it says."""
         return pd.DataFrame([check.plain() for check in self.checks])
 
+    def stands(self) -> str:
+        """What of the claim does, in a sentence."""
+        if self.claimed not in CLAIMS:
+            return f"Nothing was claimed ({self.verdict})." if self.verdict else "Nothing was claimed."
+        if self.claimed == self.verdict:
+            return f"What was claimed ({self.claimed}) stands."
+        return f"What was claimed ({self.claimed}) does not stand: {self.verdict}."
+
     def summary(self) -> str:
         """What stands, and what the checks say that did not pass."""
-        stands = f"{self.claimed} was claimed: {self.verdict} stands." if self.claimed else "Nothing was claimed."
-        return "\n".join([stands, *check_lines([check.plain() for check in self.checks]), *self.told])
+        return "\n".join([self.stands(), *check_lines([check.plain() for check in self.checks]), *self.told])
 
     def _repr_html_(self) -> str:
         said = escape(self.summary().split("\n")[0])

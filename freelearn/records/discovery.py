@@ -92,6 +92,7 @@ def document(
         "predicts_best": vars(findings.predicts_best) if findings.predicts_best else None,
         "shares": findings.answer.shares if findings.answer else {},
         "referee": [check.plain() for check in findings.referee.checks] if findings.referee else [],
+        "refereed": findings.asked,
         "alternatives": [{name: _rebuilt(step) for name, step in members.items()} for members in findings.classes],
         "heldout_is": HELDOUT_IS,
         "error": {"before": first.E_heldout, "after": last.E_heldout, "noise_floor": findings.noise_floor},

@@ -26,8 +26,8 @@ VANISHED = 1e-8
 # A correlation above this is worth a warning.
 STRONG_CORRELATION = 0.95
 # Standard errors larger than so many times the value tell nothing of a positive parameter: 95 % of its logarithm is
-# then a factor of fifty to both sides.
-UNTOLD = 2.0
+# then a factor of fifty to both sides. Of few rows smaller ones do as little: not where 95 % reach to so many times it.
+UNTOLD, UNTOLD_END = 2.0, 1000.0
 
 
 def notes(model: Model[Any], start: Tensor) -> list[str]:
@@ -74,18 +74,34 @@ def effect_notes(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
 
 def _untold(model: Model[Any], uncertainty: Uncertainty) -> list[str]:
     said = []
-    told = zip(uncertainty.names, uncertainty.values, uncertainty.stderr, uncertainty.kinds, strict=True)
-    for name, value, error, kind in told:
+    u = uncertainty
+    for name, value, error, high, kind in zip(u.names, u.values, u.stderr, u.high, u.kinds, strict=True):
         spec = model.declared.get(name)
         # What has gone to zero is told of by itself.
         if spec is None or not spec.log or kind == PROFILE or value < VANISHED * abs(spec.start):
             continue
-        if UNTOLD * value < error < math.inf:
-            said.append(
-                f"{name} = {number(value, 2)} {spec.unit} is not determined by these rows: its standard error is "
-                f"{number(error / value, 2)} times as large."
-            )
+        if says_nothing(value, error, high) and error < math.inf:
+            said.append(untold_sentence(name, value, error, spec.unit))
     return said
+
+
+def says_nothing(value: float, error: float, high: float) -> bool:
+    """Whether a standard error and the interval's end say nothing of a positive parameter."""
+    return error > UNTOLD * value or high > UNTOLD_END * value
+
+
+def untold_sentence(name: str, value: float, error: float, unit: str) -> str:
+    """That the rows say nothing of a positive parameter.
+
+    >>> untold_sentence("C1", 2.2e17, 5.8e40, "Pa")
+    'C1 = 2.2e+17 Pa is not determined by these rows: its standard error is 2.6e+23 times as large.'
+    >>> untold_sentence("C2", 5.1e4, 4.6e4, "Pa")
+    'C2 = 5.1e+04 Pa is not determined by these rows: they are too few for its standard error of 4.6e+04 Pa.'
+    """
+    why = f"its standard error is {number(error / value, 2)} times as large"
+    if error <= UNTOLD * value:
+        why = f"they are too few for its standard error of {number(error, 2)} {unit}"
+    return f"{name} = {number(value, 2)} {unit} is not determined by these rows: {why}."
 
 
 def interval_notes(uncertainty: Uncertainty) -> list[str]:
@@ -132,7 +148,12 @@ class Estimate:
     @property
     def untold(self) -> bool:
         """Whether the rows say nothing of a positive parameter: the interval of its logarithm spans decades."""
-        return self.kind == NORMAL and self.value > 0 and self.low >= 0 and self.stderr > UNTOLD * self.value
+        return (
+            self.kind == NORMAL
+            and self.value > 0
+            and self.low >= 0
+            and says_nothing(self.value, self.stderr, self.high)
+        )
 
     @property
     def ends(self) -> tuple[float, float, float, float]:
@@ -206,7 +227,7 @@ def parameter_table(estimates: Sequence[Estimate], title: str = "") -> DisplayTa
     rows, last = [], _last(estimates)
     for e in estimates:
         error, low, high, _ = e.ends
-        cells = [number(_shown(e.value), 2 if e.untold else 5), number(error, 2), number(low, 4), number(high, 4)]
+        cells = [number(shown_value(e.value), 2 if e.untold else 5), number(error, 2), number(low, 4), number(high, 4)]
         rows.append([e.name, *cells, e.unit, e.beforehand][: 5 + len(last)])
     return DisplayTable.from_rows(["parameter"], HEADINGS, rows, title, intervals_caption(estimates), last)
 
@@ -216,10 +237,10 @@ def _last(estimates: Sequence[Estimate]) -> list[str]:
     return ["unit", "beforehand"] if any(e.beforehand for e in estimates) else ["unit"]
 
 
-def _shown(value: float) -> float:
+def shown_value(value: float) -> float:
     """Zero in the place of what a logarithm has run away to: 3.8e−34 Pa tells a reader nothing, a note says the rest.
 
-    >>> _shown(3.8e-34), _shown(-2e-9)
+    >>> shown_value(3.8e-34), shown_value(-2e-9)
     (0.0, -2e-09)
     """
     return 0.0 if abs(value) < GONE else value
@@ -246,6 +267,6 @@ def long_parameter_table(estimates: Sequence[Estimate]) -> DisplayTable:
         error, low, high, independent = e.ends
         relative = f"({percent(error / abs(e.value))}%)" if e.value and math.isfinite(error) else ""
         known = [number(error, 4), relative, number(low, 6), number(high, 6), number(independent, 4)]
-        rows.append([e.name, number(_shown(e.value), 8), *known, e.unit, e.beforehand][: 7 + len(last)])
+        rows.append([e.name, number(shown_value(e.value), 8), *known, e.unit, e.beforehand][: 7 + len(last)])
     numbers = ("value", "± stderr", "(rel.)", "95 % from", "to", "± independent")
     return DisplayTable.from_rows(["name"], numbers, rows, last=last)

@@ -12,6 +12,8 @@ from freelearn.data.columns import SECOND, Columns
 
 # The column of what each row is expected to add.
 EXPECTED = "expected_z"
+# An interval that a plan narrows to more than this share of its width is as wide as before.
+UNCHANGED = 0.995
 
 
 @dataclass(frozen=True)
@@ -58,13 +60,15 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Narrowed:
-    """A parameter in its unit (SI): value, and its standard error by what is measured and with the plan."""
+    """A parameter in its unit (SI): value, and its standard error by what is measured and with the plan. untold:
+    whether the measured rows say nothing of it."""
 
     name: str
     unit: str
     value: float
     before: float
     after: float
+    untold: bool = False
 
     @property
     def factor(self) -> float:
@@ -119,6 +123,8 @@ class Plan:
             return f"{many}: {weak.name[0]} is told from {weak.name[1]} by {weak.after:.1f} σ at least, if it is there."
         if self.goal == "narrow":
             (one,) = self.parameters
+            if one.factor > UNCHANGED:
+                return f"{many}: the interval of {one.name} stays as wide as it is."
             return f"{many}: the interval of {one.name} becomes {one.factor:.2g} times as wide as it is."
         size = "as large as it is fitted" if any(p.value for p in self.parameters) else "of a noticeable size"
         return f"{many}: {weak.name[0]}, {size}, shows by {weak.after:.1f} σ."

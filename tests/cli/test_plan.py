@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -22,6 +23,8 @@ from freelearn.data.beds import KINEMATIC
 from freelearn.data.columns import Columns
 from freelearn.data.states import kinematic_state
 from freelearn.data.table.measurement_table import read_table
+from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan
+from freelearn.report.tables.plan_tables import parameter_rows, plan_lines
 
 
 @pytest.fixture(scope="module")
@@ -195,3 +198,20 @@ def test_a_reach_is_taken_from_the_command_line():
 def test_goals_are_understood_by_what_they_were_called(before, now, more):
     content = composed("plan", ["run=somewhere", "rows=4", f"goal={before}", *more])
     assert plan_settings(content).goal == now
+
+
+def test_a_parameter_of_which_the_rows_say_nothing_has_no_digits_and_is_told():
+    lost = Narrowed("C1", "Pa", 1.7712e15, 5.6e19, 5.6e19, untold=True)
+    known = Narrowed("C2", "Pa", 1.0e6, 2.0e4, 1.0e4)
+    plan = Plan(
+        "narrow", pd.DataFrame({"elongation_mm": [0.0, 0.0]}), pd.DataFrame(), (Expected(("C1",), 0.0, 0.0),), (lost,),
+        Certificate(0.0, 0.0), 1, np.inf, (), {},
+    )  # fmt: skip
+    assert parameter_rows(replace(plan, parameters=(lost, known))).rows == (
+        ("C1", "1.8e+15", "–", "–", "1.00", "Pa"),
+        ("C2", "1e+06", "2e+04", "1e+04", "0.50", "Pa"),
+    )
+    lines = plan_lines(plan)
+    assert lines[0] == "2 rows in 1 mounting: the interval of C1 stays as wide as it is."
+    said = "C1 = 1.8e+15 Pa is not determined by these rows: its standard error is 3.2e+04 times as large."
+    assert said in lines

@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,6 +158,21 @@ def test_what_the_rows_do_not_determine_is_said_and_has_no_digits():
     assert table.rows[0][1:5] == ("2.2e+17", "–", "–", "–")
     assert "–" not in table.rows[1]
     assert table.caption == "not determined by these rows: C1"
+
+
+def test_of_few_rows_an_interval_over_decades_is_no_interval():
+    """Among a handful of rows a standard error of the value's own size already says nothing."""
+    few = Estimate("C2", 51076.0, "Pa", 9.2e4, 5.6e-6, 4.6e14, kind="normal")
+    assert parameter_table([few]).rows[0][1:5] == ("5.1e+04", "–", "–", "–")
+    # Wide, and still something: a factor of sixty.
+    assert not Estimate("C2", 8.1e8, "Pa", 2.6e8, 1.4e7, 4.8e10, kind="normal").untold
+    model = build_model("continuum", {}, ["twist_offset"])
+    model.declared.pop("C2")
+    lost = known(values=np.array([0.1, 5e4]), stderr=np.array([0.5, 9e4]), high=np.array([1.0, 4.6e14]))
+    said = effect_notes(model, replace(lost, kinds=["normal", "normal"]))
+    assert (
+        said[0] == "C1 = 5e+04 Pa is not determined by these rows: they are too few for its standard error of 9e+04 Pa."
+    )
 
 
 def test_open_ends_are_dashes_and_nulls():

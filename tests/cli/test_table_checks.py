@@ -7,6 +7,7 @@ import pytest
 from hidden_tables import table
 from rich.console import Console
 
+import freelearn
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import DiscoverSettings
 from freelearn.api.tasks.discover_task import discover
@@ -37,6 +38,9 @@ def test_a_failed_check_leaves_nothing_claimed_and_comes_first(heavy, tmp_path):
     terminal = (tmp_path / "terminal.txt").read_text()
     assert terminal.index("load cell was not tared") < terminal.index("Undecided")
     assert "A look at the table, before any search" in (tmp_path / "report.html").read_text()
+    referee = json.loads((tmp_path / "referee.json").read_text())
+    assert (referee["claimed"], referee["verdict"]) == ("undecided", "undecided")
+    assert freelearn.referee(tmp_path).stands() == "Nothing was claimed (undecided)."
 
 
 def test_checks_that_are_overruled_stop_nothing_and_are_noted(heavy, tmp_path):

@@ -8,6 +8,7 @@ import pytest
 from hidden_tables import NOISE, table
 
 from freelearn.data.accuracy import Accuracy
+from freelearn.discovery.checks.column_readings import _swaps
 from freelearn.discovery.checks.look import failed, looked_over
 from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, actuator
@@ -77,6 +78,13 @@ def test_another_unit_is_said(plain, name, factor, words):
 def test_exchanged_columns_are_said(plain):
     swapped = plain.assign(force_n=plain["moment_nmm"], moment_nmm=plain["force_n"])
     assert "force_n and moment_nmm are exchanged" in said(swapped)
+
+
+def test_a_column_without_a_reading_is_not_exchanged_with_another():
+    rows = pd.DataFrame(
+        {"elongation_mm": np.nan, "twist_deg": [1.0, 2.0], "force_n": [0.0, 1.0], "moment_nmm": [2.0, 3.0]}
+    )
+    assert [reading.says for reading in _swaps(rows)] == ["force_n and moment_nmm are exchanged"]
 
 
 def test_a_load_cell_that_was_not_tared_is_said_and_fitted_offsets_answer_it(plain):

@@ -1,12 +1,13 @@
 """How sure a claim is, as tables and in one sentence."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from freelearn.discovery.referee.case import Check
+from freelearn.discovery.referee.case import PASS, Check
 from freelearn.discovery.referee.referee import Referee
-from freelearn.records.claims import check_lines, checks_table, models_table, shares_table
+from freelearn.records.claims import RefereedRun, check_lines, checks_table, models_table, shares_table
 from freelearn.records.verdict_words import verdict_in_words
 
 GOOD = Check("stability", "pass", 0.0, 1 / 3, "Nothing else comes near.")
@@ -29,6 +30,23 @@ def test_what_refutes_a_claim_stands_first_and_what_is_no_part_of_it_with_what_p
         "bands, fail: 95 % bands hold 70 %.",
         "black box, cannot tell: There are too few rows.",
     ]
+
+
+def test_checks_of_another_model_than_the_last_say_which_they_were_asked_of():
+    (check,) = plain(Check("bands", PASS, 0.9, 0.8, "Fine."))
+    assert checks_table([check]).caption == ""
+    asked = checks_table([check], asked=["end_taper", "twist_offset"]).caption
+    assert asked == "Asked of the model with end_taper + twist_offset; the last model keeps what of it stands."
+
+
+def test_what_stands_of_a_claim_is_one_sentence():
+    def said(claimed, verdict):
+        return RefereedRun(Path(), claimed, verdict, []).stands()
+
+    assert said("named", "named") == "What was claimed (named) stands."
+    assert said("named", "unexplained") == "What was claimed (named) does not stand: unexplained."
+    assert said("unexplained", "unexplained") == "Nothing was claimed (unexplained)."
+    assert said("", "") == "Nothing was claimed."
 
 
 def test_nothing_to_show_is_no_table():

@@ -102,6 +102,20 @@ def test_a_long_table_can_be_folded_away(tmp_path):
     assert page.count("<details>") == 1
 
 
+def test_headings_take_more_lines_before_a_table_is_cut(browser, tmp_path):
+    """Half of a wide window is less than what the staircase's headings take in one line each."""
+    headings = ["E fitted %", "E held-out %", "noise floor %", "misfit in noise standard deviations", "left over"]
+    row = ["+ small_strain_stiffness", "1.513", "2.084", "0.356", "4.67", "0.1", "no pattern"]
+    table = DisplayTable.from_rows(["step"], headings, [row] * 3, last=["remaining misfit"])
+    write_page(tmp_path / "r.html", "page", False, [Section("s", [], [table]), Section("t", ["beside"])])
+    page = browser.new_page(viewport={"width": 1920, "height": 1000})
+    page.goto((tmp_path / "r.html").as_uri())
+    wide = page.locator(".wide").first
+    assert wide.evaluate("e => e.clientWidth") < 1000
+    assert wide.evaluate("e => e.scrollWidth - e.clientWidth") == 0
+    page.close()
+
+
 def test_simulated_data_are_said_to_be_so(tmp_path):
     write_page(tmp_path / "r.html", "title", True, [Section("s")])
     assert "SIMULATED DATA" in (tmp_path / "r.html").read_text()

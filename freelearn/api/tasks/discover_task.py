@@ -113,7 +113,7 @@ def discover(
         measured = _measuring(task)
         findings = search(task.question(measured.accuracy), step)
     if settings.checks and failed(checks):
-        findings = replace(findings, verdict="undecided")
+        findings = replace(findings, verdict="undecided", claimed="undecided")
     # What the search wrote in this run counts as an effect until the run ends.
     with known(findings):
         discovery = examine(task, findings, measured, checks)

@@ -30,6 +30,7 @@ from freelearn.queries.next_measurements.exact_plan import choose, rows_for
 from freelearn.queries.next_measurements.goals import NARROW, SURE, Discriminate, Goal, Narrow, Score, score
 from freelearn.queries.next_measurements.paths import MANY
 from freelearn.queries.next_measurements.views import Objective
+from freelearn.records.estimates import searched_estimates
 from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan, plan_table
 from freelearn.records.run_files import begin_results
 
@@ -186,7 +187,7 @@ def _result(
         plan_table(table, weakest.shares.tolist()),
         source.known.table,
         tuple(Expected(one.name, one.before, one.after) for one in scored.gains),
-        _narrowed(goal, scored) if isinstance(goal, Narrow) else (),
+        _narrowed(goal, scored, source.known.table) if isinstance(goal, Narrow) else (),
         certificate,
         mountings,
         rows_for(objective, len(table), mountings, wanted),
@@ -195,9 +196,10 @@ def _result(
     )
 
 
-def _narrowed(goal: Narrow, scored: Score) -> tuple[Narrowed, ...]:
+def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narrowed, ...]:
     """Standard errors of the goal's parameters, by what is measured and with the plan."""
     assert goal.fit is not None
+    freedom = max(len(_rows_of_states(measured)) - int(goal.fit.model.free.sum()), 1)
     values = present_value(goal)
     (gain,) = scored.gains
     out = []
@@ -205,7 +207,8 @@ def _narrowed(goal: Narrow, scored: Score) -> tuple[Narrowed, ...]:
         declared = goal.fit.model.declared[label]
         unit = goal.sizes[i] * (value if declared.log else 1.0)
         before, after = (unit * error[i] for error in (gain.errors_before, gain.errors_after))
-        out.append(Narrowed(label, declared.unit, float(value), float(before), float(after)))
+        (known,) = searched_estimates({label: float(value)}, {label: float(before)}, goal.fit.model, freedom)
+        out.append(Narrowed(label, declared.unit, float(value), float(before), float(after), known.untold))
     return tuple(out)
 
 

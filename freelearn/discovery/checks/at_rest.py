@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from freelearn.common.formats import in_words
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import DEAD_LOAD, FORCE, MOMENT, bed_of
 from freelearn.data.columns import SLACK, Columns
@@ -47,7 +48,7 @@ def at_rest(plain: Plain, accuracy: Accuracy) -> TableCheck:
         shares.append(share)
         counts.append(len(there))
         if share > LARGE and abs(zero) > SIGMAS * sigma:
-            parts.append(f"{zero:.3g} {quantity.unit} ({100 * share:.0f} % of the largest, stated {sigma:.2g})")
+            parts.append(f"{in_words(zero)} {quantity.unit} ({100 * share:.0f} % of the largest, stated {sigma:.2g})")
     if not shares:
         return _by_fit(plain, offered)
     if not parts:
@@ -99,8 +100,8 @@ def _places(table: pd.DataFrame, rest: np.ndarray) -> TableCheck:
     if share <= LONG:
         return TableCheck(NAME, PASS, share, LONG, "At rest the tube is about as long as was said.")
     says = (
-        f"At rest elongation_mm is {zero:.3g} in {int(rest.sum())} rows, {100 * share:.0f} % of the length: its zero "
-        "is not the length at rest; take it off, or correct length_mm."
+        f"At rest elongation_mm is {in_words(zero)} in {int(rest.sum())} rows, {100 * share:.0f} % of the length: its "
+        "zero is not the length at rest; take it off, or correct length_mm."
     )
     return TableCheck(NAME, FAIL, share, LONG, says)
 
@@ -118,7 +119,7 @@ def _by_fit(plain: Plain, offered: Sequence[str]) -> TableCheck:
             value = found.values[name] * (1e3 if column == "moment_nmm" else 1.0)
             shares.append(abs(value) / max(float(_largest(plain.table, column)), 1e-300))
             if shares[-1] > LARGE:
-                parts.append(f"{value:.3g} {'N·mm' if column == 'moment_nmm' else 'N'}")
+                parts.append(f"{in_words(value)} {'N·mm' if column == 'moment_nmm' else 'N'}")
     # An offset above every reading, or a wall softer than any rubber, is a model that stands for something else.
     apt = max(shares, default=0.0) <= 1 and found.soft == 1.0
     if not parts or not apt or found.E > plain.itself.E / SEVERAL:

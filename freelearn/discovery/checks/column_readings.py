@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from freelearn.common.formats import error_in_words, in_words, number
 from freelearn.data.beds import DEG, bed_of
 from freelearn.data.columns import SECOND, Columns, design_column, members_in
 from freelearn.discovery.checks.plain_fit import Plain, PlainFit
@@ -108,7 +109,9 @@ def _swaps(table: pd.DataFrame) -> Iterator[Reading]:
     pairs = [("force_n", "moment_nmm"), ("elongation_mm", "twist_deg")]
     pairs += list(combinations(Columns.from_table(table).pressures, 2))
     for one, other in pairs:
-        if one in table and other in table and (_varies(table, one) or _varies(table, other)):
+        # A column without a reading is none that another was taken for.
+        there = all(name in table and table[name].notna().any() for name in (one, other))
+        if there and (_varies(table, one) or _varies(table, other)):
             yield Reading(SWAP, f"{one} and {other} are exchanged", f"exchange {one} and {other}", _swapped(one, other))
 
 
@@ -213,9 +216,9 @@ def meant(plain: Plain) -> Iterator[TableCheck]:
             yield TableCheck(kind, PASS, figure, SEVERAL, fine)
             continue
         alike = [m.reading for m in tried if m.score <= ALIKE * best.score][:TOLD]
-        why = f"E falls from {100 * itself.E:.3g} to {100 * best.E:.3g} %"
+        why = f"E falls from {number(100 * itself.E, 3)} to {error_in_words(best.E)}"
         if itself.stiff >= STIFF:
-            why += f", and the wall is no longer {itself.stiff:.2g} times stiffer than any rubber or thread"
+            why += f", and the wall is no longer {in_words(itself.stiff, 2)} times stiffer than any rubber or thread"
         says = f"It looks as if {', or '.join(r.says for r in alike)}: {why}; {', or '.join(r.cure for r in alike)}."
         yield TableCheck(kind, FAIL, figure, SEVERAL, says)
 

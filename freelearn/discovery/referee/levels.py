@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from freelearn.common.formats import error_in_words, in_words
 from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.left_out import unseen
 from freelearn.discovery.fits.white_fit import WhiteFit
@@ -155,20 +156,20 @@ def _named(case: Case, way: str, part: np.ndarray) -> str:
     for quantity in states.bed.state:
         if way == f"each {quantity.name}":
             value = float(imposed(states)[quantity.name][torch.as_tensor(part.copy())].mean()) / quantity.factor
-            return f"{quantity.name} {value:.3g} {quantity.unit}"
+            return f"{quantity.name} {in_words(value)} {quantity.unit}"
     return way
 
 
 def _check(left: LeftOut) -> Check:
     worst = max(left.parts, key=lambda part: part[1])
-    beside = f"noise makes {100 * left.noise:.3g} %, a cubic polynomial {100 * left.cubic:.3g} %"
+    beside = f"noise makes {error_in_words(left.noise)}, a cubic polynomial {error_in_words(left.cubic)}"
     if left.plain is not None:
-        beside += f", the model without what was found {100 * left.plain:.3g} %"
+        beside += f", the model without what was found {error_in_words(left.plain)}"
     name = f"{left.way} left out"
 
     def says(what: str) -> str:
-        error = f"With {left.way} left out in turn the error is {100 * left.model:.3g} %{what}"
-        return f"{error} ({beside}; worst: {worst[0]}, {100 * worst[1]:.3g} %)."
+        error = f"With {left.way} left out in turn the error is {error_in_words(left.model)}{what}"
+        return f"{error} ({beside}; worst: {worst[0]}, {error_in_words(worst[1])})."
 
     if left.model <= NEAR * left.noise:
         return Check(name, PASS, left.model, NEAR * left.noise, says(""))

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import torch
 
+from freelearn.common.formats import in_words
 from freelearn.data.beds import INFLATION
 from freelearn.discovery.fits.white_fit import GONE
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
@@ -42,12 +43,14 @@ def _plausible(case: Case) -> Check:
             "parameters plausible", PASS, None, None, "Every parameter is one that such actuators and beds have."
         )
     name, value, low, high, p = max(wrong, key=lambda w: _beyond(w[1], w[2], w[3]))
-    says = f"{name} = {value:.3g} {p.unit} is not what such actuators have: {low:.3g} to {high:.3g} {p.unit}"
+    usual = f"{in_words(low)} to {in_words(high)} {p.unit}"
+    says = f"{name} = {in_words(value)} {p.unit} is not what such actuators have: {usual}"
     says += f" ({p.known.source})." if p.known.source else "."
     if case.rows.states.bed is INFLATION and p.known in (RUBBER, FIBERS):
         says += " Of a vessel say material=artery."
     if len(wrong) > 1:
-        says += f" Nor are {', '.join(w[0] for w in wrong if w[0] != name)}."
+        others = [w[0] for w in wrong if w[0] != name]
+        says += f" Nor {'is' if len(others) == 1 else 'are'} {', '.join(others)}."
     return Check("parameters plausible", FAIL, value, high if value > high else low, says)
 
 
@@ -88,7 +91,9 @@ def _determined(case: Case) -> Check:
     if loose:
         says = f"The rows hardly determine {', '.join(loose)}: its value is what was known beforehand."
         return Check("parameters determined", CANNOT, None, UNDETERMINED, says, decides=False)
-    return Check("parameters determined", PASS, None, None, "The rows determine every parameter.")
+    return Check(
+        "parameters determined", PASS, None, None, "Of every parameter the rows say more than was known beforehand."
+    )
 
 
 def _where(case: Case, label: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.common.formats import in_words
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import ELONGATION, FORCE, KINEMATIC, MOMENT, PRESSURE, TWIST, Bed, Quantity, bed_of
 from freelearn.data.columns import members_in, pressure_column
@@ -61,7 +62,8 @@ class Failure:
         """What a researcher would say about it."""
         parts = [
             # Loads have signs: one of −100 N in the place of −114 N is too high, and not "over-predicted".
-            f"predicted {q.name} is {abs(mean):.3g}{q.suffix} too {'high' if mean > 0 else 'low'} ({abs(sigma):.1f} σ)"
+            f"predicted {q.name} is {in_words(abs(mean))}{q.suffix} too {'high' if mean > 0 else 'low'} "
+            f"({abs(sigma):.1f} σ)"
             for q, mean, sigma in zip(self.quantities, self.mean, self.sigma, strict=True)
             if abs(sigma) >= 0.5
         ]

@@ -15,6 +15,10 @@ from freelearn.discovery.noise.shapes import bases, dense, imposed, monomials
 DIRECTION = "direction of the pressure change"
 
 
+# In the place of a hint where no single term explains anything.
+NO_HINT = "none"
+
+
 @dataclass(frozen=True)
 class ResidualSummary:
     """share: of the squared whitened residual that is systematic. inputs: share of that which functions of one input
@@ -44,12 +48,12 @@ def summarize_residuals(
     inputs_named = (*imposed(states), DIRECTION)
     everything = explained(whitened_basis(dense(bases(states)[-1], len(states)), whiten))
     if everything <= 0:
-        return ResidualSummary(0.0, dict.fromkeys(inputs_named, 0.0), "none", 0.0)
+        return ResidualSummary(0.0, dict.fromkeys(inputs_named, 0.0), NO_HINT, 0.0)
     terms, names = monomials(states, 3)
     terms = torch.cat([terms, states.direction[:, None]], dim=1)
     names = [*names, DIRECTION]
     zero = torch.zeros(len(states), dtype=torch.float64)
-    best, share = "none", 0.0
+    best, share = NO_HINT, 0.0
     for column, name in zip(terms.T, names, strict=True):
         for i, quantity in enumerate(states.bed.readings):
             pair = torch.stack([zero, column] if i else [column, zero], dim=1)[..., None]

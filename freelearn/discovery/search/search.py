@@ -70,7 +70,8 @@ class Findings:
     the search wrote itself; where it stays unexplained, the best part of an answer, which the last model does not have.
     answer: all sets that are as good, and the probability of each effect; models: the same with their errors. cosines:
     how alike the traces of effects are, see Ranking.cosines. referee: the checks of what would be claimed. rivals: of a
-    table that cannot tell, the most probable sets, by their effects: what to measure has to split them."""
+    table that cannot tell, the most probable sets, by their effects: what to measure has to split them. asked: the
+    effects of the model that the referee was asked of, where the last one has not all of them."""
 
     verdict: str
     effects: list[str]
@@ -89,6 +90,7 @@ class Findings:
     claimed: str = ""
     rivals: dict[str, Step] = field(default_factory=dict)
     predicts_best: ToldModel | None = None
+    asked: list[str] = field(default_factory=list)
 
     @property
     def final(self) -> Step:
@@ -148,6 +150,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
             sorted_by = confounded(prepared, ending.final)
             claimed = verdict(ending, sorted_by)
     claim = decided(claimed, referee, ending.answer)
+    asked = prepared.question.added(ending.final.effects)
     # What blocks of slipped readings explain is settled already.
     if claim == "unexplained" and not together:
         ending = standing(ending)
@@ -176,6 +179,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
         claim, order, classes, steps, rows, kept, final.floor, pointed_out, sorted_by if DRIFT in order else [],
         ending.proposals, ending.answer, ranking.cosines(), referee, told_models(ending), claimed,
         rivals(ending) if claim == "undecided" else {}, None if claim in CLAIMS else predicts_best(ending),
+        [] if set(asked) == set(effects) else asked,
     )  # fmt: skip
 
 

@@ -108,7 +108,8 @@ def _staircase(discovery: Discovery, figures: bool) -> Section:
 def _claim(discovery: Discovery) -> list[Section]:
     """Whether it stands, what else would fit as well, and how probable each effect is."""
     content = discovery.content
-    tables = [checks_table(content["referee"]), models_table(content["models"]), shares_table(content["shares"])]
+    checks = checks_table(content["referee"], asked=content["refereed"])
+    tables = [checks, models_table(content["models"]), shares_table(content["shares"])]
     return [Section.of_table(table) for table in tables if table]
 
 

@@ -41,7 +41,7 @@ p { max-width: 100ch; overflow-wrap: anywhere; }
 .simulated { color: #8a4b00; background: #fff4e0; } .measured { color: #00557f; background: #e6f4fb; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { border-bottom: 2px solid #888; } .words { text-align: left; } td.words { white-space: normal; }
+th { border-bottom: 2px solid #888; } .words { text-align: left; } th, td.words { white-space: normal; }
 td.words:first-child { min-width: 11rem; }
 th button { all: inherit; padding: 0; border: 0; cursor: pointer; }
 th button::after { content: " \\2195"; color: #767676; } th[aria-sort=ascending] button::after { content: " \\2191"; }
@@ -59,7 +59,7 @@ a:focus, summary:focus, button:focus-visible { outline: 2px solid #0072B2; }
 @media print {
 body { font-size: 10pt; margin: 0; } .charts { display: block; } .chart { display: inline-block; }
 h2, section.charted > p { break-after: avoid; } h2 { margin-top: 1.2rem; } .charts.few { break-inside: avoid; }
-thead { display: table-header-group; } details, .wide { break-before: avoid; }
+thead { display: table-header-group; } details, .wide, pre { break-before: avoid; }
 th, td { padding: .1rem .35rem; } tr, p, .chart { break-inside: avoid; } .wide, .charts { overflow: visible; }
 th button::after { content: ""; } table { font-size: 8.5pt; } .download { display: none; } pre { font-size: 8pt; }
 .source { print-color-adjust: exact; } .chart { zoom: .78; } .chart.broad { zoom: .54; }

@@ -10,6 +10,7 @@ from freelearn.common.formats import DASH, error_percent, fixed, known_floor, nu
 from freelearn.data.beds import BEDS, Quantity, bed_of
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, TableCheck
 from freelearn.discovery.fits.step import Step
+from freelearn.discovery.residuals.residual_summary import NO_HINT
 from freelearn.discovery.search.next_states import NextState
 from freelearn.discovery.thresholds import ALPHA_STRUCTURE, INADEQUATE
 from freelearn.queries.curves.curve_rows import digits
@@ -202,10 +203,10 @@ def remainder_lines(discovery: Discovery) -> list[str]:
     left = discovery.left
     if left is None:
         return []
-    return [
-        f"Of the remaining misfit {percent(left.share, 0)} % is systematic. Hint, not a finding: {left.hint} explains "
-        f"{percent(left.hint_share, 0)} % of that."
-    ]
+    said = f"Of the remaining misfit {percent(left.share, 0)} % is systematic."
+    if left.hint == NO_HINT:
+        return [said]
+    return [f"{said} Hint, not a finding: {left.hint} explains {percent(left.hint_share, 0)} % of that."]
 
 
 def written_lines(discovery: Discovery) -> list[str]:

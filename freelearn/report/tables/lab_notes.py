@@ -9,9 +9,10 @@ import pandas as pd
 from freelearn.common.display import DisplayTable
 from freelearn.common.formats import error_percent, number, percent
 from freelearn.common.package import VERSION
+from freelearn.physics.chain.known_parameters import FIXED
 from freelearn.records.claims import checks_table, models_table, shares_table
 from freelearn.records.discovery import Discovery, final_estimates, trail_numbers
-from freelearn.records.estimates import Estimate
+from freelearn.records.estimates import Estimate, shown_value
 from freelearn.records.provenance import Origin, Provenance
 from freelearn.records.run import Run
 from freelearn.report.tables.discovery_tables import (
@@ -22,7 +23,14 @@ from freelearn.report.tables.discovery_tables import (
     rows_told,
 )
 from freelearn.report.tables.ranking_tables import staircase_table
-from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
+from freelearn.report.tables.run_tables import (
+    beside,
+    error_table,
+    misfit_lines,
+    parameter_notes,
+    row_notes,
+    run_parameters,
+)
 from freelearn.report.tables.sweep_tables import scores
 
 # A result in one paragraph, to be pasted into a laboratory's notebook.
@@ -38,7 +46,7 @@ def run_note(run: Run, origin: Origin) -> str:
     parts = [
         f"Model {run.title}, {how}; seed {origin.seed}, split by {origin.split}.",
         origin.provenance.sentence().rstrip(".") + ".",
-        *_parameters(run.estimates() if run.model.declared else []),
+        *_parameters(run.estimates() if run.model.declared else [], run.model.coefficients),
         *_own_error(run),
     ]
     if known.unseen is not None:
@@ -53,7 +61,8 @@ def _own_error(run: Run) -> list[str]:
     own = run.errors.get(run.train)
     if own is None or scores(run).own is None or not own.tells:
         return []
-    return [f"E = {error_percent(own.E)} % on the {own.n} test rows of the training set."]
+    rows = "one test row" if own.n == 1 else f"{own.n} test rows"
+    return [f"E = {error_percent(own.E)} % on the {rows} of the training set."]
 
 
 def discovery_note(discovery: Discovery) -> str:
@@ -78,18 +87,23 @@ def sweep_note(numbers: pd.DataFrame, provenance: Provenance) -> str:
     return f"Error E of each training set on each test set, mean over all: {'; '.join(each)}. {data}. {_version()}."
 
 
-def _parameters(estimates: Sequence[Estimate]) -> list[str]:
-    shown = [f"{e.name} = {_with_error(e)}" for e in estimates[:MOST_PARAMETERS]]
+def _parameters(estimates: Sequence[Estimate], coefficients: int = 0) -> list[str]:
+    shown = [_with_error(e) for e in estimates[:MOST_PARAMETERS]]
     if len(estimates) > len(shown):
         shown.append(f"and {len(estimates) - len(shown)} more")
+    shown += filter(None, [beside(coefficients)])
     return [f"Parameters: {', '.join(shown)}."] if shown else []
 
 
 def _with_error(estimate: Estimate) -> str:
-    error = number(estimate.stderr, 2)
+    """Name = value ± standard error, unit."""
+    if estimate.untold:
+        return f"{estimate.name} not determined by these rows"
+    error = number(None if estimate.beforehand == FIXED else estimate.stderr, 2)
     unit = "" if estimate.unit in ("", "1") else f" {estimate.unit}"
-    value = number(estimate.value, 4)
-    return f"({value} ± {error}){unit}" if error != number(None) else f"{value}{unit}"
+    value = number(shown_value(estimate.value), 4)
+    said = f"({value} ± {error}){unit}" if error != number(None) else f"{value}{unit}"
+    return f"{estimate.name} = {said}{f' ({FIXED})' if estimate.beforehand == FIXED else ''}"
 
 
 def _by() -> str:
@@ -123,7 +137,8 @@ def discovery_story(discovery: Discovery) -> str:
     """A search: in one paragraph, its steps, whether its claim stands and what else would fit as well, the last model's
     parameters, where the first one failed, what to know."""
     content = discovery.content
-    claim = [checks_table(content["referee"]), models_table(content["models"]), shares_table(content["shares"])]
+    checks = checks_table(content["referee"], asked=content["refereed"])
+    claim = [checks, models_table(content["models"]), shares_table(content["shares"])]
     return _parts(
         [
             plain(discovery_note(discovery)),

@@ -13,7 +13,8 @@ from freelearn.data.beds import BED
 from freelearn.data.states import kinematic_state
 from freelearn.queries.curves.curve_rows import digits, pressures
 from freelearn.queries.curves.shown_states import places
-from freelearn.records.plan_record import EXPECTED, Plan
+from freelearn.records.estimates import untold_sentence
+from freelearn.records.plan_record import EXPECTED, Narrowed, Plan
 
 # Mountings within this share of what the bed spans are one mark.
 NEAR = 0.02
@@ -49,17 +50,23 @@ def expected_table(plan: Plan) -> DisplayTable:
 def parameter_rows(plan: Plan) -> DisplayTable:
     """The parameters that are narrowed."""
     rows = [
-        [p.name, number(p.value), number(p.before, 3), number(p.after, 3), fixed(p.factor, 2), p.unit]
+        [p.name, number(p.value, 2 if p.untold else 5), *_errors(p), fixed(p.factor, 2), p.unit]
         for p in plan.parameters
     ]
     headings = ["value", "± now", "± then", "factor"]
     return DisplayTable.from_rows(["parameter"], headings, rows, "How it narrows", last=["unit"])
 
 
+def _errors(p: Narrowed) -> list[str]:
+    """Standard errors before and after; of what the rows say nothing of they mean nothing."""
+    return [number(None if p.untold else error, 3) for error in (p.before, p.after)]
+
+
 def plan_lines(plan: Plan) -> list[str]:
     """The rest in sentences."""
     lines = [plan.says(), plan.certificate.sentence(), needed_line(plan)]
-    return [*lines, *(sentence(note) for note in plan.notes)]
+    untold = [untold_sentence(p.name, p.value, p.before, p.unit) for p in plan.parameters if p.untold]
+    return [*lines, *untold, *(sentence(note) for note in plan.notes)]
 
 
 PURPOSES = {"discriminate": "To discriminate the class", "detect": "To detect it", "narrow": "To halve the interval"}

@@ -15,7 +15,15 @@ from freelearn.common.formats import sentence
 from freelearn.data.table.unit_suspicions import units_apart
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.step import Step
-from freelearn.records.claims import REFEREE, RefereedRun, check_lines, checks_table, models_table, shares_table
+from freelearn.records.claims import (
+    REFEREE,
+    RefereedRun,
+    check_lines,
+    checks_table,
+    models_table,
+    passed_beyond,
+    shares_table,
+)
 from freelearn.records.discovery import Discovery
 from freelearn.report.tables.discovery_tables import (
     error_line,
@@ -49,9 +57,7 @@ def show_refereed(console: Console, done: RefereedRun) -> None:
         console.print(rich_table(table))
     for line in check_lines(checks):
         console.print(f"  ✗ {line}", markup=False, highlight=False)
-    if done.claimed:
-        stands = "stands" if done.claimed == done.verdict else f"does not stand: {done.verdict}"
-        console.print(f"What was claimed ({done.claimed}) {stands}.", highlight=False)
+    console.print(done.stands(), markup=False, highlight=False)
     for line in done.told:
         console.print(line, markup=False, highlight=False)
     console.print(f"file: {done.folder / REFEREE}", markup=False, highlight=False)
@@ -131,11 +137,13 @@ class DiscoveryView:
         """Whether it stands, what else would fit as well, and how probable each effect is."""
         content = discovery.content
         # The sentences of all checks are long: here only those that did not pass.
-        tables = checks_table(content["referee"], says=False), models_table(content["models"])
+        checks = checks_table(content["referee"], says=False, asked=content["refereed"])
+        tables = checks, models_table(content["models"])
         for table in (*tables, shares_table(content["shares"])):
             if table:
                 self.console.print(rich_table(table))
         self._say(check_lines(content["referee"]), before="  ✗ ")
+        self._say(passed_beyond(content["referee"]), before="  · ")
 
     def _say(self, lines: list[str], before: str = "") -> None:
         for line in lines:

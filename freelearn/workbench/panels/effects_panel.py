@@ -9,6 +9,7 @@ import pandas as pd
 import panel as pn
 
 from freelearn.common.formats import chance, error_in_words
+from freelearn.discovery.residuals.residual_summary import NO_HINT
 from freelearn.discovery.search.next_states import NextState
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.report.tables.discovery_tables import next_state_lines
@@ -17,7 +18,6 @@ from freelearn.workbench.panels.widgets import Part, heading, say, words
 from freelearn.workbench.state.fitted import of_run
 from freelearn.workbench.state.question import as_on_the_page
 from freelearn.workbench.state.session import Session
-from freelearn.workbench.state.session_store import NO_HINT
 
 MOST_STATES = 3
 NOWHERE = "No region stands out."

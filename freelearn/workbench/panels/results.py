@@ -39,7 +39,8 @@ class Claim:
         checks, shares = search.get("referee", []), shares_table(search.get("shares", {}))
         models = models_table(search.get("models", []))
         say(self.against, [f"• {as_on_the_page(line)}" for line in check_lines(checks)], "bad")
-        for place, shown in ((self.checks, checks_table(checks)), (self.models, models), (self.shares, shares)):
+        looked_at = checks_table(checks, asked=search.get("refereed", ()))
+        for place, shown in ((self.checks, looked_at), (self.models, models), (self.shares, shares)):
             table(place, shown)
         for title, shown in zip(self.titled, (models, shares), strict=True):
             title.visible = shown is not None

@@ -14,11 +14,11 @@ from typing_extensions import TypedDict
 
 from freelearn.common.files import write_bytes, write_text
 from freelearn.common.formats import known_floor
+from freelearn.discovery.residuals.residual_summary import NO_HINT
 from freelearn.workbench.state.question import Question, stored_csv
 
 Run = dict[str, Any]
 # What a search says of a remaining misfit in which it sees nothing.
-NO_HINT = "none"
 _Nothing = Annotated[dict[str, Any], Len(0, 0)]
 
 
