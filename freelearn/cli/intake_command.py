@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from hydra.core.hydra_config import HydraConfig
 from rich.console import Console
 
 from freelearn.api.settings.settings import IntakeSettings
@@ -43,6 +44,7 @@ def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     words = [option("data.path", data), option("recipe", path)]
     # What was asked for this time is asked for the next time, too.
     words += [option(name, value) for name in ("out", "design") if (value := getattr(settings, name)) is not None]
+    words += _chosen_folder()
     command = _command([*program("intake"), *words])
     show_guess(console, found, path, command)
 
@@ -53,7 +55,14 @@ def _draft_rubber(data: Path, files: Sequence[str], path: Path, console: Console
     tests = guess_tests({one.name: read_bytes(one) for one in paths})
     write_text(path, rubber_draft(tests, {}, data.name))
     show_tests(console, tests)
-    show_draft(console, path, _command([*program("intake"), option("data.path", data), option("recipe", path)]))
+    words = [option("data.path", data), option("recipe", path), *_chosen_folder()]
+    show_draft(console, path, _command([*program("intake"), *words]))
+
+
+def _chosen_folder() -> list[str]:
+    """Where this run was told to write to, as it was said; nothing where nobody did."""
+    said = HydraConfig.get().overrides.hydra if HydraConfig.initialized() else []
+    return [word for word in said if word.startswith("hydra.run.dir=")]
 
 
 def _table(settings: IntakeSettings, recipe_path: Path, folder: Path, console: Console) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from freelearn.common.display import Column, DisplayTable
+from freelearn.common.formats import number
 from freelearn.data.intake.assemble import Intake
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
@@ -123,4 +124,4 @@ def _short(example: str) -> str:
 
 
 def _range(low: float, high: float) -> str:
-    return "text" if math.isnan(low) else f"{low:.4g} … {high:.4g}"
+    return "text" if math.isnan(low) else f"{number(low, 4)} … {number(high, 4)}"
