@@ -47,6 +47,10 @@ def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     words += _chosen_folder()
     command = _command([*program("intake"), *words])
     show_guess(console, found, path, command)
+    if looks_like_rubber(found) is None and not files:
+        start = command_line(program("start", ["python", "-m", "freelearn", "start"]), [str(data)])
+        console.print("If it is a test of rubber alone:", markup=False, highlight=False)
+        console.print(f"  {start}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _draft_rubber(data: Path, files: Sequence[str], path: Path, console: Console) -> None:

@@ -68,6 +68,8 @@ class _Start:
     design: Path | None
     recipe: Path | None
     shown: bool = False
+    # Whether it is known what kind of table the file becomes, and so what a recipe of it asks.
+    begun: bool = False
     # A fitted run, of which the file asks something.
     of: Path | None = None
 
@@ -139,6 +141,7 @@ class _Start:
             show_tests(self.console, interview.tests)
         elif not self.shown:
             show_columns(self.console, interview.first)
+        self.begun = True
         with self._answered(interview):
             interview.columns()
             interview.run()
@@ -196,10 +199,16 @@ class _Start:
 
     def _broken_off(self, interview: Interview, ended: BaseException) -> str:
         """What to say where nobody answers any more; what was answered is kept."""
+        # The question is still open on its line.
+        self.console.print()
         if interview.answers:
             self._keep(interview)
             return f"broken off. The answers are kept in {self._kept()}: fill in its TODOs, then: {self._again()}"
         if isinstance(ended, KeyboardInterrupt):
             return "interrupted; nothing was written."
-        draft = command_line(program("intake"), [option("data.path", self.raws[0])])
-        return f"start asks, and nobody answers: run it in a terminal, or draft a recipe to edit with {draft}"
+        asks = "start asks, and nobody answers: run it in a terminal, or"
+        if self.begun:
+            self._keep(interview)
+            return f"{asks} fill in the TODOs of the recipe {self._kept()}, then: {self._again()}"
+        words = [option("data.path", self.raws[0]), *([option("design", self.design)] if self.design else [])]
+        return f"{asks} draft a recipe to edit with {command_line(program('intake'), words)}"

@@ -1,5 +1,6 @@
 """`start` asks what a file does not say, in words that its answers put right, and goes on to the table."""
 
+import shlex
 from io import StringIO
 
 import openpyxl
@@ -57,10 +58,26 @@ def test_answers_make_the_recipe_and_the_table(tmp_path):
 
 def test_nobody_answers(tmp_path):
     raw = tmp_path / "raw.csv"
-    raw.write_text(RAW)
+    raw.write_text("lambda,P_MPa\n1,0\n1.1,0.1\n1.2,0.2\n")
+    # What kind of file it is stays open: intake takes it for an actuator's.
     with pytest.raises(UserError, match=r"nobody answers.*intake"):
         start([raw], tmp_path / "run", Console(file=StringIO()), typed()[0])
     assert not (tmp_path / "run").exists()
+
+
+def test_nobody_answers_and_a_recipe_for_every_file_is_there(tmp_path):
+    for name in ("UT", "ET"):
+        rows = "\n".join(f"{1 + i / 10},{i / 10}" for i in range(8))
+        (tmp_path / f"{name}.csv").write_text(f"lambda,P_MPa\n{rows}\n")
+    raws, told = [tmp_path / "UT.csv", tmp_path / "ET.csv"], StringIO()
+    with pytest.raises(UserError, match="nobody answers") as broken:
+        start(raws, tmp_path / "my run", Console(file=told), typed()[0])
+    assert told.getvalue().endswith("\n")
+    words = shlex.split(str(broken.value).split(", then: ")[1])
+    recipe = tmp_path / "my run" / "UT_recipe.yaml"
+    assert words[words.index("start") :] == ["start", *map(str, raws), "--recipe", str(recipe)]
+    going = start(raws, tmp_path / "again", Console(file=told), typed()[0], recipe=recipe)
+    assert set(pd.read_csv(going.words[0])["mode"]) == {"uniaxial", "equibiaxial"}
 
 
 def test_answers_are_kept_where_it_is_broken_off(tmp_path):
