@@ -235,9 +235,12 @@ def test_several_pressures_are_several_actuators(sessions, finish):
     finish(session)
     page = Mapping(session)
     page.refresh()
-    # Two pressures of different units are no pair until somebody says so.
+    # Two pressures of different units are no pair until somebody says so, and neither is taken by itself.
     assert "parallel" not in page.questions.fields
-    row_of(page, "P2_psi").quantity.value = "pressure_kpa"
+    assert not row_of(page, "P1_bar").quantity.value
+    page.use.clicks += 1
+    assert "what P1_bar is" in page.problem.object
+    row_of(page, "P1_bar").quantity.value = row_of(page, "P2_psi").quantity.value = "pressure_kpa"
     page.questions.fields["parallel"].value = "all"
     for key, value in {
         "member.1": "40",

@@ -94,6 +94,8 @@ LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
 LEAST_VALUES = 20
 # A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
 REST_KPA = 20.0
+# A visit to a state ends vented below this share of the largest pressure; where so many do, they go back there.
+VENTED_SHARE = 0.3
 # Rows whose states change so many times as often as there are states do not stand by states.
 SCATTERED = 1.5
 # States, and levels of each, that are alike only where the pressures were set.
@@ -200,18 +202,27 @@ def _scattered(table: pd.DataFrame, bed: str) -> Iterator[str]:
 
 def _gauge(table: pd.DataFrame) -> Iterator[str]:
     names = [pressure_column(i) for i in members_in(list(table.columns))] or ["pressure_kpa"]
+    visit = (table["step"].diff().fillna(0) <= 0).cumsum().to_numpy()
     for name in names:
-        values = table[name].to_numpy(dtype=np.float64)
-        visit = (table["step"].diff().fillna(0) <= 0).cumsum()
-        ends = pd.Series(values).groupby(visit.to_numpy()).last()
-        vented = ends[ends < 0.3 * np.nanmax(values)]
-        lowest = float(np.nanmin(values))
-        if _commanded(values, visit.to_numpy()):
-            continue
-        if lowest > REST_KPA:
+        lowest, vented = gauge_at_rest(table[name].to_numpy(dtype=np.float64), visit, len(names) == 1)
+        if lowest is not None:
             yield f"{name} is never below {lowest:.3g}: if the gauge reads that at rest, give it as offset."
-        elif len(vented) >= 2 and len(vented) >= 0.3 * len(ends) and (rest := float(vented.median())) > REST_KPA:
-            yield f"{name} goes back to {rest:.3g} and no lower: if the gauge reads that at rest, give it as offset."
+        elif vented is not None:
+            yield f"{name} goes back to {vented:.3g} and no lower: if the gauge reads that at rest, give it as offset."
+
+
+def gauge_at_rest(pressures: np.ndarray, visit: np.ndarray, alone: bool) -> tuple[float | None, float | None]:
+    """What a gauge may read at rest [kPa]: the lowest reading, and the one that it goes back to as visits to a state
+    end; None where no gauge at rest would read it. visit: number of each row's visit. alone: whether it is the only
+    one; of several actuators none is vented at the end of a visit."""
+    if np.isnan(pressures).all() or _commanded(pressures, visit):
+        return None, None
+    lowest = float(np.nanmin(pressures))
+    ends = pd.Series(pressures).groupby(visit).last()
+    vented = ends[ends < VENTED_SHARE * np.nanmax(pressures)]
+    often = alone and len(vented) >= 2 and len(vented) >= VENTED_SHARE * len(ends)
+    back = float(vented.median()) if often else None
+    return lowest if lowest > REST_KPA else None, back if back is not None and back > REST_KPA else None
 
 
 def _commanded(values: np.ndarray, visit: np.ndarray) -> bool:

@@ -10,8 +10,8 @@ from markupsafe import escape
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.draft import Answers
-from freelearn.data.intake.guesses.draft_questions import WHAT, Question, answer
-from freelearn.data.intake.guesses.guessed import NO, YES, ColumnGuess
+from freelearn.data.intake.guesses.draft_questions import Question, answer
+from freelearn.data.intake.guesses.guessed import NO, WHAT, YES, ColumnGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
 from freelearn.data.intake.laboratory_units import conversion, dimension, unit_of
 from freelearn.workbench.panels.widgets import HIDDEN_LABEL, STYLE, say, words
@@ -29,15 +29,16 @@ SIGNS_OF_LOADS = {
 
 
 class ColumnRow:
-    """guess: of the column. said: what it was said to be before, "" where nobody said. changed: called when something
-    else is chosen."""
+    """guess: of the column. rivaled: whether others say the same, so that what it is has to be said. changed: called
+    when something else is chosen."""
 
-    def __init__(self, guess: ColumnGuess, said: str, changed: Callable[[], None]) -> None:
+    def __init__(self, guess: ColumnGuess, rivaled: bool, changed: Callable[[], None]) -> None:
         self.guess, name = guess, guess.name
         self.about = pn.pane.HTML(_about(guess), stylesheets=[STYLE], width=330, margin=(4, 10))
         hidden = {"stylesheets": [HIDDEN_LABEL]}
-        meaning = said or (guess.quantity if guess.chosen and guess.quantity else NOT_USED)
-        self.quantity = pn.widgets.Select(name=f"what {name} is", options=TOLD, value=meaning, width=170, **hidden)
+        meaning = "" if rivaled else guess.quantity if guess.chosen and guess.quantity else NOT_USED
+        told = {SAY: "", **TOLD} if rivaled else TOLD
+        self.quantity = pn.widgets.Select(name=f"what {name} is", options=told, value=meaning, width=170, **hidden)
         self.unit = pn.widgets.Select(name=f"unit of {name}", options=[], width=100, **hidden)
         self.turned = pn.widgets.Select(name=f"sign of {name}", options=SIGNS, value=NO, width=150, **hidden)
         self.offset = pn.widgets.FloatInput(name=f"offset of {name}", value=0.0, width=130, **hidden)
@@ -54,8 +55,8 @@ class ColumnRow:
     def answers(self) -> Answers:
         """What the row says; nothing of a unit or a sign that is still to be chosen."""
         name = self.guess.name
-        said: dict[str, str | float] = {WHAT + name: self.quantity.value}
-        if self.quantity.value == NOT_USED:
+        said: dict[str, str | float] = {WHAT + name: self.quantity.value or NOT_USED}
+        if self.quantity.value in ("", NOT_USED):
             return said
         said |= {f"unit.{name}": self.unit.value} if self.unit.value not in (None, SAY) else {}
         said |= {f"sign.{name}": self.turned.value} if self.turned.value else {}

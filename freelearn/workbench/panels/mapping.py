@@ -11,9 +11,9 @@ import panel as pn
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.draft import draft
-from freelearn.data.intake.guesses.draft_questions import WHAT, questions, said
+from freelearn.data.intake.guesses.draft_questions import questions, said
 from freelearn.data.intake.guesses.guess import with_meanings
-from freelearn.data.intake.guesses.guessed import Guess
+from freelearn.data.intake.guesses.guessed import WHAT, WHICH, Guess
 from freelearn.data.intake.guesses.joined import Guessed
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
 from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuestions
@@ -37,7 +37,7 @@ UNSAID_SIGNS = {
     "moment_nmm": "whether it rises or falls as the actuator is turned the positive way without pressure",
 }
 # What the rows of columns say is not asked a second time.
-IN_THE_ROWS = (WHAT, "unit.", "sign.")
+IN_THE_ROWS = (WHAT, WHICH, "unit.", "sign.")
 
 
 class Mapping:
@@ -106,7 +106,8 @@ class Mapping:
         say(self.about, [text, recipe, *([f"{more} further columns are not shown."] if more else [])])
         say(self.notes, [f"! {note}" for note in notes])
         self.said = ""
-        self.rows = [ColumnRow(column, "", self._offer) for column in columns]
+        open_ones = {name for names in found.rivals for name in names}
+        self.rows = [ColumnRow(column, column.name in open_ones, self._offer) for column in columns]
         titles = [pn.pane.HTML(f"<b>{title}</b>", width=width, margin=(2, 10)) for title, width in HEADINGS.items()]
         self.table.objects = [pn.Row(*titles), *(pn.Row(*row.cells) for row in self.rows)]
         self._offer()
@@ -153,6 +154,10 @@ class Mapping:
         """Units and signs that are still to be chosen."""
         lacking = ["Which sheet holds the readings: still to be said."] if self._sheet_open() else []
         for row in self.rows:
+            if not row.quantity.value:
+                lacking.append(
+                    f"what {row.guess.name} is: several columns seem to say the same. Choose one, not the others."
+                )
             meaning = MEANINGS.get(row.quantity.value)
             name, said = row.guess.name, row.answers
             if meaning and meaning.kind not in ("", "ratio") and f"unit.{name}" not in said:

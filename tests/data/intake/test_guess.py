@@ -58,6 +58,7 @@ def filled(text: str) -> str:
     text = re.sub(
         r"(samples|constants)(:.*)\n((?:  \d+: .*\n)+)", lambda m: m[0].replace("length_mm: ", "length_mm: 90"), text
     )
+    text = re.sub(r"from: (.*# TODO: from ('.*?') or)", r"from: \2\1", text)
     text = re.sub(r"  (\w+): (.*), unit: ([,}].*)the table's is (.*)\)", r"  \1: \2, unit: \4\3\4", text)
     return re.sub(r"(_\w+):   # TODO: no column says it.*", r"\1: 0", text)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.guessed import NO, YES, ColumnGuess, Doubt, Guess
+from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
@@ -202,6 +202,10 @@ class _Draft:
         entry, remarks = column_entry(column, name, self.answers)
         if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
             remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
+        rivals = [names for names in self.found.open_rivals(self.answers) if f"{WHICH}{names[0]}" not in self.answers]
+        for names in (names for names in rivals if names[0] == column.name):
+            entry["from"] = None
+            remarks.insert(0, f"TODO: from {' or '.join(map(repr, names))}")
         if remarks:
             self.remarks[path] = "; ".join(remarks)
         return entry
@@ -242,10 +246,13 @@ class _Draft:
             self.further.append(f"# To be decided: {doubt.text} ({choices})")
             return
         changes = dict(doubt.changes.get(answer, {}))
-        if shift := changes.pop("gauge", None):
-            members = self.content.get("members")
-            for pressure in [m["pressure"] for m in members] if members else [self.content["columns"]["pressure_kpa"]]:
+        shift, rest = changes.pop("gauge", None), changes.pop("rest", {})
+        members = self.content.get("members")
+        for pressure in [m["pressure"] for m in members or ()] or [self.content["columns"].get("pressure_kpa", {})]:
+            if shift:
                 pressure["minus"] = shift
+            if pressure.get("from") in rest:
+                pressure["offset"] = rest[pressure["from"]]
         merge(self.content, changes)
         if doubt.key not in self.answers:
             for key in changes:

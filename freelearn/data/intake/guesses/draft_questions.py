@@ -20,10 +20,10 @@ from freelearn.data.intake.guesses.draft import (
     percents,
     quantities_given,
 )
-from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, ColumnGuess, Doubt, Guess
+from freelearn.data.intake.guesses.guessed import NO, WHAT, WHICH, YES, YES_OR_NO, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
-from freelearn.data.intake.laboratory_units import conversion, unit_of
+from freelearn.data.intake.laboratory_units import conversion, dimension, unit_of
 from freelearn.data.intake.readers.told_elsewhere import Told
 
 POSITIVE = ("length_mm", "inner_radius_mm", "outer_radius_mm")
@@ -32,8 +32,6 @@ _DIAMETER = re.compile(r"(?:d|ø|⌀|Ø|diameter|durchmesser)\s*=?\s*(.*)", re.I
 SAID_YES, SAID_NO = ("y", "yes", "j", "ja", "o", "oui", "s", "si", "sí", "はい"), ("n", "no", "nein", "non", "いいえ")
 # Columns that no heading explains are asked about one by one, up to so many.
 MOST_UNKNOWN = 12
-# Questions about what columns are begin so.
-WHAT = "what."
 ALL = "all"
 # Those about what was the same in all rows.
 HELD_AT = "held."
@@ -58,6 +56,7 @@ class Question:
 
 def questions(found: Guess, joined: DesignGuess | None, answers: Answers) -> Iterator[Question]:
     """All that are to be asked, those that have been answered among them; what comes next may depend on an answer."""
+    yield from which_of(found, answers)
     yield from _meanings(found, answers)
     yield from _rows(found, joined, answers)
     yield from _bed(found, answers)
@@ -76,15 +75,34 @@ def said(found: Guess, answers: Answers) -> dict[str, str]:
     if one != ALL:
         others = [c.name for c in found.columns if meanings.get(c.name, c.quantity) == "pressure_kpa"]
         meanings |= {name: NOT_USED for name in others if name != one}
+    for first, *others in found.rivals:
+        if chosen := answers.get(WHICH + first):
+            quantity = next((c.quantity for c in found.columns if c.name == first), None)
+            meanings |= {name: (quantity or NOT_USED) if name == chosen else NOT_USED for name in (first, *others)}
     return meanings
+
+
+def which_of(found: Guess, answers: Answers) -> Iterator[Question]:
+    """Which column is meant, where several say the same."""
+    by_name = {c.name: c for c in found.columns}
+    for names in found.open_rivals(answers):
+        options = tuple((n, f"{n} ({by_name[n].low:.4g} … {by_name[n].high:.4g})") for n in names)
+        text = f"{', '.join(map(repr, names))} say the same quantity. Which one is to be taken?"
+        yield Question(WHICH + names[0], text, "choice", options=options, short=" or ".join(map(repr, names)))
 
 
 def _meanings(found: Guess, answers: Answers) -> Iterator[Question]:
     """Columns of numbers that no heading explains, where the table lacks something; and whose pressures several are."""
     given = {c.column for c in found.columns if c.chosen and WHAT + c.name not in answers}
     lacks = not given & {"force_n", "moment_nmm"} or "pressure_kpa" not in given
+    # A length may be the elongation that is lacking, an angle the twist.
+    kinds = {kind for name, kind in (("elongation_mm", "length"), ("twist_deg", "angle")) if name not in given}
     # One that was said to be unused is sure.
-    open_ones = [c.name for c in found.columns if lacks and c.quantity is None and c.confidence != "sure"]
+    open_ones = [
+        c.name
+        for c in found.columns
+        if c.quantity is None and c.confidence != "sure" and (lacks or (c.unit and dimension(c.unit) in kinds))
+    ]
     unknown = [c for c in found.columns if c.numeric and (WHAT + c.name in answers or c.name in open_ones)]
     for column in unknown[:MOST_UNKNOWN]:
         yield meaning_of(column)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,11 @@ from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETE
 from freelearn.data.intake.guesses.reading_doubts import reading_doubts
 from freelearn.data.intake.guesses.row_doubts import row_doubts, sums
 from freelearn.data.intake.headings import INNER_DIAMETER, Confidence, heading
+from freelearn.data.intake.laboratory_units import in_units_of
 from freelearn.data.intake.readers.cells import number_styles, numbers
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, Reading
+from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, READINGS, STATE, Reading
 from freelearn.data.intake.suspicious import SCATTERED, raw_suspicions, without_sums
 
 ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
@@ -28,6 +30,10 @@ ORDER: tuple[Confidence, ...] = ("sure", "likely", "unsure")
 LENGTHS = ("elongation_mm", "shortening", HELD, "stretch", "strain", "contraction")
 # More words than this name no actuators.
 MOST_SAMPLES = 50
+# A further column of the same name is read as NAME [2]; a unit in brackets is none.
+AGAIN = re.compile(r" \[\d+\]$")
+# The same readings in another unit differ by so much of the largest, as they were rounded.
+ROUNDED = 2e-3
 # What a column of marks holds.
 MARKED = {"0", "1", "0.0", "1.0", ""}
 
@@ -42,7 +48,8 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
 def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
     """The guess for a table that was read. said: of columns, name → a key of MEANINGS, or NOT_USED."""
     columns = _told_apart(raw, [column_guess(raw, name) for name in raw.columns])
-    found = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), said or {})
+    first = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), {})
+    found = replace(with_meanings(first, said) if said else first, rivals=tuple(_rivals(raw, first)))
     time = next((c.name for c in found.columns if c.chosen and c.quantity == "time_s"), None)
     measured = [quantity.column for quantity in BEDS[found.bed].measured]
     readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
@@ -119,7 +126,7 @@ def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGue
 
 def _pressures(columns: Sequence[ColumnGuess], said: Mapping[str, str]) -> tuple[str, ...]:
     """Columns of pressures that differ: those of several members, if their headings and unit have one form."""
-    found = [c for c in columns if c.quantity == "pressure_kpa" and not c.name.endswith("]")]
+    found = [c for c in columns if c.quantity == "pressure_kpa" and not AGAIN.search(c.name)]
     told = [c for c in found if c.name in said]
     if len(told) > 1:
         return tuple(c.name for c in told)
@@ -139,6 +146,34 @@ def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...], said: Ma
         if column.column not in best or rank < _rank(best[column.column], said):
             best[column.column] = column
     return {column.name for column in best.values()}
+
+
+def _rivals(raw: RawTable, found: Guess) -> Iterator[tuple[str, ...]]:
+    """For each column chosen of equals: it and the others, as far as their readings differ."""
+    for column in found.columns:
+        if not column.chosen or column.name in found.pressures or column.column not in (*STATE, *READINGS):
+            continue
+        alike = [
+            c.name
+            for c in found.columns
+            if _rank(c, {}) == _rank(column, {}) and c.column == column.column and c.quantity == column.quantity
+            if not _same_readings(raw, c, column)
+        ]
+        if alike:
+            yield (column.name, *alike)
+
+
+def _same_readings(raw: RawTable, *columns: ColumnGuess) -> bool:
+    """Whether two columns hold the same numbers, be it in two units."""
+    kinds = [MEANINGS[c.quantity or ""].kind for c in columns]
+    told = [
+        in_units_of(c.column, c.unit, 1.0) if kind != "ratio" else 1.0 for c, kind in zip(columns, kinds, strict=True)
+    ]
+    one, other = (
+        factor * numbers(raw.columns[c.name], raw.style).values for factor, c in zip(told, columns, strict=True)
+    )
+    scale = np.nanmax(np.abs(one), initial=0.0)
+    return bool(np.allclose(one, other, rtol=0, atol=ROUNDED * scale, equal_nan=True))
 
 
 def _rank(column: ColumnGuess, said: Mapping[str, str]) -> tuple[bool, int, int, bool]:

@@ -12,6 +12,8 @@ from freelearn.data.intake.headings import Confidence
 from freelearn.data.intake.readers.told_elsewhere import Told
 
 YES, NO = "yes", "no"
+# Questions about what a column is begin so, and those about which of several columns is meant.
+WHAT, WHICH = "what.", "which."
 YES_OR_NO = ((YES, "yes"), (NO, "no"))
 
 
@@ -93,12 +95,18 @@ class Guess:
     sheets: tuple[str, ...] = ()
     # What stands elsewhere in the file about the actuator.
     about: tuple[Told, ...] = ()
+    # Columns that say one quantity as clearly as each other, and with other numbers; the first was chosen.
+    rivals: tuple[tuple[str, ...], ...] = ()
     # What the numbers leave open.
     doubts: tuple[Doubt, ...] = ()
 
     def of(self, quantity: str) -> ColumnGuess | None:
         """The column chosen for a quantity."""
         return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
+
+    def open_rivals(self, answers: Mapping[str, str | float]) -> list[tuple[str, ...]]:
+        """Those of which nobody has said what they are."""
+        return [names for names in self.rivals if not any(f"{WHAT}{name}" in answers for name in names)]
 
     def told(self, name: str, member: int = 0) -> Told | None:
         """What the file says elsewhere of a part of the design: of one of the actuators on an end block, or of all."""

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from freelearn.data.intake.guesses.guessed import YES, Doubt, Guess
+from freelearn.data.beds import BEDS
+from freelearn.data.intake.guesses.guessed import NO, YES, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
-from freelearn.data.intake.laboratory_units import in_units_of
+from freelearn.data.intake.laboratory_units import conversion, in_units_of
 from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.suspicious import gauge_at_rest
 
 # A reading of exactly 0 in so many rows is no chance.
 LEAST_ZEROS = 3
@@ -27,7 +29,8 @@ def reading_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """raw: without rows that sum up others."""
     if found.bed != "dead_load":
         yield from _levels(raw, found)
-    yield from _absolute(found)
+    absolute = list(_absolute(found))
+    yield from absolute or _gauges(raw, found)
     if found.bed != "dead_load":
         yield from _zeros(raw, found)
         yield from _slack(raw, found)
@@ -85,6 +88,46 @@ def _absolute(found: Guess) -> Iterator[Doubt]:
         text = f"The pressure is never below {lowest[0]:.4g} kPa. Is it absolute, with the atmosphere in it?"
         of = {name: meaning for c in pressures for name, meaning in c.meant.items()}
         yield Doubt("absolute", text, "pressure is absolute", of=of, changes={YES: {"gauge": ATMOSPHERE}})
+
+
+def _gauges(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Pressures that are never near zero, where a gauge may read too much at rest."""
+    visit = _visits(raw, found)
+    for column in found.measured:
+        values = raw.most_numbers(column.name) if column.quantity == "pressure_kpa" and column.unit else None
+        if values is None:
+            continue
+        change = conversion(column.unit, "kPa")
+        lowest, back = (
+            None if kpa is None else float(f"{(kpa - change.shift) / change.factor:.6g}")
+            for kpa in gauge_at_rest(change.factor * values + change.shift, visit, not found.pressures)
+        )
+        if lowest is None and back is None:
+            continue
+        said = {
+            "lowest": (lowest, "its lowest reading"),
+            "back": (back, "to which it goes back"),
+        }
+        options = [
+            (key, f"{value:g} {column.unit}, {words}") for key, (value, words) in said.items() if value is not None
+        ]
+        short = f"what {column.name!r} reads at rest"
+        options.append((NO, "less: the tube was under pressure all the time"))
+        changes = {key: {"rest": {column.name: value}} for key, (value, _) in said.items()}
+        text = f"The pressure {column.name!r} is never near 0. What does its gauge read at rest, to be taken off?"
+        yield Doubt(f"rest.{column.name}", text, short, tuple(options), of=column.meant, changes=changes)
+
+
+def _visits(raw: RawTable, found: Guess) -> np.ndarray:
+    """The number of the visit to a place, or a load, that each row belongs to; rows sorted by pressure are one visit to
+    each."""
+    imposed = {q.column for q in BEDS[found.bed].state}
+    chosen = [raw.most_numbers(c.name) for c in found.measured if c.column in imposed]
+    places = np.stack([np.zeros(len(raw)), *(np.nan_to_num(values) for values in chosen if values is not None)], axis=1)
+    if found.order_by:
+        return np.unique(places, axis=0, return_inverse=True)[1].ravel()
+    moves = (np.diff(places, axis=0) != 0).any(axis=1)
+    return np.cumsum(np.concatenate([[False], moves]))
 
 
 def _zeros(raw: RawTable, found: Guess) -> Iterator[Doubt]:

@@ -14,7 +14,13 @@ from freelearn.common.errors import UserError
 from freelearn.data.columns import members_in, pressure_column
 from freelearn.data.intake.evaluate import Evaluation
 from freelearn.data.intake.guesses.draft import Answers, column_entry
-from freelearn.data.intake.guesses.draft_questions import Question, meaning_of, signs_of_the_loads, units_open
+from freelearn.data.intake.guesses.draft_questions import (
+    Question,
+    meaning_of,
+    signs_of_the_loads,
+    units_open,
+    which_of,
+)
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
@@ -69,6 +75,7 @@ def given_by(found: Guess, known: Actuators) -> dict[str, str]:
 def wanted_questions(found: Guess, known: Actuators, answers: Answers) -> Iterator[Question]:
     """What the file does not say: columns that no heading explains, units, signs, and what holds in all rows."""
     given = given_by(found, known)
+    yield from which_of(found, answers)
     for column in found.columns:
         if f"what.{column.name}" in answers or (column.numeric and column.quantity is None):
             yield meaning_of(column)

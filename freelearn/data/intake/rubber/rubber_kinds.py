@@ -38,7 +38,7 @@ TRUE = ("true", "cauchy", "log", "hencky", "wahr", "vrai", "reale", "verdader", 
 NOMINAL = ("nominal", "eng", "nenn", "ingen", "ingegn", "techni", "pk1", "公称")
 # Modes by words of a heading, a sheet or a file; the first that fits.
 MODE_WORDS = {
-    "pure_shear": r"\bps\b|pure ?shear|planar|(reiner? )?scher|cisaillement|taglio|cortante|せん断|strip",
+    "pure_shear": r"\bps\b|pure ?shear|planar|(reiner? )?scher|rein\w* schub|cisaillement|taglio|cortante|せん断|strip",
     "equibiaxial": r"\b(et|bt|eb)\b|equi|aequi|biax|zweiachs|bulge|balloon|二軸",
     "uniaxial": r"\b(ut|ua)\b|uni ?ax|einachs|uniass|zug|tensile|tension|traction|trazione|traccion|単軸|引張",
 }
@@ -67,8 +67,8 @@ def kind_of(name: str, unit: str = "") -> tuple[str, bool]:
 def mode_in(text: str) -> str:
     """The mode that a text names, "" for none.
 
-    >>> mode_in("Pure shear 3"), mode_in("UT_test.csv"), mode_in("Tabelle1")
-    ('pure_shear', 'uniaxial', '')
+    >>> mode_in("Pure shear 3"), mode_in("Reiner Schub"), mode_in("UT_test.csv"), mode_in("Tabelle1")
+    ('pure_shear', 'pure_shear', 'uniaxial', '')
     """
     spoken = re.sub(r"[_\W]+", " ", plain(text))
     return next((mode for mode, words in MODE_WORDS.items() if re.search(words, spoken)), "")
