@@ -1,9 +1,10 @@
 """python experiments/benchmark/beside.py: the search beside a forward selection (peer.py), on the same rows.
 
 --few NUMBER …, --laboratory NUMBER …: tables of those plans of experiments/hidden_effects. --real FOLDER [NAME …]: the
-measured sets of experiments/real_data. Both sets of effects are fitted and left out by the peer's own method, in E of
-the rows left out; of tables of few states the fitted models' errors between the states are told in floors. Writes
-beside.md to --out.
+measured sets of experiments/real_data. Both sets of effects, and what predicts best of those that the search looked at,
+are fitted and left out by the peer's own method, in E of the rows left out; ratio: the better of the search's two over
+the peer's. Of tables of few states the models' errors between the states are told in floors. Writes beside.md
+to --out.
 """
 
 from __future__ import annotations
@@ -41,7 +42,10 @@ from freelearn.physics.chain.model import Model  # noqa: E402
 from freelearn.physics.models.build import build_model  # noqa: E402
 from freelearn.records.written_effects import known  # noqa: E402
 
-HEADS = ("set", "hidden", "search", "peer", "left out %: search", "peer", "ratio", "between: search", "peer", "s", "s")
+HEADS = (
+    *("set", "hidden", "search", "what predicts best", "peer", "left out %: search", "predicts best", "peer", "ratio"),
+    *("between: search", "peer", "s", "s"),
+)
 
 
 @dataclass(frozen=True)
@@ -63,17 +67,18 @@ def compared(beside: Beside) -> list[str]:
     found = beside.searched()
     ours = time.perf_counter() - began
     rows = found.rows
+    best = found.predicts_best.effects if found.predicts_best else found.effects
     with known(found):
-        refit = refitted(fitted(beside.build, rows, found.effects), rows)
+        refit, hint = (refitted(fitted(beside.build, rows, effects), rows) for effects in (found.effects, best))
     began = time.perf_counter()
     peer = selected(beside.build, rows, beside.library(rows))
     theirs = time.perf_counter() - began
     between = ["–", "–"]
     if beside.fresh:
         between = [f"{beside.fresh(model):.2f}" for model in (found.final.fit.model, peer.model)]
-    errors = [f"{100 * each.left_out:.2f}" for each in (refit, peer)]
-    ratio = f"{refit.left_out / peer.left_out:.2f}"
-    answers = [f"{found.verdict}: {_words(found.effects)}", _words(peer.effects)]
+    errors = [f"{100 * each.left_out:.2f}" for each in (refit, hint, peer)]
+    ratio = f"{min(refit.left_out, hint.left_out) / peer.left_out:.2f}"
+    answers = [f"{found.verdict}: {_words(found.effects)}", _words(best), _words(peer.effects)]
     return [beside.name, beside.hidden, *answers, *errors, ratio, *between, f"{ours:.0f}", f"{theirs:.0f}"]
 
 

@@ -85,11 +85,10 @@ MENDED = 0.6
 INADEQUATE = 2.5
 
 # Where the library ends: guesses at a written effect that join the candidates, and how many of them may stand at one
-# place with the same inputs; written effects at most.
+# place with the same inputs.
 FITTED, ONE_PLACE = 10, 4
 # Places and inputs that are told with what each promises.
 PLACES_TOLD = 8
-MOST_WRITTEN = 2
 # Odds of a form that was chosen from thousands: about one in ten thousand of the library's own.
 WRITTEN_ODDS = 4e-6
 # Reduction of χ² that a second input has to explain beside what a constant more has to.

@@ -33,7 +33,6 @@ HELDOUT_IS = (
     "Held-out errors are those of kinematic states that were left out of the fit, each part by a fit of its own; the "
     "same states chose the effects, so the errors after that are a little too low"
 )
-ONE_STATE = "There is one kinematic state: runs of its rows were left out instead, which tells nothing of other states"
 
 
 @dataclass(frozen=True)

@@ -160,8 +160,3 @@ def questions_table(wanted: Wanted, raw: RawTable, known: Actuators) -> pd.DataF
     order = [n for n in (*FURTHER, *PLACES, *known.pressures, *LOADS) if n in made or n in wanted.constants]
     table = pd.DataFrame({"sample": numbers.astype(np.int64)})
     return table.assign(**{name: made.get(name, wanted.constants.get(name)) for name in order})
-
-
-def is_wanted(content: Any) -> bool:
-    """Whether the plain values of a recipe are of questions to a run."""
-    return isinstance(content, Mapping) and "asks" in content
