@@ -11,21 +11,13 @@ from freelearn.export.writers.c_file import compiler
 from freelearn.physics.models.build import build_model
 
 
-@pytest.fixture(scope="module")
-def fitted(tmp_path_factory):
-    """The quickest of all to trace."""
-    model = build_model("linear", {"ka": 3e4, "kb": 0.5, "kc": 20.0}, [])
-    known = np.diag([1.0, 1e-8, 1e-4])
-    return freelearn.load(folder_of(tmp_path_factory.mktemp("run"), model, shown(model, grid()), covariance=known))
-
-
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-def test_fmpy_simulates_what_predict_answers(fitted, tmp_path):
+def test_fmpy_simulates_what_predict_answers(traced, tmp_path):
     fmpy = pytest.importorskip("fmpy")
-    found = fitted.export(tmp_path / "arm.fmu")
+    found = traced.export(tmp_path / "arm.fmu")
     assert found.held
     assert fmpy.supported_platforms(str(found.files[0])) == ["c-code", "linux64"]
-    rows = fitted.table().iloc[5:9]
+    rows = traced.table().iloc[5:9]
     given = np.zeros(4, dtype=[("time", float), ("elongation", float), ("twist", float), ("pressure", float)])
     given["time"] = np.arange(4)
     given["elongation"], given["twist"] = rows["elongation_mm"] * MM, rows["twist_deg"] * DEG
@@ -38,23 +30,23 @@ def test_fmpy_simulates_what_predict_answers(fitted, tmp_path):
     assert (result["inside"][1:] == 1).all()
 
 
-def test_a_table_is_as_fine_as_was_asked_and_ends_with_the_data(fitted, tmp_path):
+def test_a_table_is_as_fine_as_was_asked_and_ends_with_the_data(traced, tmp_path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5py")
-    found = fitted.export(tmp_path / "arm.nc", error=2e-3)
+    found = traced.export(tmp_path / "arm.nc", error=2e-3)
     assert 1e-5 < max(found.content["round_trip"]["largest_difference"].values()) <= 2e-3
     table = xarray.load_dataset(found.files[0], engine="h5netcdf")
     assert (table["force"].attrs["units"], table["pressure"].attrs["units"]) == ("N", "Pa")
     at = {"elongation": 1.3e-3, "twist": 0.4, "pressure": 3e4}
-    asked = fitted.predict(_states(1.3, 0.4 / DEG, 30.0)).loads[0]
+    asked = traced.predict(_states(1.3, 0.4 / DEG, 30.0)).loads[0]
     span = np.ptp(table["force"].to_numpy())
     assert abs(float(table["force"].interp(at)) - asked[0]) < 2e-3 * span
     assert np.isnan(float(table["force"].interp(at | {"pressure": 9e4})))
 
 
-def test_mujoco_hangs_where_the_model_says(fitted, tmp_path):
+def test_mujoco_hangs_where_the_model_says(traced, tmp_path):
     pytest.importorskip("mujoco")
-    found = fitted.export(tmp_path / "arm.xml")
+    found = traced.export(tmp_path / "arm.xml")
     assert found.held
     seen = found.content["simulated"]
     assert seen["commanded"] < 1e-9
@@ -63,7 +55,7 @@ def test_mujoco_hangs_where_the_model_says(fitted, tmp_path):
     assert 0 < found.content["affine"]["force"]["root_mean_square"] < 0.5
 
 
-def test_what_a_format_cannot_hold_is_said(fitted, tmp_path):
+def test_what_a_format_cannot_hold_is_said(tmp_path):
     model = build_model("continuum", {}, ["sensor_drift"])
     model.set_values({"sensor_drift.force_rate": 1e-5})
     other = freelearn.load(folder_of(tmp_path / "run", model, shown(model, grid()), covariance=np.eye(4)))

@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from exported import VALUES, actuator
-from fitted_folders import folder_of, grid, shown
+from exported import linear
+from nightly import usually
 
 import freelearn as fl
-from freelearn.physics.models.build import build_model
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -47,7 +46,7 @@ def test_nothing_published_names_a_place_of_this_machine():
 
 
 def test_a_folder_of_ones_own(tmp_path):
-    run = actuator(tmp_path / "run")
+    run = linear(tmp_path / "run")
     folder = fl.actuators.publish(run, tmp_path / "left", title="Left", source="here", license="MIT")
     again = fl.actuators.open(folder)
     rows = run.table().iloc[:5]
@@ -62,7 +61,7 @@ def test_a_folder_of_ones_own(tmp_path):
 
 def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(tmp_path):
     """As docs/export.md has it, word for word; the package itself is never imported."""
-    run = _linear(tmp_path / "run")
+    run = linear(tmp_path / "run")
     package = tmp_path / "lab" / "lab_actuators"
     fl.actuators.publish(run, package / "left", title="Left", source="here", license="MIT")
     (package / "__init__.py").write_text("raise ImportError('imported')")
@@ -84,7 +83,7 @@ def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(tmp_path):
 
 
 def test_of_two_actuators_of_one_name_both_are_told(tmp_path, monkeypatch):
-    run = _linear(tmp_path / "run")
+    run = linear(tmp_path / "run")
     for place in ("one", "two"):
         fl.actuators.publish(run, tmp_path / place / "left", title="Left", source="here", license="MIT")
     monkeypatch.setattr("freelearn.api.actuators._libraries", lambda: [tmp_path / "one", tmp_path / "two"])
@@ -93,14 +92,8 @@ def test_of_two_actuators_of_one_name_both_are_told(tmp_path, monkeypatch):
         fl.actuators["left"]
 
 
-def _linear(folder):
-    """The quickest of all to trace."""
-    model = build_model("linear", VALUES["linear"], [])
-    return fl.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("example", ["mujoco_arm", "fmu_arm", "c_arm"])
+@pytest.mark.parametrize("example", usually("mujoco_arm", nightly=["fmu_arm", "c_arm"]))
 def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures(example, monkeypatch):
     pytest.importorskip("mujoco")
     pytest.importorskip("fmpy")

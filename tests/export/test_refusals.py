@@ -5,43 +5,16 @@ import json
 import os
 import sys
 
-import numpy as np
 import pytest
-from exported import VALUES, actuator
-from fitted_folders import folder_of, grid, shown
+from exported import actuator, linear
 
 import freelearn
 from freelearn.api.settings.configuration import composed
 from freelearn.api.settings.parse import parsed
 from freelearn.api.settings.run_settings import ExportSettings
 from freelearn.common.errors import UserError
-from freelearn.export import export as module
-from freelearn.export.actuator import Actuator
 from freelearn.export.export import doubts
 from freelearn.export.export_options import Options, asked_for, needed
-from freelearn.export.functions import Functions
-from freelearn.physics.models.build import build_model
-
-
-def _linear(folder):
-    """The quickest of all to trace."""
-    model = build_model("linear", VALUES["linear"], [])
-    return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
-
-
-@pytest.fixture(scope="module")
-def once(tmp_path_factory):
-    """A run and its functions, which several tests export: tracing and asking them takes the most time."""
-    fitted = _linear(tmp_path_factory.mktemp("once") / "run")
-    return fitted, Functions(Actuator.from_fitted(fitted))
-
-
-@pytest.fixture
-def traced(once, monkeypatch):
-    """That run, with whose functions an export begins."""
-    fitted, functions = once
-    monkeypatch.setattr(module, "Functions", lambda actuator: functions)
-    return fitted
 
 
 def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
@@ -52,8 +25,9 @@ def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
 
 
 @pytest.mark.parametrize("verdict", ["undecided", "unexplained"])
+@pytest.mark.usefixtures("traced")
 def test_a_search_that_does_not_know_is_exported_by_force_alone(tmp_path, verdict):
-    fitted = _linear(tmp_path / "run")
+    fitted = linear(tmp_path / "run")
     assert doubts(fitted) == []
     content = json.loads((tmp_path / "run" / "results.json").read_text())
     (tmp_path / "run" / "results.json").write_text(json.dumps(content | {"verdict": verdict}))

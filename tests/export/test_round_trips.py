@@ -5,17 +5,18 @@ import json
 import numpy as np
 import pytest
 import torch
-from exported import actuator
+from exported import actuator, linear
 from fitted_folders import folder_of, grid, shown
 
 import freelearn
 from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
+from freelearn.export import export
 from freelearn.export.actuator import Actuator
-from freelearn.export.export_options import Options
 from freelearn.export.functions import Functions
-from freelearn.export.writers.c_file import compiler, run, write_c
+from freelearn.export.writers.c_file import compiler, run
+from freelearn.export.writers.c_source import c_source
 from freelearn.physics.models.build import build_model
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -26,14 +27,12 @@ THREE = {"end_clamps": {"clamp_length": 2e-3}, "friction_hysteresis": {"force": 
 @pytest.fixture(scope="module")
 def three(tmp_path_factory):
     fitted = actuator(tmp_path_factory.mktemp("three"), THREE)
-    found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
     # Traced once: that takes the most time of all.
-    return (
-        fitted,
-        found,
-        {f.name: f for f in Functions(Actuator.from_fitted(fitted)).every},
-        run(found.files[0], "left"),
-    )
+    functions = Functions(Actuator.from_fitted(fitted))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(export, "Functions", lambda actuator: functions)
+        found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
+    return fitted, found, {f.name: f for f in functions.every}, run(found.files[0], "left")
 
 
 @needs_compiler
@@ -98,13 +97,13 @@ def test_a_ballooned_tube_is_flagged(tmp_path):
     """At its own pressures a soft wall without stiff fibers has no equilibrium; the C says so, as the model does."""
     model = build_model("continuum", {"C1": 8e4, "C2": 1e3}, [])
     fitted = freelearn.load(folder_of(tmp_path / "run", model, grid().assign(force_n=0.0, moment_nmm=0.0)))
-    functions = Functions(Actuator.from_fitted(fitted))
-    write_c(functions, tmp_path, Options("c", "soft"))
+    view = Functions(Actuator.from_fitted(fitted)).view
+    (tmp_path / "soft.c").write_text(c_source("soft", "soft", view.parts), encoding="utf-8")
     rows = grid()
     with torch.no_grad():
         status = model(States.from_table(rows)).status.numpy()
     state = np.column_stack([rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA])
-    out, flags = run(tmp_path / "soft.c", "soft").answers(functions.view.answer, state)
+    out, flags = run(tmp_path / "soft.c", "soft").answers(view.answer, state)
     assert 0 < status.sum() < len(rows)
     np.testing.assert_array_equal(out[:, 2], status)
     np.testing.assert_array_equal((flags & 2) > 0, status == 1)
@@ -130,7 +129,7 @@ def test_onnx_answers_as_the_model_does(tmp_path, name):
 
 def test_onnx_takes_many_rows_and_says_where_the_data_end(tmp_path):
     onnxruntime = pytest.importorskip("onnxruntime")
-    fitted = actuator(tmp_path / "run", {"force_gain": {"gain": 0.02}})
+    fitted = linear(tmp_path / "run")
     found = fitted.export(tmp_path / "out" / "arm.onnx")
     session = onnxruntime.InferenceSession(str(found.files[0]))
     rows = fitted.table().iloc[:5]

@@ -15,9 +15,9 @@ from freelearn.export.writers.c_source import c_source
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 
-def _library(fitted, folder):
-    """Its functions by name, and all of them compiled."""
-    functions = {f.name: f for f in Functions(Actuator.from_fitted(fitted)).every}
+def _library(fitted, folder, asked):
+    """Those of its functions that are asked for by name, compiled: each takes seconds to trace."""
+    functions = {f.name: f for f in asked(Functions(Actuator.from_fitted(fitted)))}
     (folder / "arm.c").write_text(c_source("arm", "arm", list(functions.values())), encoding="utf-8")
     return functions, run(folder / "arm.c", "arm")
 
@@ -26,7 +26,7 @@ def _library(fitted, folder):
 def hung(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hung")
     fitted = run_of(folder / "run", "continuum", "dead_load")
-    return fitted, *_library(fitted, folder)
+    return fitted, *_library(fitted, folder, lambda every: [f for view in every.views for f in view.parts])
 
 
 def test_a_hung_run_answers_with_the_places_that_predict_gives(hung):
@@ -80,7 +80,7 @@ def test_a_place_under_loads_carries_them(hung):
 
 def test_pressures_of_an_end_block_are_those_of_invert(tmp_path):
     fitted = run_of(tmp_path / "run", "continuum", "block")
-    functions, library = _library(fitted, tmp_path)
+    functions, library = _library(fitted, tmp_path, lambda every: every.inverses)
     generator = np.random.default_rng(0)
     state = generator.uniform([-2, -50, 5, 5, 5], [2, 50, 60, 60, 60], size=(12, 5))
     names = ["elongation_mm", "twist_deg", "pressure_1_kpa", "pressure_2_kpa", "pressure_3_kpa"]
@@ -101,7 +101,7 @@ def test_pressures_of_an_end_block_are_those_of_invert(tmp_path):
 
 def test_an_inflated_run_answers_with_force_and_diameter(tmp_path):
     fitted = run_of(tmp_path / "run", "continuum", "inflation")
-    functions, library = _library(fitted, tmp_path)
+    functions, library = _library(fitted, tmp_path, lambda every: every.view.parts)
     rows = fitted.table()[["sample", "elongation_mm", "twist_deg", "pressure_kpa"]].iloc[::9].assign(step=0)
     want = np.concatenate([fitted.predict(rows.iloc[i : i + 1]).loads for i in range(len(rows))])
     state = np.c_[rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA]

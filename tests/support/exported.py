@@ -32,6 +32,12 @@ def actuator(folder: Path, effects: dict[str, dict[str, float]] | None = None, k
     return freelearn.load(folder_of(folder, model, table, covariance=_known(model) if known else None, **more))
 
 
+def linear(folder: Path):
+    """The model that is the quickest of all to trace, as a run."""
+    model = build_model("linear", VALUES["linear"], [])
+    return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
+
+
 def table_of(bed: str) -> pd.DataFrame:
     """A measurement table of a bed, as a program has it; of several samples the first."""
     if bed == "kinematic":
