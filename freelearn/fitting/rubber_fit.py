@@ -80,7 +80,7 @@ def fit_rubber(
     grid, or that of another fit of this rubber. Raises UserError where too few stresses or no tests are left to fit.
     """
     data = parts_of(table)
-    fitted = _fitted(list(data), held_out)
+    fitted = to_fit(list(data), held_out)
     count = sum(len(part.stress) for name in fitted for part in data[name])
     if count < len(rubber.declared):
         raise UserError(
@@ -148,7 +148,9 @@ def predicted(fit: RubberFit, rows: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(**stresses)
 
 
-def _fitted(modes: Sequence[str], held_out: Sequence[str]) -> list[str]:
+def to_fit(modes: Sequence[str], held_out: Sequence[str]) -> list[str]:
+    """Those of the tests that are not held out. Raises UserError where one that is held out is none of them, and where
+    all are."""
     for mode in held_out:
         if mode not in modes:
             raise UserError(f"Test {mode} cannot be held out: the data hold {', '.join(modes)}.")

@@ -9,7 +9,9 @@ TWO = {"creep": {"share": 0.15, "time": 0.5}, "second_creep": {"share": 0.25, "t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arms", [TWO, {"creep": UNIT["creep"]}], ids=["two", "one"])
+@pytest.mark.parametrize(
+    "arms", [TWO, pytest.param({"creep": UNIT["creep"]}, marks=pytest.mark.nightly)], ids=["two", "one"]
+)
 def test_a_search_names_as_many_arms_as_there_are(arms):
     """One arm alone is no class of the three: a further one is tried only beside it."""
     found = fl.discover(log(arms, 1, recordings=8, seconds=20.0), progress=False)

@@ -119,9 +119,9 @@ def test_share_and_time_are_found():
 
 
 def test_white_noise_has_no_memory():
+    _, visit, clock = drawn((0.5, 0.5), (1.0, 1.0), 0)
     for seed in range(5):
         error = torch.as_tensor(np.random.default_rng(seed).normal(size=(1800, 2)))
-        _, visit, clock = drawn((0.5, 0.5), (1.0, 1.0), 0)
         assert remembered(error, torch.ones_like(error), visit, clock) is None
 
 
@@ -141,7 +141,7 @@ def test_a_search_takes_noise_that_goes_on_for_what_it_is():
     assert "has a memory" in found.summary()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_search_names_creep_under_noise_that_goes_on():
     found = discover(log({"creep": UNIT["creep"]}, 3, (4,), recordings=8, memory=0.8), progress=False)
     assert (found.verdict, found.effects) == ("named", ["creep"])

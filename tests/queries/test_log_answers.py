@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from fitted_folders import continuum, fitted
+from nightly import usually
 
 from freelearn.common.errors import UserError
 from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
@@ -39,7 +40,7 @@ def test_a_force_that_no_pressure_gives_is_marked_and_rows_out_of_order_are_refu
             asked(log(effects, 5, recordings=1, noise=0.0).iloc[::-1])
 
 
-@pytest.mark.parametrize("name", ["supply_lag", "contact_slip"])
+@pytest.mark.parametrize("name", usually("supply_lag", nightly=["contact_slip"]))
 def test_bands_along_a_log_are_as_wide_as_answers_to_noisy_wishes_scatter(name, tmp_path):
     """Nothing but the stated errors of measuring: each wish has those of its force, each recording those of its place,
     each pressure that is then read those of its gauge. A state that lasts would scatter less."""

@@ -12,7 +12,7 @@ import torch
 from freelearn.data.specimen_table import Specimens
 from freelearn.data.specimen_tests import names_of, timed
 from freelearn.fitting.rubber_effects import NEO_HOOKEAN, best_effects, compare, conclusion
-from freelearn.fitting.rubber_fit import RubberFit, fit_rubber
+from freelearn.fitting.rubber_fit import RubberFit, fit_rubber, to_fit
 from freelearn.fitting.rubber_relaxation import (
     asked_energies,
     best_energy,
@@ -53,9 +53,10 @@ def wanted_relaxation(data: Specimens, kind: str, softened: bool) -> Relaxation:
 
 def relaxations(data: Specimens, effects: Sequence[str], held_out: Sequence[str]) -> tuple[pd.DataFrame, Relaxation]:
     """All relaxations that the recordings tell of, each test held out in turn, and the one that they ask for. held_out:
-    tests that have no say."""
+    tests that have no say. Raises UserError."""
     torch.set_num_threads(1)
-    seen = data.table[~np.isin(names_of(data.table), list(held_out))].reset_index(drop=True)
+    names = names_of(data.table)
+    seen = data.table[np.isin(names, to_fit(list(dict.fromkeys(names)), held_out))].reset_index(drop=True)
     compared = compare_relaxations(seen, effects)
     return compared, best_relaxation(compared, data.table)
 

@@ -20,8 +20,9 @@ from freelearn.data.table.unit_suspicions import unit_warnings
 # tan² of the angle at which neither push nor pull remains is 2 (54.7°): judged well to both sides of it only.
 PULLS, PUSHES = 1.2, 3.3
 NEEDED = ("sample", "gamma_deg", "length_mm", "elongation_mm", "pressure_kpa", "force_n")
-# Rows of one state from which a slope is told, and the states that must agree.
-LEAST_ROWS, AGREE = 3, 0.8
+# Rows of one state from which a slope is told, the share of the table's pressures that they go through, and that of the
+# states which must agree.
+LEAST_ROWS, LEAST_SPAN, AGREE = 3, 0.1, 0.8
 
 
 def pull_signs(table: pd.DataFrame) -> Iterator[str]:
@@ -34,10 +35,14 @@ def pull_signs(table: pd.DataFrame) -> Iterator[str]:
         return
     wrong = right = 0
     expected_pull = True
-    for _, rows in table.groupby(["sample", "elongation_mm", *(["twist_deg"] if "twist_deg" in table else [])]):
-        rows = rows.dropna(subset=["pressure_kpa", "force_n"])
-        one = rows.iloc[0] if len(rows) else None
-        if one is None or len(rows) < LEAST_ROWS or np.ptp(rows["pressure_kpa"]) == 0:
+    state = ["sample", "elongation_mm", *(["twist_deg"] if "twist_deg" in table else [])]
+    there = table.dropna(subset=["pressure_kpa", "force_n"])
+    # Of a log nearly every row may be a state of its own.
+    there = there[there.groupby(state)["force_n"].transform("size") >= LEAST_ROWS]
+    span = float(np.ptp(there["pressure_kpa"])) if len(there) else 0.0
+    for _, rows in there.groupby(state):
+        one = rows.iloc[0]
+        if np.ptp(rows["pressure_kpa"]) <= LEAST_SPAN * span:
             continue
         cosine = abs(np.cos(np.deg2rad(one["gamma_deg"]))) * (1 + one["elongation_mm"] / one["length_mm"])
         square = 1 / cosine**2 - 1 if 0 < cosine < 1 else 0.0
@@ -230,7 +235,7 @@ def _commanded(values: np.ndarray, visit: np.ndarray) -> bool:
 
     Of a gauge that reads too much at rest no two visits agree so.
     """
-    levels = pd.Series(values).groupby(visit).unique().map(set)
-    return (
-        len(levels) >= SET_STATES and all(one == levels.iloc[0] for one in levels) and len(levels.iloc[0]) >= SET_LEVELS
-    )
+    levels = pd.DataFrame({"visit": visit, "level": values}).drop_duplicates()
+    every = levels["level"].nunique(dropna=False)
+    each = levels.groupby("visit").size()
+    return len(each) >= SET_STATES and every >= SET_LEVELS and bool((each == every).all())
