@@ -6,6 +6,7 @@ from pathlib import Path
 import nbclient
 import nbformat
 import pytest
+from nightly import usually
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs").glob("*.ipynb"))
 
@@ -16,7 +17,7 @@ def printed(notebook) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", usually(*NOTEBOOKS[1::2], nightly=NOTEBOOKS[::2]), ids=lambda path: path.stem)
 # The kernel's own messages on sockets; nothing of ours.
 @pytest.mark.filterwarnings("ignore")
 def test_a_notebook_runs(path, tmp_path):

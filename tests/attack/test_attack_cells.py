@@ -78,6 +78,7 @@ def drop(page, server, path):
     page.locator("input[type=file]").first.set_input_files(path)
 
 
+@pytest.mark.nightly
 def test_html_in_headings_cells_and_names_is_text_on_the_page(server, page, tmp_path):
     rows = [f"{HTML[n % 3]};{n % 3};{n % 2};{n / 2};{-n / 3};{HTML[1]}" for n in range(12)]
     own = tmp_path / "<b>rig<b>.csv"

@@ -41,7 +41,7 @@ SOON = 20.0
 def fuzzed(examples: int):
     """The same examples in every usual run; more, and others each time, where every attack is wanted."""
     return settings(
-        max_examples=10 * examples if EVERY else examples,
+        max_examples=20 * examples if EVERY else examples,
         derandomize=not EVERY,
         database=None,
         deadline=None,
@@ -180,7 +180,7 @@ def answered(content: bytes) -> None:
         assert time.monotonic() - begun < SOON
 
 
-@fuzzed(70)
+@fuzzed(35)
 @given(FILES)
 def test_any_file_is_a_table_or_a_mistake(content: bytes):
     answered(content)
@@ -308,13 +308,13 @@ def settled(kind: type, overrides: list[str]) -> None:
         assert isinstance(settings_of(kind, overrides), kind)
 
 
-@fuzzed(30)
+@fuzzed(15)
 @given(KINDS, st.lists(st.builds("{}={}".format, NAMES, VALUES), min_size=1, max_size=3))
 def test_any_override_is_a_setting_or_a_mistake(kind: type, overrides: list[str]):
     settled(kind, overrides)
 
 
-@fuzzed(30)
+@fuzzed(15)
 @given(KINDS, st.lists(st.text(max_size=30), max_size=3))
 def test_any_words_are_settings_or_a_mistake(kind: type, overrides: list[str]):
     settled(kind, overrides)
@@ -339,7 +339,7 @@ PLAIN = st.recursive(
 CONFIGURED = {kind: composed(name) for kind, name in CONFIGURATIONS.items()}
 
 
-@fuzzed(300)
+@fuzzed(150)
 @given(KINDS, st.data())
 def test_any_plain_values_are_settings_or_a_mistake(kind: type, data: st.DataObject):
     """Of a composed configuration: what a page, a notebook or a kept file may hold in its places."""

@@ -188,6 +188,7 @@ def workers(folder: Path) -> list[int]:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks at /proc")
 @pytest.mark.parametrize("results", [0, 1, 2] if EVERY else [1])
+@pytest.mark.nightly
 def test_a_killed_sweep_on_several_cores_leaves_no_worker_and_then_ends_as_if_undisturbed(results, attacked):
     # More workers than jobs: one that was given nothing to do has to notice too.
     words = [*COMMANDS["sweep"](attacked), "hydra/launcher=joblib", "hydra.launcher.n_jobs=3"]
@@ -217,6 +218,7 @@ def test_a_killed_sweep_on_several_cores_leaves_no_worker_and_then_ends_as_if_un
     assert leftovers(attacked.out) == []
 
 
+@pytest.mark.nightly
 def test_one_kept_of_two_runs_in_one_folder_is_never_mixed_with_the_other(attacked):
     """Killed while it replaces an earlier run's files, a run leaves a folder that says so, or a whole one."""
     attacked.fresh()
@@ -244,6 +246,7 @@ def test_one_kept_of_two_runs_in_one_folder_is_never_mixed_with_the_other(attack
             assert asked.err.startswith("error: ")
 
 
+@pytest.mark.nightly
 def test_a_damaged_progress_of_a_search_leads_to_the_same_result(attacked):
     whole, count = attacked.undisturbed("discover")
     words = COMMANDS["discover"](attacked)

@@ -105,6 +105,7 @@ def bad(place: Path) -> list[list[str]]:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_no_command_connects_starts_executes_or_writes_elsewhere(place, watched):
     commands, log = watched
     for words in good(place):

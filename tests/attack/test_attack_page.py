@@ -156,6 +156,7 @@ def test_two_tabs_of_other_sessions_neither_see_nor_reach_each_other(server):
 TABS = 30
 
 
+@pytest.mark.nightly
 def test_thirty_tabs_are_usable_at_once_in_bounded_memory(tmp_path):
     async def opened(server):
         tabs = [await Tab.open(server) for _ in range(TABS)]

@@ -38,6 +38,7 @@ for name, words in json.loads(sys.argv[2]).items():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_another_process_and_hash_seed_give_the_same_bits(tmp_path):
     make_csv(tmp_path / "table.csv", rows=1200)
     table(FRICTION, samples=(3,), share=0.05).to_csv(tmp_path / "hidden.csv", index=False)

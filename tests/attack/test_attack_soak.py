@@ -54,6 +54,7 @@ async def worked(server, table, fits, searches, told=print):
     return seen
 
 
+@pytest.mark.nightly
 def test_memory_and_files_stay_as_they_are_over_many_fits_and_searches(tmp_path):
     table = make_csv(tmp_path / "mine.csv").read_bytes()
     with serving(tmp_path) as server:

@@ -156,6 +156,7 @@ NAMES += [
 ]
 
 
+@pytest.mark.nightly
 def test_a_name_has_no_say_in_where_a_file_goes(server, tmp_path):
     table = make_csv(tmp_path / "mine.csv").read_bytes()
     before = {path for path in server.folder.parent.rglob("*") if path.parent != server.folder}

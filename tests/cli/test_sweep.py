@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from conftest import ROOT
 from ended import Ended
-from nightly import EVERY
+from nightly import EVERY, usually
 from small_runs import make_csv
 
 from freelearn.data.sets import overlap
@@ -141,7 +141,7 @@ def test_single_pairings_fit_each_model_once_and_agree_with_the_whole_row(sweep,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("launcher", ["joblib", "submitit_local"])
+@pytest.mark.parametrize("launcher", usually("joblib", nightly=["submitit_local"]))
 def test_the_numbers_do_not_depend_on_the_launcher(launcher, csv, finished, tmp_path):
     # Each of their workers is a Python that imports everything; joblib's end with the process that asked for them.
     models = "linear,continuum" if EVERY else "linear"

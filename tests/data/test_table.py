@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from nightly import EVERY
 
 from freelearn.common.errors import UserError
 from freelearn.data.columns import left_out_rows, usable_rows
@@ -154,7 +155,7 @@ def test_line_numbers_count_quoted_line_ends(tmp_path: Path) -> None:
 
 
 # No deadline: the first example also imports pandera.
-@settings(deadline=None)
+@settings(deadline=None, max_examples=100 if EVERY else 30)
 @given(
     row=st.integers(0, 23),
     column=st.sampled_from(HEADER),

@@ -231,7 +231,7 @@ def outside(size):
 OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families() and effect.port != "history"]
 
 
-@pytest.mark.parametrize("size", usually(3, 30, nightly=[10]))
+@pytest.mark.parametrize("size", usually(3, nightly=[10, 30]))
 def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
     for seed in chosen(range(2), 1):
         findings = search(bench(seed, extra=outside(size)).question(OWN))

@@ -23,7 +23,7 @@ LIBRARY = [
     "sensor_drift",
 ]
 # Kinds on two places of the chain; two more are found in other tests of this file.
-QUICK = ("eccentric", "gear_bias")
+QUICK = ("gear_bias",)
 
 
 @pytest.fixture(autouse=True)
@@ -195,6 +195,7 @@ def test_nothing_is_written_where_the_library_has_it(case):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_seed_writes_the_same_and_the_order_of_states_the_same_form():
     kind = KINDS["cogging"]
     table = measured(kind.extra, samples=(3,), seed=7).table

@@ -201,6 +201,7 @@ def test_neo_hooke_fails_where_rubber_is_stretched_far_and_effects_mend_it(share
         assert fit_rubber(Rubber([effect]), table).error < alone.error / 2
 
 
+@pytest.mark.nightly
 def test_natural_rubber_asks_for_chains_that_run_out_and_not_for_a_linear_second_invariant(shared_data):
     # Gent & Thomas (1958) and Gent (1996) made their energies for just these tests of Treloar's.
     data = read_specimens(sources(shared_data / "rubber/treloar_1944"))

@@ -217,6 +217,7 @@ def searched(session):
     return search
 
 
+@pytest.mark.nightly
 def test_suspected_readings_are_left_out_with_the_keyboard(tab, copied):
     session, place = copied
     path = searched(session) / "discovery.json"
@@ -248,6 +249,7 @@ def test_suspected_readings_are_left_out_with_the_keyboard(tab, copied):
     assert [n for n, line in enumerate(marked, 1) if line.rsplit(",", 1)[1] == "1"] == [one]
 
 
+@pytest.mark.nightly
 def test_what_the_search_wrote_is_added_and_saved_and_fitted(tab, copied):
     again, place = copied
     search = searched(again).name
@@ -552,6 +554,7 @@ def logged(work, address):
     return f"{address}/?session={session.name}"
 
 
+@pytest.mark.nightly
 def test_a_log_is_played_beside_the_model_and_its_window_moved_with_the_keyboard(tab, logged):
     tab.goto(logged)
     model = "Bokeh.documents.flatMap(d => [...d._all_models.values()])"

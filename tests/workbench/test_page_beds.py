@@ -7,6 +7,7 @@ from pathlib import Path
 
 import beds
 import pytest
+from nightly import usually
 from pydantic import TypeAdapter
 
 from freelearn.api.settings.configuration import settings
@@ -35,7 +36,7 @@ def _filled(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", list(beds.TABLES))
+@pytest.mark.parametrize("name", usually("dead_load", "block", nightly=set(beds.TABLES) - {"dead_load", "block"}))
 def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
     session = sessions.get("")[1]
     bed = "kinematic" if name == "block" else name

@@ -6,6 +6,7 @@ import io
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nightly import EVERY
 from raw_files import RECIPE, raw_text
 from scipy.io import savemat
 
@@ -31,13 +32,13 @@ def answered(call) -> None:
         call()
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=200 if EVERY else 40)
 @given(FILES, st.sampled_from(["raw.csv", "raw.xlsx", "raw.mat", "raw.txt", "raw"]))
 def test_any_bytes(content, name):
     answered(lambda: draft(guess(content, name)))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=200 if EVERY else 40)
 @given(st.integers(0, 500), st.binary(max_size=6))
 def test_a_damaged_file(place, patch):
     whole = raw_text().encode()
@@ -54,7 +55,7 @@ def test_a_damaged_matlab_file(place, patch):
     answered(lambda: guess(content, "raw.mat"))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=200 if EVERY else 40)
 @given(st.integers(0, len(RECIPE)), st.text(max_size=8), st.integers(0, 12))
 def test_a_damaged_recipe(place, patch, cut):
     text = RECIPE[:place] + patch + RECIPE[place + cut :]
@@ -74,7 +75,7 @@ VALUES = st.recursive(
 KEYS = ["sample", "samples", "files", "constants", "members", "keep", "drop", "order_by", "plateaus", "rest", "read"]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=200 if EVERY else 40)
 @given(st.dictionaries(st.sampled_from([*KEYS, "state_tolerance", "step", "slack", "carry", "about"]), VALUES))
 def test_a_recipe_of_odd_values(changes):
     import yaml

@@ -77,6 +77,14 @@ def test_the_sign_of_a_pull_is_looked_at():
     )
 
 
+def test_pressures_that_hardly_move_tell_no_sign():
+    """Noise alone rises and falls, as where a log stands still."""
+    still = [(x, p + 0.01 * k, (-0.5 * p - 2 * x) + 0.1 * k) for x, p, _ in sorted(BY_PRESSURE) for k in range(3)]
+    apart = [(x + 1e-3 * n, p, f) for n, (x, p, f) in enumerate(still[::3])]
+    held = [(x + 1e-3 * (n // 3), p, f) for n, (x, p, f) in enumerate(still)]
+    assert not any("pull" in sentence for rows in (apart, held) for sentence in muscle(rows))
+
+
 def test_rows_sorted_by_pressure_are_said_and_their_order_drafted():
     assert any("3 states fall into 12" in sentence for sentence in muscle(BY_PRESSURE))
     assert not any("sorted by the pressure" in sentence for sentence in muscle(sorted(BY_PRESSURE)))
