@@ -20,7 +20,7 @@ from freelearn.api.tasks.specimens_task import (
     relaxations,
     wanted_relaxation,
 )
-from freelearn.cli.command_line import exit_on_user_error, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, option, program
 from freelearn.common.display import DisplayTable
 from freelearn.common.files import write_whole
 from freelearn.data.specimen_schema import mode_name
@@ -77,7 +77,8 @@ def fit_specimens(
 
     notes = [*rubber_notes(fit, alone), *data.warnings]
     tables = [mode_table(fits, found.apart), *([time_table(tried, "relaxation")] if tried is not None else [])]
-    report_specimen(out / "report.html", fits, curves, notes, tables, compared, out / "specimen.json")
+    command = _taken_over(out / "specimen.json", effects)
+    report_specimen(out / "report.html", fits, curves, notes, tables, compared, command)
     shown = {NEO_HOOKEAN: alone} | ({"with effects": fit} if effects else {})
     console.print(rich_table(mode_table(shown, found.apart)))
     if relaxation is not None:
@@ -86,6 +87,12 @@ def fit_specimens(
     for note in notes:
         console.print(f"! {note}", markup=False, highlight=False)
     console.print(f"report: {out / 'report.html'}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _taken_over(result: Path, effects: Sequence[str]) -> str:
+    """The command of an actuator of this rubber."""
+    words = ["train=constituent", option("constituent", result)]
+    return command_line(program("train"), [*words, *([f"effects=[{','.join(effects)}]"] if effects else [])])
 
 
 def _relaxation(

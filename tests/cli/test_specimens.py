@@ -1,8 +1,11 @@
 """python -m freelearn.specimens: what it writes can be read back, drawn and trusted."""
 
 import hashlib
+import html
 import io
 import json
+import re
+import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -39,7 +42,7 @@ def run(tmp_path_factory):
         sources.append(f"{SHORT[mode]}={path}")
     text = io.StringIO()
     data = command.read_specimens(sources)
-    out = folder / "new" / "out"
+    out = folder / "my new" / "out, 2"
     command.fit_specimens(data, ["wall_stiffening"], ["equibiaxial"], out, Console(file=text, width=100))
     return out, text.getvalue(), data
 
@@ -61,6 +64,18 @@ def test_result_holds_the_fit_and_its_data(run):
     ]
     assert "equibiaxial (held out)" in text
     assert sorted(p.name for p in out.iterdir()) == ["curves.csv", "curves.png", "report.html", "specimen.json"]
+
+
+def test_the_report_ends_with_a_command_that_runs_as_it_stands(run, commands, tmp_path):
+    page = (run[0] / "report.html").read_text()
+    (code,) = re.findall(r"<pre>(.*?)</pre>", page, re.DOTALL)
+    words = shlex.split(html.unescape(code))
+    given = [word.split("=")[0] for word in words[-3:]]
+    assert given == ["train", "constituent", "effects"]
+    done = commands.run("train", *words[-3:], "test=sample3", "figures=false", f"hydra.run.dir={tmp_path}")
+    assert done.status == 0, done.told
+    values = json.loads((tmp_path / "results.json").read_text())["parameters"]
+    assert {name: values[name]["value"] for name in TRUTH} == pytest.approx(TRUTH, rel=1e-5)
 
 
 def test_parameters_are_loaded_by_the_models_names(run):

@@ -31,11 +31,11 @@ def report_specimen(
     notes: Sequence[str],
     tables: Sequence[DisplayTable],
     compared: tuple[DisplayTable, str] | None,
-    result: Path,
+    command: str,
 ) -> None:
     """Writes the page. fits: the neo-Hookean one, then that with effects, if there are some. curves: of
     specimen_tables. tables: errors by test, and of recordings the relaxations tried. compared: all combinations, and
-    what they say. result: specimen.json."""
+    what they say. command: that takes the values over."""
     fit = list(fits.values())[-1]
     verdict = [compared[1]] if compared else [f"Fitted: {list(fits)[-1]}, E = {percent(fit.error, 2)} %."]
     sections = [Section("What the tests ask for", verdict, kind="verdict")]
@@ -51,11 +51,8 @@ def report_specimen(
     if compared:
         table = compared[0]
         sections.append(Section("All combinations of energies", [f"{table.title}."], [table], folded="the table"))
-    effects = [effect.name for effect in fit.rubber.effects]
     told = ["A model of an actuator of this rubber takes the values over:"]
-    words = ["python train.py train=constituent", f"constituent={result}"]
-    words += [f"effects=[{','.join(effects)}]"] if effects else []
-    sections.append(Section("In an actuator", told, code=" ".join(words)))
+    sections.append(Section("In an actuator", told, code=command))
     write_page(path, "Rubber alone", False, sections)
 
 
