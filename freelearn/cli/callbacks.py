@@ -87,12 +87,12 @@ class GatherSweep(Callback):
         """Gathers; exits with code 1 where jobs failed."""
         from rich.console import Console
 
-        from freelearn.cli.command_line import command_line, program
+        from freelearn.cli.command_line import command_line, program, resumed
         from freelearn.cli.gathering import gather_folders
 
         folder = Path(config.hydra.sweep.dir)
         command = command_line([*program("train"), "-m"], config.hydra.overrides.task)
-        with exit_on_user_error(f"interrupted; the same command with hydra.sweep.dir={folder} goes on from here."):
+        with exit_on_user_error(f"interrupted; {resumed('hydra.sweep.dir', folder)}."):
             failed = gather_folders([folder], folder, Console(), command)
         if failed:
             sys.exit(f"error: {failed} jobs failed: see the column error in {folder / 'heatmap.csv'}")

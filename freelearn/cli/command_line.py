@@ -50,6 +50,17 @@ def called(name: str) -> str:
     return str(started.with_name(f"{INSTALLED} {name}"))
 
 
+def installed(name: str) -> str:
+    """Another package's program, installed beside the interpreter, as it runs in this folder."""
+    path = Path(sys.executable).with_name(name)
+    return _as_found(path) if path.exists() else name
+
+
+def resumed(where: str, folder: Path) -> str:
+    """How a command that was interrupted goes on. where: hydra.run.dir or hydra.sweep.dir."""
+    return f"the same command with {shlex.quote(option(where, folder))} goes on from here"
+
+
 def _as_found(path: Path) -> str:
     """A program by its name where the shell finds it so, else by its path from here."""
     found = shutil.which(path.name)

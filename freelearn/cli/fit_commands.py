@@ -13,7 +13,7 @@ from omegaconf import DictConfig
 from freelearn.api.settings.configuration import offer_own_models
 from freelearn.api.settings.parse import parse
 from freelearn.api.settings.settings import DiscoverSettings, TrainSettings
-from freelearn.cli.command_line import command_line, exit_on_user_error, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, program, resumed
 from freelearn.cli.hold import leave_nothing
 from freelearn.cli.hydra_app import hydra_app, values_of
 from freelearn.common.errors import UserError
@@ -43,7 +43,7 @@ def _train(config: DictConfig) -> float | None:
     folder = Path(chosen.runtime.output_dir)
     command = command_line([*program("train")], chosen.overrides.task)
     if chosen.mode == RunMode.MULTIRUN:
-        again = f"the same command with hydra.sweep.dir={folder.parent} goes on from here"
+        again = resumed("hydra.sweep.dir", folder.parent)
         with exit_on_user_error(f"interrupted; {again}.", folder):
             from freelearn.cli.sweep_job import sweep_job
 
@@ -67,8 +67,7 @@ def _train(config: DictConfig) -> float | None:
 def _discover(config: DictConfig) -> None:
     chosen = HydraConfig.get()
     folder = Path(chosen.runtime.output_dir)
-    again = "the same command with hydra.run.dir=… of this run goes on from here"
-    with exit_on_user_error(f"interrupted; {again}.", folder), _nothing(folder):
+    with exit_on_user_error(f"interrupted; {resumed('hydra.run.dir', folder)}.", folder), _nothing(folder):
         settings = parse(DiscoverSettings, values_of(config))
         # After the settings are checked, as above.
         from rich.console import Console

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from freelearn.cli.command_line import command_line, exit_on_user_error, program
+from freelearn.cli.command_line import command_line, exit_on_user_error, installed, program
 from freelearn.common.files import write_whole
 from freelearn.records.provenance import Provenance
 from freelearn.records.run_files import check_folder
@@ -51,9 +51,8 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
         console.print(f"! job {job['run']} failed: {job['error']}", markup=False, highlight=False, soft_wrap=True)
     console.print(f"table: {out / 'heatmap.csv'}", markup=False, highlight=False, soft_wrap=True)
     if len(good):
-        console.print(
-            f"curves: tensorboard --logdir {out / 'tensorboard'}", markup=False, highlight=False, soft_wrap=True
-        )
+        curves = command_line([installed("tensorboard"), "--logdir", str(out / "tensorboard")], [])
+        console.print(f"curves: {curves}", markup=False, highlight=False, soft_wrap=True)
     return int(failed["run"].nunique())
 
 

@@ -12,7 +12,7 @@ from conftest import ROOT
 from ended import Ended
 from nightly import EVERY
 
-from freelearn.cli.command_line import called, command_line, program
+from freelearn.cli.command_line import called, command_line, installed, program, resumed
 from freelearn.data.table.measurement_table import read_table
 
 STATES = [(e, w, p) for e in (0.0, 0.002) for w in (0.0, 0.5) for p in (0.0, 0.3, 0.6)]
@@ -129,12 +129,23 @@ def test_the_next_commands_run_where_the_shell_finds_nothing(tmp_path, monkeypat
     monkeypatch.setattr(sys, "argv", ["discover.py"])
     monkeypatch.setattr(sys, "executable", str(tmp_path / "my env" / "bin" / "python3"))
     assert command_line(program("discover"), []) == "'my env/bin/python3' discover.py"
+    # What another package installed stands beside the interpreter, or is called by its name.
+    assert installed("tensorboard") == "tensorboard"
+    beside = tmp_path / "my env" / "bin" / "tensorboard"
+    beside.parent.mkdir(parents=True)
+    beside.touch(mode=0o755)
+    assert command_line([installed("tensorboard")], []) == "'my env/bin/tensorboard'"
     found = tmp_path / "bin" / "freelearn"
     found.parent.mkdir()
     found.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(found.parent))
     monkeypatch.setattr(sys, "argv", [f"{found} start"])
     assert program("discover") == ["freelearn", "discover"]
+
+
+def test_how_an_interrupted_command_goes_on_can_be_typed():
+    said = resumed("hydra.run.dir", Path("/my lab/runs, old"))
+    assert said == """the same command with 'hydra.run.dir="/my lab/runs, old"' goes on from here"""
 
 
 def test_help_and_the_installed_command(tmp_path):
