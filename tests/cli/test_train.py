@@ -336,11 +336,11 @@ def test_mistakes_in_names_are_told_together(csv, tmp_path):
     assert all(name in str(told.value) for name in ("end_clamps", "nothing.json"))
 
 
-def test_a_device_that_is_not_there_is_told():
+def test_a_device_that_is_not_there_is_told(tmp_path):
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
     with pytest.raises(UserError, match="device=cuda"):
-        run(Path("unused"), "device=cuda")
+        run(tmp_path / "run", "device=cuda")
 
 
 def test_a_drift_without_times_says_what_it_assumes(csv, tmp_path):

@@ -49,6 +49,7 @@ th[aria-sort=descending] button::after { content: " \\2193"; }
 @media screen and (min-width: 1600px) {
 main { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); column-gap: 3rem; align-items: start; }
 main > h1, main > p, section.broad { grid-column: 1 / -1; }
+table { font-size: .95em; } th, td { padding-inline: .45rem; }
 }
 .charts { display: flex; flex-wrap: wrap; gap: .6rem; } .wide, .charts { overflow-x: auto; }
 pre { background: #f4f4f4; padding: .6rem .8rem; overflow-x: auto; white-space: pre-wrap; }
