@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from freelearn.common.formats import error_percent
+from freelearn.common.formats import error_percent, in_words
 from freelearn.data.beds import DEAD_LOAD
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.step import Step
@@ -96,9 +96,9 @@ def _wrong(step: Step, found: Scatter) -> str:
     ):
         most = least * unsure
         if factor > most:
-            parts.append(f"the {name} is {factor:.2g} times larger")
+            parts.append(f"the {name} is {in_words(factor, 2)} times larger")
         elif factor < 1 / most:
-            parts.append(f"the {name} is {1 / factor:.2g} times smaller")
+            parts.append(f"the {name} is {in_words(1 / factor, 2)} times smaller")
     return ", ".join(parts)
 
 

@@ -60,3 +60,9 @@ def test_of_one_row_nothing_is_said_but_that_it_is_one(heavy, tmp_path):
     terminal = (tmp_path / "terminal.txt").read_text()
     assert "on 1 row;" in terminal
     assert "Held-out error from" not in terminal
+
+
+def test_what_a_look_at_the_table_told_is_not_told_again(heavy, tmp_path):
+    run(heavy.assign(moment_nmm=-heavy["moment_nmm"]), tmp_path)
+    lines = (tmp_path / "terminal.txt").read_text().splitlines()
+    assert len([line for line in lines if line.startswith("! moment_nmm may have its sign turned")]) == 1

@@ -98,7 +98,6 @@ def discover(
     # The table of steps grows while the search runs.
     from freelearn.report.terminal.printed_discovery import DiscoveryView, show_checks
 
-    view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated)
     key = job_key(settings)
     progress = Progress(folder, key)
 
@@ -109,6 +108,8 @@ def discover(
 
     checks = checked(task)
     show_checks(console, checks, not settings.checks)
+    said = [check.says for check in failed(checks)]
+    view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated, said)
     with view, kept_in(progress.journal()), watched(view.doing):
         measured = _measuring(task)
         findings = search(task.question(measured.accuracy), step)

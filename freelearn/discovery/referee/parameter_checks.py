@@ -89,7 +89,8 @@ def _determined(case: Case) -> Check:
         told = [i for i, free in enumerate(case.fit.model.free.tolist()) if free]
         loose = [labels[i] for i in told if float(error[i]) > UNDETERMINED * float(before[i])]
     if loose:
-        says = f"The rows hardly determine {', '.join(loose)}: its value is what was known beforehand."
+        known = "its value is" if len(loose) == 1 else "their values are"
+        says = f"The rows hardly determine {', '.join(loose)}: {known} what was known beforehand."
         return Check("parameters determined", CANNOT, None, UNDETERMINED, says, decides=False)
     return Check(
         "parameters determined", PASS, None, None, "Of every parameter the rows say more than was known beforehand."

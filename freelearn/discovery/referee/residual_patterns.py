@@ -107,7 +107,7 @@ def stated(case: Case) -> list[Check]:
             continue
         told = float(sensors(case.accuracy, bed)[channel]) / quantity.factor
         factor = float(scatter.deviations[channel])
-        says = f"The {quantity.name} scatters by {factor * told:.2g} {quantity.unit}; you say {told:.2g}."
+        says = f"The {quantity.name} scatters by {factor * told:.2g}{quantity.suffix}; you say {told:.2g}."
         name = f"accuracy of the {quantity.name}"
         rough = roughness(case, channel)
         if factor > CERTIFIED and rough is not None and rough < ROUGH:
@@ -127,7 +127,7 @@ def stated(case: Case) -> list[Check]:
             checks.append(_lasting(quantity, scatter.memory, channel, factor, told))
     place = float(scatter.position * scatter.tails.deviation)
     words = [
-        f"{q.name} {place * float(value) / q.factor:.2g} {q.unit} (you say {float(value) / q.factor:.2g})"
+        f"{q.name} {place * float(value) / q.factor:.2g}{q.suffix} (you say {float(value) / q.factor:.2g})"
         for q, value in zip(bed.state, shared(case.accuracy, bed), strict=True)
         if float(value) > 0
     ]
@@ -141,7 +141,7 @@ def _lasting(quantity: Quantity, memory: Memory, channel: int, factor: float, to
     """Errors of a sensor that last for a while: a wandering zero, or a history that no shape tells."""
     lasts = factor * float(memory.share[channel]) ** 0.5
     says = (
-        f"The {quantity.name} errs by {lasts * told:.2g} {quantity.unit} for {float(memory.time[channel]):.2g} s; "
+        f"The {quantity.name} errs by {lasts * told:.2g}{quantity.suffix} for {float(memory.time[channel]):.2g} s; "
         f"you say {told:.2g}."
     )
     name = f"errors of the {quantity.name} that last"

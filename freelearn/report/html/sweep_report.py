@@ -31,7 +31,7 @@ def report_sweep(
     first = sorted(first, key=lambda label: list(PUBLISHED).index(label) if label in PUBLISHED else len(PUBLISHED))
     maps = [heatmap_chart(cells, label, reports) for label in first]
     lines = [
-        f"E in %, one color scale for all maps: small errors are bright, {WORST:g} % and more darkest; k: thousands."
+        f"E in %, one color scale for all maps: small errors are bright, {WORST:g} % or more darkest; >1k: ran away."
     ]
     if reports:
         lines.append("A click on a cell opens the report of its run, with that run's curves where they were drawn.")

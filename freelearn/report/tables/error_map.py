@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from freelearn.common.formats import percent
+from freelearn.common.formats import RUN_AWAY, percent
 from freelearn.data.sets import CONSTITUENT_SET
 
 # The end of every color scale [%]: at 100 % a model does no better than none.
@@ -54,15 +54,16 @@ def error_grid(cells: pd.DataFrame, across: list[str], down: list[str]) -> np.nd
 
 
 def cell_text(error: float) -> str:
-    """An error [%] in a cell's few letters; blank where there is none.
+    """An error [%] in a cell's few letters; blank where there is none, and of a model that has run away no more than
+    that.
 
     >>> [cell_text(error) for error in (0.7027, 21.16, 271.2, 43943.0, float("nan"))]
-    ['0.7', '21.2', '271', '44k', '']
+    ['0.7', '21.2', '271', '>1k', '']
     """
     if not np.isfinite(error):
         return ""
-    if error >= 9999.5:
-        return f"{error / 1000:.0f}k"
+    if error > 100 * RUN_AWAY:
+        return f">{RUN_AWAY / 10:.0f}k"
     return f"{error:.1f}" if error < 99.95 else f"{error:.0f}"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.common.display import DisplayTable
-from freelearn.common.formats import fixed, number, percent
+from freelearn.common.formats import error_percent, fixed, number, percent
 from freelearn.data.columns import DESIGN
 from freelearn.data.sets import CONSTITUENT_SET, overlap
 from freelearn.records.run import Run
@@ -171,7 +171,7 @@ def where_they_differ(cells: pd.DataFrame, summary: pd.DataFrame, simulated: boo
         lines.append(f"E {where}, the best first: here {here}; paper {there}{' as well' if here == there else ''}.")
     for name in known.index:
         part = cells[(cells["label"] == name) & (cells["train"] != CONSTITUENT_SET)].nlargest(NAMED, "E")
-        worst = "; ".join(f"{row.train} on {row.test} {percent(row.E, 0)} %" for row in part.itertuples())
+        worst = "; ".join(f"{row.train} on {row.test} {error_percent(row.E, 0)} %" for row in part.itertuples())
         lines.append(f"Largest of {name}: {worst}.")
     return lines
 

@@ -71,12 +71,12 @@ MOST_SUSPECTS = 8
 
 
 class DiscoveryView:
-    """Prints a discovery. As a context manager it keeps the table of steps up to date while the search runs. warnings:
-    about the table; units that look wrong are said before any error."""
+    """Prints a discovery. As a context manager it keeps the table of steps up to date while the search runs. said: what
+    a look at the table has told already."""
 
-    def __init__(self, console: Console, what: str, simulated: bool, warnings: Sequence[str] = ()) -> None:
+    def __init__(self, console: Console, what: str, simulated: bool, said: Sequence[str] = ()) -> None:
         self.console = console
-        self.units = units_apart(warnings)[0]
+        self.said = said
         source = "simulated data" if simulated else "measured data"
         columns = DisplayTable.from_rows(["step"], HEADINGS, [], last=["remaining misfit"]).columns
         self.table = empty_table(columns, f"{what} ({source})")
@@ -86,7 +86,6 @@ class DiscoveryView:
 
     def __enter__(self) -> DiscoveryView:
         """Shows the table, still without rows."""
-        self._say(self.units, before="! ")
         self.live.start()
         return self
 
@@ -110,7 +109,7 @@ class DiscoveryView:
     def answer(self, discovery: Discovery) -> None:
         """Says what came out."""
         units = units_apart(discovery.notes)[0]
-        self._say([unit for unit in units if unit not in self.units], before="\n! ")
+        self._say([unit for unit in units if sentence(unit) not in self.said], before="\n! ")
         self._say(["Where the model failed at first:"], before="\n")
         self._say([*failure_lines(discovery, MOST_FAILURES), *screen_lines(discovery)], before="  · ")
         ranking = ranking_numbers(discovery.content["candidates"])
