@@ -21,12 +21,13 @@ PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa", "force_
 class Compared:
     """names: of the two runs. parameters: a row for each parameter, SI, blank where a run has none. errors: E of each
     run (fractions) by set of rows, and the number of rows. rows: those that both have, with each one's predictions
-    under NAME_a and NAME_b."""
+    under NAME_a and NAME_b. learned: coefficients or weights beside the parameters."""
 
     names: tuple[str, str]
     parameters: pd.DataFrame
     errors: pd.DataFrame
     rows: pd.DataFrame
+    learned: tuple[int, int]
 
 
 def compared(runs: Sequence[FittedRun]) -> Compared:
@@ -54,7 +55,14 @@ def compared(runs: Sequence[FittedRun]) -> Compared:
         for name, chosen in sets.items()
         if chosen.any() and (part := measured[chosen].reset_index(drop=True)) is not None
     ]
-    return Compared((str(first.folder), str(second.folder)), _parameters(first, second), pd.DataFrame(errors), rows)
+    names, learned = (str(first.folder), str(second.folder)), (_learned(first), _learned(second))
+    return Compared(names, _parameters(first, second), pd.DataFrame(errors), rows, learned)
+
+
+def _learned(one: FittedRun) -> int:
+    """Coefficients, or weights, that its fit has learned beside the physical parameters."""
+    content = one.run.content
+    return int(content.get("learned", 0)) or len(content.get("parameters", {})) - len(one.frame())
 
 
 def _marked(one: FittedRun) -> pd.DataFrame:
@@ -63,7 +71,7 @@ def _marked(one: FittedRun) -> pd.DataFrame:
 
 
 def _parameters(first: FittedRun, second: FittedRun) -> pd.DataFrame:
-    """value and stderr of each, by parameter; unit."""
+    """value and stderr of each, by parameter, and whether their rows say nothing of it; unit."""
     left, right = first.frame(), second.frame()
     names = list(dict.fromkeys([*left.index, *right.index]))
     both = {
@@ -71,6 +79,8 @@ def _parameters(first: FittedRun, second: FittedRun) -> pd.DataFrame:
         "a_stderr": left["stderr"].reindex(names),
         "b": right["value"].reindex(names),
         "b_stderr": right["stderr"].reindex(names),
+        "a_untold": [name in first.untold for name in names],
+        "b_untold": [name in second.untold for name in names],
         "unit": left["unit"].reindex(names).fillna(right["unit"].reindex(names)),
     }
     return pd.DataFrame(both)

@@ -25,6 +25,7 @@ from freelearn.physics.chain.prediction import Status
 from freelearn.queries.fitted_model import FittedModel
 from freelearn.records.estimates import Estimate, parameter_table
 from freelearn.records.run_files import KINDS, RunFolder, check_folder, read_run
+from freelearn.report.tables.run_tables import beside
 
 
 def copied(folder: Path, to: Path) -> Path:
@@ -97,12 +98,18 @@ class FittedRun(FittedModel):
                 for e in self._estimates()}  # fmt: skip
         return pd.DataFrame.from_dict(rows, orient="index", columns=PARAMETER).rename_axis("parameter")
 
+    @property
+    def untold(self) -> list[str]:
+        """The positive parameters of which its rows say nothing."""
+        return [e.name for e in self._estimates() if e.untold]
+
     def summary(self) -> str:
         """What was fitted to what, how well, the parameters, and what else to know."""
         content = self.run.content
         how = f"fitted on {content['train']}" if content.get("fit") != "none" else "not fitted"
         errors = [f"E = {percent(row['E'])} % on {name} ({row['n']:.0f} rows)" for name, row in self._shown_errors()]
         parameters = [parameter_table(self._estimates()).text()] if self.parameters else []
+        parameters += filter(None, [beside(content.get("learned", 0))])
         return "\n".join([f"{self.title}, {how}", *errors, *parameters, *(f"- {note}" for note in self.notes)])
 
     def error(self, table: pd.DataFrame) -> float:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from freelearn.cli.command_line import exit_on_user_error
 from freelearn.common.display import Column, DisplayTable
 from freelearn.common.errors import UserError
+from freelearn.common.formats import error_in_words, fixed, number
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -48,11 +50,13 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
     runs = [FittedRun.from_folder(folder) for folder in (a, b)]
     found = compared(runs)
     console = console or Console()
+    names = [f"{letter}: {run.title}, fitted on {run.run.content['train']}, in {run.folder}"
+             for letter, run in zip("AB", runs, strict=True)]  # fmt: skip
+    for name in names:
+        console.print(name, markup=False, highlight=False, soft_wrap=True)
     tables = [errors_table(found), parameters_table(found)]
     for table in tables:
         console.print(rich_table(table))
-    names = [f"{letter}: {run.title}, fitted on {run.run.content['train']}, in {run.folder}"
-             for letter, run in zip("AB", runs, strict=True)]  # fmt: skip
     sections = [Section("The two runs", names), *(Section.of_table(table) for table in tables)]
     numbers = {"comparison.csv": found.rows}
     charts = _charts(found)
@@ -67,14 +71,18 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
 def errors_table(found: Compared) -> DisplayTable:
     """E of both on the same rows."""
     columns = (Column("rows", words=True), Column("number"), Column("A: E %"), Column("B: E %"))
-    rows = tuple(
-        (str(one.rows), str(one.n), f"{100 * one.a:.3g}", f"{100 * one.b:.3g}") for one in found.errors.itertuples()
-    )
-    return DisplayTable(columns, rows, "Errors on the same rows")
+    rows = []
+    for one in found.errors.itertuples():
+        errors = [error_in_words(e).removesuffix(" %") for e in (one.a, one.b)]
+        rows.append((str(one.rows), str(one.n), *errors))
+    return DisplayTable(columns, tuple(rows), "Errors on the same rows")
 
 
 def parameters_table(found: Compared) -> DisplayTable:
     """Parameters of both with their standard errors, and by how many of them they differ."""
+    # Here, because it loads torch: a mistyped folder is told before.
+    from freelearn.report.tables.run_tables import beside
+
     columns = (
         Column("parameter", words=True),
         Column("unit", words=True),
@@ -84,17 +92,21 @@ def parameters_table(found: Compared) -> DisplayTable:
     )
     rows = []
     for name, one in found.parameters.iterrows():
-        spread = (one["a_stderr"] ** 2 + one["b_stderr"] ** 2) ** 0.5
-        apart = f"{abs(one['a'] - one['b']) / spread:.1f}" if spread > 0 else ""
-        cells = (_value(one["a"], one["a_stderr"]), _value(one["b"], one["b_stderr"]))
+        errors = [math.nan if one[f"{run}_untold"] else one[f"{run}_stderr"] for run in "ab"]
+        spread = math.hypot(*errors)
+        apart = fixed(abs(one["a"] - one["b"]) / spread, 1) if spread > 0 else ""
+        cells = [_value(one[run], error, one[f"{run}_untold"]) for run, error in zip("ab", errors, strict=True)]
         rows.append((str(name), str(one["unit"] or ""), *cells, apart))
-    return DisplayTable(columns, tuple(rows), "Parameters (SI)")
+    untold = [str(name) for name, one in found.parameters.iterrows() if one["a_untold"] or one["b_untold"]]
+    lines = [f"{letter}: {beside(count)}" for letter, count in zip("AB", found.learned, strict=True) if count]
+    lines += [f"without ±: not determined by its rows ({', '.join(untold)})"] if untold else []
+    return DisplayTable(columns, tuple(rows), "Parameters (SI)", "; ".join(lines))
 
 
-def _value(value: float, error: float) -> str:
-    if value != value:
-        return "–"
-    return f"{value:.4g} ± {error:.2g}" if error == error else f"{value:.4g}"
+def _value(value: float, error: float, untold: bool) -> str:
+    """Value ± standard error; few digits where the rows say nothing of it."""
+    shown = number(value, 2 if untold else 4)
+    return f"{shown} ± {number(error, 2)}" if math.isfinite(error) else shown
 
 
 def _charts(found: Compared) -> list[Any]:

@@ -49,12 +49,12 @@ class Quantity:
 
 
 def behind(unit: str) -> str:
-    """A unit as it stands behind a number.
+    """A unit as it stands behind a number; nothing behind a ratio.
 
-    >>> behind("N"), behind("°")
-    (' N', '°')
+    >>> behind("N"), behind("°"), behind("1")
+    (' N', '°', '')
     """
-    return unit if unit == "°" else f" {unit}"
+    return unit if unit in ("", "°") else "" if unit == "1" else f" {unit}"
 
 
 ELONGATION = Quantity("elongation", "length", "elongation_mm", "elongation_pred_mm", "Δl", "mm", MM, "length")

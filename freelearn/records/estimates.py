@@ -13,6 +13,7 @@ from torch import Tensor
 
 from freelearn.common.display import DisplayTable
 from freelearn.common.formats import finite, number, percent
+from freelearn.data.beds import behind
 from freelearn.fitting.options import NORMAL, PROFILE
 from freelearn.fitting.uncertainty import Uncertainty, interval, quantile
 from freelearn.physics.chain.known_parameters import FIXED
@@ -42,7 +43,7 @@ def notes(model: Model[Any], start: Tensor) -> list[str]:
         value = vector[i]
         reach = 1e-9 * max(1.0, float(value.abs()))
         if value - lower[i] <= reach or upper[i] - value <= reach:
-            said.append(f"{name} is at its bound ({physical[name]:.6g} {model.declared[name].unit}).")
+            said.append(f"{name} is at its bound ({number(physical[name], 6)}{behind(model.declared[name].unit)}).")
         elif model.declared[name].log and physical[name] < VANISHED * abs(model.declared[name].start):
             said.append(f"{name} has gone to zero: the rows ask for none of it.")
         elif torch.isclose(value, start[i], rtol=1e-7, atol=1e-12):
@@ -100,8 +101,8 @@ def untold_sentence(name: str, value: float, error: float, unit: str) -> str:
     """
     why = f"its standard error is {number(error / value, 2)} times as large"
     if error <= UNTOLD * value:
-        why = f"they are too few for its standard error of {number(error, 2)} {unit}"
-    return f"{name} = {number(value, 2)} {unit} is not determined by these rows: {why}."
+        why = f"they are too few for its standard error of {number(error, 2)}{behind(unit)}"
+    return f"{name} = {number(value, 2)}{behind(unit)} is not determined by these rows: {why}."
 
 
 def interval_notes(uncertainty: Uncertainty) -> list[str]:

@@ -1,12 +1,13 @@
 """`compare`: each run's error on the rows that both have is its own error on these rows."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from fitted_folders import continuum, folder_of, grid, shown
 
 import freelearn
-from freelearn.api.compared import compared
-from freelearn.cli.comparing import compare
+from freelearn.api.compared import Compared, compared
+from freelearn.cli.comparing import compare, parameters_table
 from freelearn.common.errors import UserError
 
 
@@ -18,8 +19,9 @@ def test_two_runs_on_the_rows_that_both_have(tmp_path, capsys):
     folder_of(tmp_path / "b", continuum(c1=9e5), table.iloc[:-20].reset_index(drop=True))
     compare(tmp_path / "a", tmp_path / "b", tmp_path / "page.html")
     told = capsys.readouterr().out
+    assert f"A: continuum, fitted on all, in {tmp_path / 'a'}" in told
     (line,) = [line for line in told.splitlines() if "all rows of both" in line]
-    *_, number, a, b = line.split()
+    *_, number, a, b = line.replace("−", "-").split()
     assert int(number) == len(table) - 20
     # The first is the truth; the second errs as it does by itself.
     assert float(a) == pytest.approx(0, abs=1e-6)
@@ -47,3 +49,16 @@ def test_readings_that_are_whole_in_one_table_are_the_same_ones(tmp_path):
     folder_of(tmp_path / "b", continuum(), table.assign(force_n=whole["force_n"] + np.where(table.index % 2, 0.0, 0.5)))
     found = compared([freelearn.load(tmp_path / name) for name in "ab"])
     assert len(found.rows) == len(table) // 2
+
+
+def test_what_the_rows_do_not_determine_has_no_error_and_what_was_learned_is_counted(tmp_path):
+    names = ["C1", "C2"]
+    each = {"a": [2.2e17, 1.0e6], "a_stderr": [5.8e40, 2e4], "a_untold": [True, False]}
+    other = {"b": [4e5, 1.1e6], "b_stderr": [1e4, np.nan], "b_untold": [False, False], "unit": "Pa"}
+    parameters = pd.DataFrame({**each, **other}, index=names)
+    table = parameters_table(Compared(("a", "b"), parameters, pd.DataFrame(), pd.DataFrame(), (0, 105)))
+    assert table.rows == (
+        ("C1", "Pa", "2.2e+17", "4e+05 ± 1e+04", ""),
+        ("C2", "Pa", "1e+06 ± 2e+04", "1.1e+06", ""),
+    )
+    assert table.caption == "B: and 105 learned coefficients; without ±: not determined by its rows (C1)"
