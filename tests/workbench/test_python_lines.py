@@ -1,6 +1,9 @@
 """The lines of Python that the page shows ask for what its command asks for."""
 
+import shlex
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import beds
 import pytest
@@ -64,3 +67,18 @@ def test_the_lines_ask_what_the_command_asks(kind, name, asked, tmp_path):
 def test_the_lines_of_a_study_ask_for_each_of_its_fits(asked):
     question = Question(models=("linear", "continuum"), trains=("sample3", "even"))
     assert asked(python_lines(question, "study")).train == "sample3"
+
+
+def test_the_command_runs_where_the_page_was_started(tmp_path, monkeypatch):
+    asked = Question("csv", path="my table.csv", train="all", accuracy=None)
+    assert asked.command("train").startswith("python train.py model=continuum train=all data=csv ")
+    assert asked.command("intake").startswith("python intake.py ")
+    # In any other folder there is no train.py.
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [".venv/bin/freelearn workbench"])
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert asked.command("train").startswith(".venv/bin/freelearn train model=continuum train=all data=csv ")
+    monkeypatch.setattr(sys, "argv", ["/somewhere/freelearn/workbench/__main__.py"])
+    words = shlex.split(asked.command("discover"))
+    assert words[1:4] == ["-m", "freelearn", "discover"]
+    assert Path(words[0]).resolve() == Path(sys.executable).resolve()

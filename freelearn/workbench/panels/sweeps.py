@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import panel as pn
 
+from freelearn.cli.command_line import command_line
 from freelearn.common.errors import UserError
 from freelearn.records.provenance import read_document
 from freelearn.workbench.panels.studying import Studying
 from freelearn.workbench.panels.widgets import heading, say, table, words
+from freelearn.workbench.state.question import started
 from freelearn.workbench.state.session import Session
 
 if TYPE_CHECKING:
@@ -63,9 +65,10 @@ class Sweeps:
         sweeps = sorted(self.folder.glob("**/heatmap.csv"), key=lambda path: -path.stat().st_mtime)
         options = own | {str(path.parent.relative_to(self.folder)): path for path in sweeps if path != self.latest}
         if not options:
+            words = started("train")
             say(
                 self.note,
-                [f"No sweep under {self.folder} yet: python train.py -m experiment=study makes one."],
+                [f"No sweep under {self.folder} yet: {command_line(words, ['-m', 'experiment=study'])} makes one."],
                 "quiet",
             )
         self.choice.options = options

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from freelearn.cli.command_line import OWN_CODE, command_line
+from freelearn.cli.command_line import OWN_CODE, command_line, program
 
 EFFECTS_VARIABLE = OWN_CODE[0]
 
@@ -147,29 +147,29 @@ class Question:
         """The shell command with the same result."""
         if kind == "intake":
             options = [f"data.path={quoted_value(self.path)}", f"recipe={quoted_value(self.recipe)}"]
-            return command_line(["python", "intake.py"], options)
+            return command_line(started("intake"), options)
         if kind == "rubber":
             # In the user's own names: the recipe is there to download.
             names = [name for name, _ in self.sheets]
             options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
-            return command_line(["python", "-m", "freelearn", "start"], options)
+            return command_line(started("start"), options)
         if kind == "compare":
-            return command_line(["python", "-m", "freelearn", "compare"], [self.run, self.beside])
+            return command_line(started("compare"), [self.run, self.beside])
         if kind == "study":
             with named(self.own):
-                return command_line(["python", "train.py", "-m"], self._sweep())
+                return command_line([*started("train"), "-m"], self._sweep())
         if kind == "predict" and self.recipe:
             # As above, for a file that asks something of a run.
             options = [self.name, "--recipe", f"{Path(self.name).stem}_recipe.yaml", "--run", self.run]
             with named(self.own):
-                return command_line(["python", "-m", "freelearn", "start"], options)
+                return command_line(started("start"), options)
         if kind in ASIDES:
             options = [f"run={quoted_value(self.run)}"]
             options.append(f"data.path={quoted_value(self.asks)}" if kind == "predict" else f"rows={self.rows}")
             with named(self.own):
-                return command_line(["python", f"{kind}.py"], options)
+                return command_line(started(kind), options)
         with named(self.own):
-            return command_line(["python", f"{kind}.py"], self.overrides(kind))
+            return command_line(started(kind), self.overrides(kind))
 
     def _sweep(self) -> list[str]:
         """The overrides of a multirun."""
@@ -202,6 +202,15 @@ class Question:
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
         return asdict(self)
+
+
+def started(name: str) -> list[str]:
+    """How a command is started where the page was: in a checkout by its script, if it has one, as the documentation
+    says it; elsewhere as the page itself."""
+    module = ["python", "-m", "freelearn", name]
+    if not Path("train.py").is_file():
+        return program(name, module)
+    return ["python", f"{name}.py"] if Path(f"{name}.py").is_file() else module
 
 
 def quoted_value(path: str) -> str:
