@@ -116,6 +116,19 @@ def test_headings_take_more_lines_before_a_table_is_cut(browser, tmp_path):
     page.close()
 
 
+def test_a_column_of_sentences_keeps_room_beside_many_numbers(browser, tmp_path):
+    """Sixteen rows of it took three sheets of paper: a word in each line."""
+    row = ["348", "force", *["−1.24 N"] * 9, "stuck: 12 readings far off show nearly the same"]
+    table = DisplayTable.from_rows(["line", "reading"], ["a"] * 9, [row] * 16, last=["how it slipped, perhaps"])
+    write_page(tmp_path / "r.html", "page", False, [Section("s", [], [table])])
+    page = browser.new_page(viewport={"width": 700, "height": 1000})
+    page.goto((tmp_path / "r.html").as_uri())
+    page.emulate_media(media="print")
+    line = float(page.evaluate("parseFloat(getComputedStyle(document.querySelector('td')).lineHeight)"))
+    assert page.locator("td.long").first.evaluate("e => e.clientHeight") < 3.5 * line
+    page.close()
+
+
 def test_simulated_data_are_said_to_be_so(tmp_path):
     write_page(tmp_path / "r.html", "title", True, [Section("s")])
     assert "SIMULATED DATA" in (tmp_path / "r.html").read_text()

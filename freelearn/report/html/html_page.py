@@ -42,7 +42,7 @@ p { max-width: 100ch; overflow-wrap: anywhere; }
 table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
 th, td { padding: .15rem .7rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
 th { border-bottom: 2px solid #888; } .words { text-align: left; } th, td.words { white-space: normal; }
-td.words:first-child { min-width: 11rem; }
+td.words:first-child { min-width: 11rem; } td.long { min-width: 12rem; }
 th button { all: inherit; padding: 0; border: 0; cursor: pointer; }
 th button::after { content: " \\2195"; color: #767676; } th[aria-sort=ascending] button::after { content: " \\2191"; }
 th[aria-sort=descending] button::after { content: " \\2193"; }
@@ -59,7 +59,8 @@ a:focus, summary:focus, button:focus-visible { outline: 2px solid #0072B2; }
 @page { size: A4; margin: 14mm; }
 @media print {
 body { font-size: 10pt; margin: 0; } .charts { display: block; } .chart { display: inline-block; }
-h2, section.charted > p { break-after: avoid; } h2 { margin-top: 1.2rem; } .charts.few { break-inside: avoid; }
+h2, section.charted > p { break-after: avoid; } h2 { margin-top: 1.2rem; }
+h2, .charts.few { break-inside: avoid; }
 thead { display: table-header-group; } details, .wide, pre { break-before: avoid; }
 th, td { padding: .1rem .35rem; } tr, p, .chart { break-inside: avoid; } .wide, .charts { overflow: visible; }
 th button::after { content: ""; } table { font-size: 8.5pt; } .download { display: none; } pre { font-size: 8pt; }
@@ -99,7 +100,8 @@ th button::after { content: ""; } table { font-size: 8.5pt; } .download { displa
 {% for row in table.rows %}
 <tr>
 {% for cell in row %}
-<td{% if table.columns[loop.index0].words %} class="words"{% endif %}>{{ cell | minus }}</td>
+<td{% if table.columns[loop.index0].words %} class="words{{ ' long' if cell | length > 30 }}"{% endif %}>
+{{- cell | minus }}</td>
 {%- endfor %}
 
 </tr>
