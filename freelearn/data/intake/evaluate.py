@@ -14,7 +14,7 @@ from freelearn.data.columns import pressure_column
 from freelearn.data.intake.chosen_rows import meets
 from freelearn.data.intake.laboratory_units import conversion, unit_of
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.recipes.recipe import Column, Condition, Recipe, Term
+from freelearn.data.intake.recipes.recipe import DATE, Column, Condition, Recipe, Term
 
 
 def apply_corrections(name: str, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray:
@@ -85,12 +85,12 @@ class Evaluation:
 
     def make(self, name: str, column: Column) -> np.ndarray:
         """The quantity that a column of the recipe says, recorded under `name`."""
-        raw = self.raw.numbers(column.source, column.blanks)
+        raw = self.read(column)
         record: dict[str, Any] = {"from": self.raw.known(column.source), "unit": column.unit}
         if column.fill == "above":
             raw, record["filled"] = _as_above(raw), {"with": "above", "cells": int(np.isnan(raw).sum())}
         raw = apply_corrections(self.raw.name, column, raw, record)
-        change = conversion(column.unit, "" if column.times else unit_of(name))
+        change = conversion("s" if column.unit == DATE else column.unit, "" if column.times else unit_of(name))
         offset = self._offset(column, raw, record)
         values = change.factor * column.sign * column.scale * (raw - offset) + change.shift
         record |= {"to": unit_of(name), "factor": change.factor, "shift": change.shift}
@@ -111,6 +111,11 @@ class Evaluation:
             self.notes.append(f"{self.raw.name}, column {column.source!r}: {cells} {word!r}, read as blank.")
         self.records[name] = record
         return values + 0.0  # Turns -0.0 into 0.0.
+
+    def read(self, column: Column) -> np.ndarray:
+        """The cells of a column as numbers, dates as seconds, (N,). Raises UserError."""
+        read = self.raw.seconds if column.unit == DATE else self.raw.numbers
+        return read(column.source, column.blanks)
 
     def _offset(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray | float:
         if column.offset != "rest":

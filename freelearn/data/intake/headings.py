@@ -43,7 +43,7 @@ ABROAD: dict[str, str] = {
     r"|esfuerzo( nominal)?|(公称|真)?応力",
     "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
     r"|力|荷重|張力|軸力",
-    "time_s": r"zeit|messzeit|temps|tempo|tiempo|時間|時刻",
+    "time_s": r"(mess|kraft|druck|weg)?zeit|zeitstempel|zeitpunkt|temps|horodatage|tempo|tiempo|時間|時刻",
     "temperature_c": r"temperatur|temperatura|温度",
     "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
     r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
@@ -122,6 +122,7 @@ ENGLISH: tuple[tuple[str, str], ...] = (
 # A stretch or a strain with a unit of length is an elongation; an elongation in percent is a strain.
 BY_UNIT = {"elongation_mm": "strain", "strain": "elongation_mm", "stretch": "elongation_mm"}
 WORDS = tuple((quantity, words_of(quantity, pattern)) for quantity, pattern in ENGLISH)
+_TIME = dict(WORDS)["time_s"]
 KIND = {
     INNER_DIAMETER: "length",
     WALL: "length",
@@ -191,6 +192,25 @@ def heading(name: str, unit: str = "") -> Heading:
     if kind in OF_KIND:
         return Heading(OF_KIND[kind], unit, "likely")
     return Heading(None, unit if kind else "", "unsure")
+
+
+def time_unit(name: str, unit: str = "") -> str | None:
+    """The unit of a heading one of whose words is time, as of one clock among several: t_F or Zeit Kraft; "" where it
+    says none, None where it says no time. unit: of a row of units.
+
+    >>> time_unit("t2 [ms]"), time_unit("Zeit Kraft"), time_unit("t_F"), time_unit("T2"), time_unit("t [mm]")
+    ('ms', '', '', None, None)
+    """
+    stem, written = split_heading(name)
+    unit = unit.strip().strip("[]()") or written
+    if name.endswith(f"_{written}") and len(written) == 1 and written not in "CK":
+        # The channel rather than a unit: a force, not degrees Fahrenheit.
+        unit = ""
+    words = [re.sub(r"\d+$", "", word) for word in re.split(r"[\s_.:\-]+", _spaced(stem))]
+    # A capital alone is a temperature, or a torque; tF the time of F.
+    timed = any(word != "T" and (_TIME.fullmatch(plain(word)) or re.fullmatch("t[A-Z]", word)) for word in words)
+    kind = dimension(unit) if unit else None
+    return (unit if kind else "") if timed and kind in (None, "time") else None
 
 
 def _with_units(whole: list[str], kind: str | None) -> list[str]:

@@ -11,7 +11,8 @@ from freelearn.common.errors import UserError
 from freelearn.data.intake.evaluate import Evaluation
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.recipes.recipe import Join, Part, Reading
+from freelearn.data.intake.readers.stamps import moment, seconds_of
+from freelearn.data.intake.recipes.recipe import DATE, Column, Join, Part, Reading
 from freelearn.data.logs import TIME
 from freelearn.data.table.log_tables import NO_FASTER, averaged, jump, smoothed
 
@@ -44,6 +45,7 @@ def with_joined(
     for place, join in enumerate(joins, start=1):
         name = join.file or part.name
         raw = raw_table(sources[name], name, join.reading or (Reading() if join.file else reading))
+        _same_kind(join, place, raw, rows)
         source = _source(join, raw, rows)
         time = _clock(source, f"join[{place}].time")
         record = _joined(join, place, source, time, asked, rows.raw.name, constants)
@@ -64,12 +66,41 @@ def with_joined(
 def _source(join: Join, raw: RawTable, rows: Evaluation) -> Evaluation:
     """The quantities of the joined rows that have a time; of constants those that are the same in all rows. Rows
     without a time are those of a shorter channel beside longer ones."""
-    there = np.flatnonzero(np.isfinite(raw.numbers(join.time.source, join.time.blanks)))
+    whole = Evaluation(raw, {TIME: join.time}, {}, np.ones(len(raw), dtype=np.int64))
+    there = np.flatnonzero(np.isfinite(whole.read(join.time)))
     if not len(there):
         raise UserError(f"{raw.name}: column {join.time.source!r} holds no time: name another one as time:.")
     raw = raw.rows(there)
     shared = {n: np.full(len(raw), v[0]) for n, v in rows.constants.items() if len(v) and (v == v[0]).all()}
     return Evaluation(raw, {TIME: join.time, **join.columns}, shared, np.ones(len(raw), dtype=np.int64))
+
+
+def _same_kind(join: Join, place: int, raw: RawTable, rows: Evaluation) -> None:
+    """Raises UserError where one clock says dates and the other seconds, and nothing when these begin; or where the
+    recipe takes dates for numbers."""
+    clocks = {"columns.time_s": (rows.columns[TIME], rows.raw), f"join[{place}].time": (join.time, raw)}
+    for key, (column, table) in clocks.items():
+        first = _first(table, column)
+        if column.unit != DATE and seconds_of(first) is not None:
+            raise UserError(
+                f"{table.name}: column {column.source!r} of {key} holds dates or times of day ({first}), no numbers: "
+                f"give it unit: {DATE}, if the other clock has dates, too; else write its seconds into the file."
+            )
+    of = {column.unit == DATE: (key, column, table) for key, (column, table) in clocks.items()}
+    if len(of) == 1 or any(column.plus or column.minus for column, _ in clocks.values()):
+        return
+    key, column, table = of[True]
+    began = seconds_of(_first(table, column)) or 0.0
+    raise UserError(
+        f"{raw.name} and {rows.raw.name} have no common start: {key} holds dates, from {moment(began)} on, and "
+        f"{of[False][0]} counts seconds: give {key} minus: {began:.15g}, if that is when the seconds begin, else the "
+        "seconds since 1970 at which they do."
+    )
+
+
+def _first(table: RawTable, column: Column) -> str:
+    """The first cell that is not blank, "" where all are."""
+    return next((cell.strip() for cell in table.columns[table.known(column.source)] if cell.strip()), "")
 
 
 def _clock(rows: Evaluation, key: str) -> np.ndarray:
@@ -110,9 +141,9 @@ def _joined(
         )
     if time[-1] < asked[0] or time[0] > asked[-1]:
         raise UserError(
-            f"{raw.name} and {name} have no time in common: join[{place}] runs from {time[0]:g} to {time[-1]:g} s, the "
-            f"rows from {asked[0]:g} to {asked[-1]:g} s: correct the unit of a time, or set the clock right with plus: "
-            f"or minus: seconds in join[{place}].time."
+            f"{raw.name} and {name} have no time in common: join[{place}] runs from {time[0]:.10g} to "
+            f"{time[-1]:.10g} s, the rows from {asked[0]:.10g} to {asked[-1]:.10g} s: correct the unit of a time, or "
+            f"set the clock right with plus: or minus: seconds in join[{place}].time."
         )
     step = float(np.median(np.diff(once)))
     steps = np.diff(np.unique(asked))

@@ -172,8 +172,8 @@ def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
 
 
 def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
-    values = raw.numbers(time) if time else np.zeros(0)
-    back = np.flatnonzero(np.diff(values) < 0)
+    values = raw.most_numbers(time) if time else None
+    back = np.flatnonzero(np.diff(values if values is not None else np.zeros(0)) < 0)
     if len(back):
         yield (
             f"time {time!r} runs backwards at line {raw.lines[int(back[0]) + 1]} ({len(back)} times in all): order the "

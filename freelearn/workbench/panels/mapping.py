@@ -171,11 +171,13 @@ class Mapping:
 
 
 def _once(rows: list[ColumnRow], found: Guess) -> None:
-    """Raises UserError where two columns are one thing; several pressures are those of several actuators."""
+    """Raises UserError where two columns are one thing; several pressures are those of several actuators, several times
+    those of several clocks."""
     first: dict[str, ColumnRow] = {}
+    several = (*found.pressures, *(clock.time for clock in found.clocks))
     for row in rows:
         meaning = MEANINGS.get(row.quantity.value)
-        if meaning is None or row.guess.name in found.pressures or meaning.column == "pressure_kpa":
+        if meaning is None or row.guess.name in several or meaning.column == "pressure_kpa":
             continue
         if meaning.column in first:
             one, other = first[meaning.column].guess.name, row.guess.name

@@ -62,8 +62,9 @@ def test_of_a_file_that_says_its_units_only_the_actuator_is_asked_for(name, tmp_
     found, joined, raw = guess_and_table(write(tmp_path / name, RIGHT[name]()))
     _, asked, recipe = interview(found, USUAL, joined, raw)
     assert set(asked) <= {
-        "bed", "design.gamma_deg", "braid", "design.length_mm", "design.inner_radius_mm", "design.outer_radius_mm",
-        "held.twist_deg", "sample", *(f"{what}.{c.name}" for what in ("sign", "zero", "sums") for c in found.columns),
+        "bed", "clock", "design.gamma_deg", "braid", "design.length_mm", "design.inner_radius_mm",
+        "design.outer_radius_mm", "held.twist_deg", "sample",
+        *(f"{what}.{c.name}" for what in ("sign", "zero", "sums") for c in found.columns),
     }  # fmt: skip
     assert "TODO" not in recipe
     recipe_of(recipe, name)

@@ -310,6 +310,60 @@ def stamped(stamp, *heading):
     return text((*heading, *PLAIN), ";", rows=rows)
 
 
+def two_clocks(separator=";", mark=",", change=lambda rig, cell: None):
+    """What the rig set [s, mm, bar], beside the force by a clock of its own [ms, N] that runs on for three readings. In
+    every row that the table has, both clocks read the same instant."""
+    rig = {"Zeit [s]": np.arange(12.0), "Weg [mm]": TRUE[:, 0], "Druck [bar]": 0.01 * TRUE[:, 1]}
+    cell = {"Zeit Kraft [ms]": 1000 * np.arange(15.0), "Kraft [N]": np.r_[TRUE[:, 2], 1, 2, 3]}
+    rig, cell = ({name: values.tolist() for name, values in part.items()} for part in (rig, cell))
+    change(rig, cell)
+    columns = {
+        name: [value if isinstance(value, str) else f"{value:.15g}".replace(".", mark) for value in values]
+        for name, values in (rig | cell).items()
+    }
+    longest = max(map(len, columns.values()))
+    rows = [[values[i] if i < len(values) else "" for values in columns.values()] for i in range(longest)]
+    return text(tuple(columns), separator, rows=map(separator.join, rows))
+
+
+def stamp_twice(_, cell):
+    """One stamp a second time, with a force so that the mean of both is right."""
+    cell["Zeit Kraft [ms]"].insert(13, 12000.0)
+    cell["Kraft [N]"].insert(13, 5.0)
+
+
+def blanks_in_the_rig(rig, _):
+    """Rows without a stamp, as between the sheets of a copied log, and a line between two readings across them."""
+    for values in rig.values():
+        values[3:3] = ["", ""]
+
+
+def swapped(rig, _):
+    """Two rows in the wrong order."""
+    for values in rig.values():
+        values[4], values[5] = values[5], values[4]
+
+
+def jumped(rig, _):
+    rig["Zeit [s]"][6:] = [t + 1e6 for t in rig["Zeit [s]"][6:]]
+
+
+def apart(rig, _):
+    rig["Zeit [s]"] = [t + 500 for t in rig["Zeit [s]"]]
+
+
+def a_word(rig, _):
+    rig["Druck [bar]"][4] = "kaputt"
+
+
+def a_worded_time(rig, _):
+    rig["Zeit [s]"][4] = "kaputt"
+
+
+def dated(rig, _):
+    rig["Zeit [s]"] = [f"25.02.2026 10:00:{int(t):02d},000" for t in rig["Zeit [s]"]]
+
+
 FRAME = pd.DataFrame(TRUE, columns=PLAIN)
 GERMAN, FRENCH = ("Weg [mm]", "Druck [bar]", "Kraft [N]"), ("Allongement (mm)", "Pression (bar)", "Force (N)")
 ITALIAN, SPANISH = (
@@ -405,11 +459,21 @@ RIGHT = {
     "others.mat": lambda: hdf5(with_others, 512),
     "rows.mat": lambda: mat(**{name: values[None, :] for name, values in zip(PLAIN, TRUE.T, strict=True)}),
     "singles.mat": lambda: mat(**{name: v.astype("f4") for name, v in zip(PLAIN, TRUE.T, strict=True)}),
+    "two clocks.csv": lambda: two_clocks().encode("cp1252"),
+    "two clocks.tsv": lambda: two_clocks("\t", "."),
+    "two clocks, a stamp twice.csv": lambda: two_clocks(change=stamp_twice),
+    "two clocks, blanks.csv": lambda: two_clocks(change=blanks_in_the_rig),
     "sheet.ods": lambda: ods({"Tabelle1": FRAME}),
     "sheets.ods": lambda: ods({"Notizen": pd.DataFrame({"Notiz": ["Ventil"]}), "Messung": FRAME}),
 }
 # What nobody can read without asking: file → what is said.
 REFUSED = {
+    "two clocks, rows swapped.csv": (lambda: two_clocks(change=swapped), "runs backwards.*put the rows in order"),
+    "two clocks, one jumps.csv": (lambda: two_clocks(change=jumped), "jumps from 5 to .*correct the clock"),
+    "two clocks apart.csv": (lambda: two_clocks(change=apart), "no time in common.*plus: or minus: seconds"),
+    "two clocks, a word.csv": (lambda: two_clocks(change=a_word), "line 6 'kaputt' is not a number"),
+    "two clocks, a worded time.csv": (lambda: two_clocks(change=a_worded_time), "line 6 'kaputt' is not a number"),
+    "two clocks, dates.csv": (lambda: two_clocks(change=dated), "have no common start.*since 1970"),
     "unknown heading.csv": (lambda: text(("Wert A [mm]", *PLAIN[1:])), "elongation_mm is blank"),
     "no units.csv": (lambda: text(("dl", "P", "F")), "has no unit"),
     "gap.csv": (lambda: lines(n4="0,,-30"), "pressure_kpa is blank"),

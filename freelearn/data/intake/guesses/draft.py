@@ -6,14 +6,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freelearn.data.beds import BEDS
+from freelearn.data.intake.guesses.clock_spans import clock_open, shift_key, shifted, start_of
+from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
 from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.headings import split_heading
 from freelearn.data.intake.laboratory_units import unit_of
+from freelearn.data.intake.readers.stamps import moment
 from freelearn.data.intake.readers.told_elsewhere import Told
-from freelearn.data.intake.recipes.recipe import DESIGN, FURTHER, MARKS, READINGS
+from freelearn.data.intake.recipes.recipe import DATE, DESIGN, FURTHER, MARKS, READINGS
 
 # Question → answer: texts of choices and units, numbers in the table's units.
 Answers = Mapping[str, str | float]
@@ -93,6 +96,8 @@ class _Draft:
         self.content: dict[str, Any] = {}
         self.remarks: dict[Path, str] = {}
         self.further: list[str] = []
+        self.clocks = in_order(found, self.answers)
+        self.joined_channels = [name for clock in self.clocks[1:] for name in clock.channels]
 
     def make(self) -> None:
         """Everything, in the order of the recipe."""
@@ -105,9 +110,14 @@ class _Draft:
         self._samples()
         self._constants()
         given = quantities_given(found)
-        self.content["columns"] = {name: self._column(name, column) for name, column in given.items()}
+        if self.clocks and "time_s" in given:
+            given["time_s"] = found.named(self.clocks[0].time)
+        own = {name: column for name, column in given.items() if column.name not in self.joined_channels}
+        self.content["columns"] = {name: self._column(("columns", name), name, column) for name, column in own.items()}
         if not given:
             self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
+        if self.clocks:
+            self._join(given)
         if found.pressures:
             self._members()
         step = found.of("step")
@@ -197,8 +207,36 @@ class _Draft:
                 [*([before] if before else []), f"{SECOND}, as gamma2_deg"]
             )
 
-    def _column(self, name: str, column: ColumnGuess) -> dict[str, Any]:
-        path: Path = ("columns", name)
+    def _join(self, given: Mapping[str, ColumnGuess]) -> None:
+        """The channels of the other clocks, as the recipe joins them by time."""
+        lead, *others = self.clocks
+        first = self.found.named(lead.time)
+        self.content["join"] = []
+        if first.dates:
+            self.content["columns"]["time_s"]["minus"] = start_of(first)
+            self.remarks["columns", "time_s"] = f"from {moment(start_of(first))} on"
+        if WHOSE_ROWS not in self.answers:
+            self.remarks["join",] = f"a guess: {clocks_in_words(self.found, self.clocks)}"
+        for number, clock in enumerate(others):
+            stamp = self.found.named(clock.time)
+            time, path = self._column(("join", number, "time"), "time_s", stamp), ("join", number, "time")
+            if (plus := self.answers.get(shift_key(clock))) is not None:
+                time |= shifted(first, stamp, float(plus))
+            elif first.dates and stamp.dates:
+                time["minus"] = start_of(first)
+            elif left := clock_open(first, stamp, self.answers):
+                self.remarks[path] = "; ".join(filter(None, [f"TODO: {left}", self.remarks.get(path)]))
+            columns = {
+                name: self._column(("join", number, "columns"), name, column)
+                for name, column in given.items()
+                if column.name in clock.channels
+            }
+            self.content["join"].append({"time": time, "columns": columns})
+        if first.stamps < self.found.rows:
+            self.content["drop"] = [{first.name: "blank"}]
+            self.remarks["drop",] = f"rows of the other clocks, where {first.name!r} has none"
+
+    def _column(self, path: Path, name: str, column: ColumnGuess) -> dict[str, Any]:
         entry, remarks = column_entry(column, name, self.answers)
         if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
             remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
@@ -207,7 +245,9 @@ class _Draft:
             entry["from"] = None
             remarks.insert(0, f"TODO: from {' or '.join(map(repr, names))}")
         if remarks:
-            self.remarks[path] = "; ".join(remarks)
+            before = [self.remarks[path]] if path in self.remarks else []
+            about = f"{name}: " if path[-1] == "columns" else ""
+            self.remarks[path] = "; ".join([*before, f"{about}{', '.join(remarks)}" if about else "; ".join(remarks)])
         return entry
 
     def _part(self, key: str, told: Told | None, about: str) -> tuple[Any, str]:
@@ -248,15 +288,41 @@ class _Draft:
         changes = dict(doubt.changes.get(answer, {}))
         shift, rest = changes.pop("gauge", None), changes.pop("rest", {})
         members = self.content.get("members")
-        for pressure in [m["pressure"] for m in members or ()] or [self.content["columns"].get("pressure_kpa", {})]:
+        for pressure in [m["pressure"] for m in members or ()] or [self._entry("pressure_kpa")]:
             if shift:
                 pressure["minus"] = shift
             if pressure.get("from") in rest:
                 pressure["offset"] = rest[pressure["from"]]
-        merge(self.content, changes)
         if doubt.key not in self.answers:
             for key in changes:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")
+        if len(doubt.of) == 1 and set(doubt.of) <= set(self.joined_channels):
+            changes = self._of_joined(doubt, changes)
+        for name, more in changes.pop("columns", {}).items():
+            merge(self._entry(name, doubt.of), more)
+        merge(self.content, changes)
+
+    def _of_joined(self, doubt: Doubt, changes: dict[str, Any]) -> dict[str, Any]:
+        """Changes of rows, for a channel whose rows are not those of the table: its words are blanks, and conditions
+        name the column of the table."""
+        (name,) = doubt.of
+        column = self.found.named(name).column
+        words = [word for one in changes.get("drop", ()) for word in one[name] if one[name] != "blank"]
+        made: dict[str, Any] = {"columns": {column: {"blanks": words}}} if words else {}
+        made |= {"slack": {column: changes["slack"][name]}} if "slack" in changes else {}
+        return {key: value for key, value in changes.items() if key not in ("drop", "slack")} | made
+
+    def _entry(self, name: str, of: Mapping[str, str] | None = None) -> dict[str, Any]:
+        """What the recipe says of a column of the table, wherever that stands. of: the columns of the file that are
+        meant, of which one may be the time of what is joined."""
+        places = [self.content["columns"], *(join["columns"] for join in self.content.get("join", []))]
+        if name == "time_s":
+            stamps = [clock.time in (of or {}) for clock in self.clocks[1:]]
+            places = [
+                {name: join["time"]} for join, meant in zip(self.content.get("join", []), stamps, strict=True) if meant
+            ] + places
+        entry: dict[str, Any] = next((place[name] for place in places if name in place), {})
+        return entry
 
 
 def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
@@ -265,7 +331,9 @@ def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict
     unit = str(answers.get(f"unit.{column.name}", column.unit))
     entry: dict[str, Any] = {"from": column.name}
     remarks = []
-    if unit:
+    if column.dates:
+        entry["unit"] = DATE
+    elif unit:
         entry["unit"] = SPELLED.get(unit, unit)
     elif meaning.kind != "ratio":
         entry["unit"] = None
@@ -327,6 +395,7 @@ def numbered(found: Guess) -> bool:
 
 def quantities_given(found: Guess) -> dict[str, ColumnGuess]:
     """Column of the table → the file's column that becomes it."""
-    chosen = {c.column: c for c in found.columns if c.chosen and c.name not in found.pressures}
+    others = {clock.time for clock in found.clocks[1:]}
+    chosen = {c.column: c for c in found.columns if c.chosen and c.name not in (*found.pressures, *others)}
     order = (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER)
     return {name: chosen[name] for name in order if name in chosen}

@@ -9,6 +9,8 @@ from typing import Literal
 
 from freelearn.common.errors import UserError
 from freelearn.data.beds import BEDS, Bed
+from freelearn.data.intake.guesses.clock_spans import clock_open, likely_unit, shift_key
+from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
 from freelearn.data.intake.guesses.draft import (
     SAME_SIZES,
     Answers,
@@ -58,10 +60,12 @@ def questions(found: Guess, joined: DesignGuess | None, answers: Answers) -> Ite
     """All that are to be asked, those that have been answered among them; what comes next may depend on an answer."""
     yield from which_of(found, answers)
     yield from _meanings(found, answers)
+    yield from _clocks(found)
     yield from _rows(found, joined, answers)
     yield from _bed(found, answers)
     yield from _design(found, joined, answers)
     yield from units_open(found, answers)
+    yield from _shifts(found, answers)
     yield from signs_of_the_loads(found)
     for doubt in found.doubts:
         if not doubt.rows:
@@ -119,6 +123,36 @@ def meaning_of(column: ColumnGuess) -> Question:
     options = ((NOT_USED, NOT_USED), *((name, meaning.words) for name, meaning in MEANINGS.items()))
     text = f"What is the column {column.name!r} ({column.low:.4g} … {column.high:.4g}, first {column.example})?"
     return Question(WHAT + column.name, text, "choice", options=options, short=f"column {column.name!r}")
+
+
+def _clocks(found: Guess) -> Iterator[Question]:
+    """Of several clocks the one whose rows the table has."""
+    if not found.clocks:
+        return
+    told = clocks_in_words(found, found.clocks)
+    # Pressures of several actuators are read from the table's own rows.
+    may_lead = found.clocks[:1] if found.pressures else found.clocks
+    options = ((clock.time, f"those of {clock.time!r}, the others joined to it by time") for clock in may_lead)
+    alone = (NO, "as they stand: what stands in one row is of one moment, and nothing is joined")
+    text = f"{told[:1].upper()}{told[1:]}. Which rows shall the table have?"
+    yield Question(WHOSE_ROWS, text, "choice", "", (*options, alone), found.clocks[0].time, "rows of the table")
+
+
+def _shifts(found: Guess, answers: Answers) -> Iterator[Question]:
+    """How far clocks that have no time in common lie apart."""
+    for clock in (clocks := in_order(found, answers))[1:]:
+        lead, other = found.named(clocks[0].time), found.named(clock.time)
+        if not (left := clock_open(lead, other, answers)):
+            continue
+        if lead.dates == other.dates:
+            between = left.partition(": add")[0]
+            text = f"{between}: how many seconds are to be added to {other.name!r}, negative to take off"
+            short = f"seconds added to {other.name!r}"
+        else:
+            dated, counted = (lead, other) if lead.dates else (other, lead)
+            text = f"{left.partition(': say')[0]}: at which second of {counted.name!r} was {dated.example}"
+            short = f"second of {counted.name!r} at {dated.example}"
+        yield Question(shift_key(clock), text, "number", "time_s", short=short)
 
 
 def _asked(doubt: Doubt) -> Question:
@@ -227,8 +261,8 @@ def _braid(text: str) -> Question:
 
 def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
     """The units that no heading says."""
-    before: dict[str, str] = {}
-    for column in (c for c in found.columns if c.chosen):
+    before: dict[str, str | None] = {}
+    for column in (c for c in found.columns if c.chosen and not c.dates):
         kind = MEANINGS[column.quantity or ""].kind
         if (
             not kind
@@ -240,6 +274,8 @@ def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
         such, numbers = ", ".join(UNITS[kind][:3]), f"{column.low:.4g} … {column.high:.4g}"
         text = f"Which unit has the column {column.name!r}, the {words} ({numbers}), such as {such}?"
         wanted = "" if kind == "ratio" else column.column
+        if kind == "time":
+            before[kind] = likely_unit(found, column, answers)
         yield Question(
             f"unit.{column.name}", text, "unit", wanted, proposed=before.get(kind), short=f"unit of {column.name!r}"
         )

@@ -13,10 +13,11 @@ import pandas as pd
 
 from freelearn.common.files import read_bytes
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.guesses.clocks import clocks_in_words, clocks_of, of_one_clock, with_times
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETER
-from freelearn.data.intake.guesses.reading_doubts import reading_doubts
-from freelearn.data.intake.guesses.row_doubts import row_doubts, sums
+from freelearn.data.intake.guesses.reading_doubts import pressure_doubts, reading_doubts
+from freelearn.data.intake.guesses.row_doubts import cell_doubts, row_doubts, sums
 from freelearn.data.intake.headings import INNER_DIAMETER, Confidence, heading
 from freelearn.data.intake.laboratory_units import in_units_of
 from freelearn.data.intake.readers.cells import number_styles, numbers
@@ -47,17 +48,50 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
 
 def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
     """The guess for a table that was read. said: of columns, name → a key of MEANINGS, or NOT_USED."""
-    columns = _told_apart(raw, [column_guess(raw, name) for name in raw.columns])
+    columns = with_times(raw, _told_apart(raw, [column_guess(raw, name) for name in raw.columns]))
     first = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), {})
     found = replace(with_meanings(first, said) if said else first, rivals=tuple(_rivals(raw, first)))
-    time = next((c.name for c in found.columns if c.chosen and c.quantity == "time_s"), None)
-    measured = [quantity.column for quantity in BEDS[found.bed].measured]
-    readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
-    notes = (*raw.notes, *raw_suspicions(raw, readings, time, sums=False))
-    found = replace(found, notes=notes, about=raw.about, **several_actuators(raw, found))
+    found = replace(found, notes=(*raw.notes, *_notes(raw, found)), about=raw.about, **several_actuators(raw, found))
     kept = without_sums(raw)
     found = replace(found, order_by=order_wanted(kept, found))
-    return replace(found, doubts=(*sums(raw), *row_doubts(kept, found), *reading_doubts(kept, found)))
+    return replace(found, doubts=tuple(_doubts(raw, kept, found)))
+
+
+def _notes(raw: RawTable, found: Guess) -> list[str]:
+    """What looks wrong in the columns, those of each clock by themselves, and what goes by which."""
+    measured = [quantity.column for quantity in BEDS[found.bed].measured]
+    readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
+    if not found.clocks:
+        time = found.of("time_s")
+        said = raw_suspicions(raw, readings, time.name if time else None, sums=False)
+        if found.pressures and clocks_of(found.columns, found.bed, ()):
+            said.append(
+                f"{raw.name}: the pressures {', '.join(map(repr, found.pressures))} go by several clocks, and those of "
+                "several actuators are not joined: bring them to one clock first, or keep one."
+            )
+        return said
+    said = [f"{raw.name}: {clocks_in_words(found, found.clocks)}."]
+    for clock in found.clocks:
+        own, _ = of_one_clock(raw, found, clock)
+        stamps = None if found.named(clock.time).dates else clock.time
+        said += raw_suspicions(own, [name for name in readings if name in clock.channels], stamps, sums=False)
+    return list(dict.fromkeys(said))
+
+
+def _doubts(raw: RawTable, kept: RawTable, found: Guess) -> Iterator[Doubt]:
+    """kept: the rows that are readings."""
+    yield from sums(raw)
+    if not found.clocks:
+        yield from row_doubts(kept, found)
+        yield from reading_doubts(kept, found)
+        return
+    lead, *others = (of_one_clock(kept, found, clock) for clock in found.clocks)
+    yield from row_doubts(*lead)
+    yield from reading_doubts(*lead)
+    for (own, of), clock in zip(others, found.clocks[1:], strict=True):
+        only = replace(of, columns=tuple(c for c in of.columns if c.name in (clock.time, *clock.channels)))
+        yield from cell_doubts(own, only)
+        yield from pressure_doubts(own, only)
 
 
 def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
@@ -72,10 +106,14 @@ def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
     pressures = _pressures(columns, said)
     chosen = _chosen(columns, pressures, said)
     columns = [replace(c, chosen=c.name in chosen or c.name in pressures) for c in columns]
+    bed = _bed({c.quantity for c in columns if c.chosen})
+    clocks = clocks_of(columns, bed, pressures)
+    if clocks:
+        times = [clock.time for clock in clocks]
+        columns = [replace(c, chosen=c.name in times if c.is_clock else c.chosen) for c in columns]
     known = {c.name: c.quantity for c in columns if c.chosen}
     left = tuple(d for d in found.doubts if all(known.get(name) == meaning for name, meaning in d.of.items()))
-    bed = _bed({c.quantity for c in columns if c.chosen})
-    return replace(found, columns=tuple(columns), pressures=pressures, bed=bed, doubts=left)
+    return replace(found, columns=tuple(columns), pressures=pressures, bed=bed, doubts=left, clocks=clocks)
 
 
 def column_guess(raw: RawTable, name: str) -> ColumnGuess:
@@ -140,7 +178,7 @@ def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...], said: Ma
     of equals, one with readings that differ, then the first."""
     best: dict[str, ColumnGuess] = {}
     for column in columns:
-        if not column.column or (column.quantity == "pressure_kpa" and pressures):
+        if not column.column or column.dates or (column.quantity == "pressure_kpa" and pressures):
             continue
         rank = _rank(column, said)
         if column.column not in best or rank < _rank(best[column.column], said):

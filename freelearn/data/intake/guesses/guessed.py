@@ -44,7 +44,8 @@ class Doubt:
 class ColumnGuess:
     """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
     reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
-    may name actuators, each once."""
+    may name actuators, each once. clock: of a column that may be a clock its name, or that of an earlier one that tells
+    the same time; dates: whether its cells are dates; stamps: how many of them there are."""
 
     name: str
     quantity: str | None
@@ -55,6 +56,14 @@ class ColumnGuess:
     high: float
     chosen: bool = False
     words: tuple[str, ...] = ()
+    clock: str = ""
+    dates: bool = False
+    stamps: int = 0
+
+    @property
+    def is_clock(self) -> bool:
+        """Whether it stamps the channels beside it."""
+        return bool(self.clock) and self.quantity == "time_s"
 
     @property
     def column(self) -> str:
@@ -70,6 +79,14 @@ class ColumnGuess:
     def meant(self) -> dict[str, str]:
         """Its name and its meaning."""
         return {self.name: self.quantity or ""}
+
+
+@dataclass(frozen=True)
+class Clock:
+    """One of several times in a file. time: its column. channels: the columns of readings that go by it."""
+
+    time: str
+    channels: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -99,14 +116,22 @@ class Guess:
     rivals: tuple[tuple[str, ...], ...] = ()
     # What the numbers leave open.
     doubts: tuple[Doubt, ...] = ()
+    # Where channels go by several: first the one whose rows the table has.
+    clocks: tuple[Clock, ...] = ()
 
     def of(self, quantity: str) -> ColumnGuess | None:
-        """The column chosen for a quantity."""
+        """The column chosen for a quantity; of several clocks the first."""
+        if quantity == "time_s" and self.clocks:
+            return self.named(self.clocks[0].time)
         return next((c for c in self.columns if c.chosen and c.quantity == quantity), None)
 
     def open_rivals(self, answers: Mapping[str, str | float]) -> list[tuple[str, ...]]:
         """Those of which nobody has said what they are."""
         return [names for names in self.rivals if not any(f"{WHAT}{name}" in answers for name in names)]
+
+    def named(self, name: str) -> ColumnGuess:
+        """The column of a name."""
+        return next(c for c in self.columns if c.name == name)
 
     def told(self, name: str, member: int = 0) -> Told | None:
         """What the file says elsewhere of a part of the design: of one of the actuators on an end block, or of all."""

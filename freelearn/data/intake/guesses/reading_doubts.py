@@ -29,8 +29,7 @@ def reading_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """raw: without rows that sum up others."""
     if found.bed != "dead_load":
         yield from _levels(raw, found)
-    absolute = list(_absolute(found))
-    yield from absolute or _gauges(raw, found)
+    yield from pressure_doubts(raw, found)
     if found.bed != "dead_load":
         yield from _zeros(raw, found)
         yield from _slack(raw, found)
@@ -76,6 +75,11 @@ def levels_of(values: np.ndarray) -> tuple[int, float, float] | None:
     if len(distinct) == levels or visits.min() < LEAST_VISITS or between <= LEVELS_APART * width:
         return None
     return levels, width, round(between, 12)
+
+
+def pressure_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Whether the pressures have the atmosphere in them, or what their gauges read at rest."""
+    yield from list(_absolute(found)) or _gauges(raw, found)
 
 
 def _absolute(found: Guess) -> Iterator[Doubt]:

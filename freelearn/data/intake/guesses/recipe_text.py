@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 # Sections of which each entry has a line of its own; of the others all of it stands on one.
-BLOCKS = ("constants", "columns", "samples", "design", "members", "tests")
+BLOCKS = ("constants", "columns", "samples", "design", "members", "join", "tests")
 
 Path = tuple[str | int, ...]
 

@@ -14,6 +14,7 @@ from freelearn.data.intake.laboratory_units import in_units_of
 from freelearn.data.intake.plateaus import find_plateaus
 from freelearn.data.intake.readers.cells import POINTS, few, number_styles, numbers
 from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.stamps import seconds
 from freelearn.data.intake.recipes.recipe import DESIGN, STATE
 from freelearn.data.intake.suspicious import summary_rows
 
@@ -45,10 +46,17 @@ def row_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     yield from _plateaus(raw, found)
 
 
-def _words(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+def cell_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Those about channels that are joined by time, whose rows are no rows of the table. raw: rows of their clock."""
+    yield from _words(raw, found, joined=True)
+    yield from _groups(raw, found)
+
+
+def _words(raw: RawTable, found: Guess, joined: bool = False) -> Iterator[Doubt]:
     for column in found.measured:
-        bad = numbers(raw.columns[column.name], raw.style).bad
-        cells = {row: raw.columns[column.name][row].strip() for row in bad}
+        cells_of = raw.columns[column.name]
+        bad = seconds(cells_of)[1] if column.dates else list(numbers(cells_of, raw.style).bad)
+        cells = {row: cells_of[row].strip() for row in bad}
         words = list(dict.fromkeys(cells.values()))
         if not words:
             continue
@@ -62,9 +70,9 @@ def _words(raw: RawTable, found: Guess) -> Iterator[Doubt]:
             yield Doubt("read", text, f"{words[0]!r} is", options, of=column.meant, changes=changes, rows=True)
             return
         text = f"{where}: {shown} is no number. What of it?"
-        blank = [] if column.quantity in STATE else [("blank", "read those cells as blank")]
+        blank = [("blank", "read those cells as blank")] if joined or column.quantity not in (*STATE, "time_s") else []
         changes = {"rows": {"drop": [{column.name: words}]}, "blank": {"columns": {column.column: {"blanks": words}}}}
-        options = (("rows", "leave those rows out"), *blank)
+        options = (*(() if joined else (("rows", "leave those rows out"),)), *blank)
         yield Doubt(f"words.{column.name}", text, where, options, of=column.meant, changes=changes, rows=True)
 
 

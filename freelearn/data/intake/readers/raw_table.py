@@ -10,6 +10,7 @@ import numpy as np
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.readers.cells import POINTS, Style, numbers
+from freelearn.data.intake.readers.stamps import seconds
 from freelearn.data.intake.readers.told_elsewhere import Told
 
 MOST_SHOWN = 3
@@ -65,6 +66,19 @@ class RawTable:
             more = f" (and {len(rows) - MOST_SHOWN} more such cells)" if len(rows) > MOST_SHOWN else ""
             raise UserError(f"{self.name}, column {name!r}: {shown}{more}.")
         return read.values
+
+    def seconds(self, column: str, blanks: Sequence[str] = ()) -> np.ndarray:
+        """A column of dates as seconds since 1970, of times of day since midnight; NaN where blank. blanks: further
+        words for it. Raises UserError where a cell is neither."""
+        name = self.known(column)
+        values, bad = seconds(self.columns[name], blanks)
+        if bad:
+            shown = repr(self.columns[name][bad[0]].strip()[:30])
+            raise UserError(
+                f"{self.name}, column {name!r}: line {self.lines[bad[0]]} {shown} is "
+                "no date with a time of day such as 2026-02-25 10:00:00.5: correct it, or leave its row out with drop:."
+            )
+        return values
 
     def maybe_numbers(self, column: str) -> np.ndarray | None:
         """The same, or None where the column holds text or nothing."""

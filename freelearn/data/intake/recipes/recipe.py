@@ -34,6 +34,9 @@ FURTHER = ("time_s", "temperature_c")
 MARKS = ("buckled", "slack", "left_out")
 QUANTITIES = (*DESIGN, *STATE, *READINGS, *FURTHER)
 
+# The unit of a time whose cells are dates with a time of day.
+DATE = "date"
+
 Cell = str | float
 
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.laboratory_units import conversion, unit_of
-from freelearn.data.intake.recipes.recipe import QUANTITIES, Column, Condition, Constants, Term, Test
+from freelearn.data.intake.recipes.recipe import DATE, QUANTITIES, Column, Condition, Constants, Term, Test
 from freelearn.data.intake.recipes.recipe_section import Section, is_number
 
 # The conditions of a recipe: which cells rows must have.
@@ -159,6 +159,8 @@ def _unit(section: Section, wanted: str) -> str:
         section.say(f"has no unit: add unit: (the table's is {wanted.replace('*', '·')})")
         return ""
     unit = section.text("unit")
+    if wanted == "s" and unit == DATE:
+        return unit
     try:
         conversion(unit, wanted)
     except UserError as mistake:

@@ -1,0 +1,144 @@
+"""Which channels of a file go by which of its clocks: several pairs of a time and its readings side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from freelearn.data.beds import BEDS
+from freelearn.data.intake.guesses.guessed import NO, Clock, ColumnGuess, Guess
+from freelearn.data.intake.headings import time_unit
+from freelearn.data.intake.readers.cells import is_blank
+from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.stamps import seconds_of
+from freelearn.data.intake.recipes.recipe import READINGS, STATE
+
+# What a clock's rows are readings of.
+CHANNELS = (*STATE, *READINGS, "temperature_c")
+# A clock has so many readings, and rises in nearly all of them: single stamps may be out of order.
+LEAST_READINGS, FALLING = 3, 0.1
+# Two columns tell one time if they agree up to this share of a step; from beginnings that lie apart, of the whole:
+# one of them may be written in whole seconds.
+SAME, ROUGHLY = 1e-3, 0.05
+# The key of the question whose rows the table has.
+WHOSE_ROWS = "clock"
+
+
+def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:
+    """The columns with those marked that may be clocks: whose words say time, or nothing known, and whose numbers rise;
+    or dates."""
+    out: list[ColumnGuess] = []
+    known: list[tuple[str, np.ndarray]] = []
+    for column in columns:
+        unit = time_unit(column.name, raw.units.get(column.name, ""))
+        worded = unit is not None
+        if column.quantity not in (None, "time_s") and not worded:
+            out.append(column)
+            continue
+        if not column.numeric:
+            stamps = _dates(raw, column) if worded else 0
+            dates = replace(column, quantity="time_s", clock=column.name, dates=True, stamps=stamps)
+            out.append(dates if stamps else column)
+            continue
+        values = raw.most_numbers(column.name)
+        if values is None or not _rises(values):
+            out.append(column)
+            continue
+        same = next((name for name, before in known if _same(before, values)), column.name)
+        if unit is not None and column.quantity != "time_s":
+            column = replace(column, quantity="time_s", unit=unit, confidence="likely")
+        if column.quantity == "time_s":
+            known.append((column.name, values))
+        out.append(replace(column, clock=same, stamps=int(np.isfinite(values).sum())))
+    return out
+
+
+def _dates(raw: RawTable, column: ColumnGuess) -> int:
+    """How many cells there are, where they are dates with times of day; else 0."""
+    cells = [cell for cell in raw.text(column.name) if not is_blank(cell)]
+    dates = len(cells) >= LEAST_READINGS and None not in (seconds_of(cells[0]), seconds_of(cells[-1]))
+    return len(cells) if dates else 0
+
+
+def _rises(values: np.ndarray) -> bool:
+    there = values[np.isfinite(values)]
+    return len(there) >= LEAST_READINGS and bool(there[-1] > there[0]) and float((np.diff(there) < 0).mean()) <= FALLING
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two columns tell one time of each row, in two units, or from two beginnings that lie apart; a shift by
+    less is that of a second clock."""
+    there = np.isfinite(one)
+    if (there != np.isfinite(other)).any():
+        return False
+    one, other = one[there], other[there]
+    factor = float((other[-1] - other[0]) / (one[-1] - one[0]))
+    shift = float(other[0] - factor * one[0])
+    little = SAME * factor * float(np.median(np.abs(np.diff(one))))
+    off = float(np.abs(other - factor * one - shift).max())
+    if other[-1] < factor * one[0] or other[0] > factor * one[-1]:
+        return off <= ROUGHLY * float(other[-1] - other[0])
+    return max(off, abs(shift)) <= little
+
+
+def clocks_of(columns: Sequence[ColumnGuess], bed: str, pressures: Sequence[str]) -> tuple[Clock, ...]:
+    """The clocks with the chosen channels beside each; () where all go by one. The first is the one whose rows the
+    table has: of most of what the bed measures, so that no reading is counted twice. pressures: of several actuators,
+    which are not joined: () where they go by several clocks."""
+    there = [c for c in columns if c.is_clock or (c.chosen and c.column in CHANNELS)]
+    if there and not there[0].is_clock and there[-1].is_clock and not there[-1].dates:
+        # Each time stands behind what it stamps.
+        there.reverse()
+    channels: dict[str, list[str]] = {}
+    now = next((c.clock for c in there if c.is_clock), "")
+    for column in there:
+        if column.is_clock:
+            now = column.clock
+        else:
+            channels.setdefault(now, []).append(column.name)
+    holding = {clock for clock, own in channels.items() if set(own) & set(pressures)}
+    if len(channels) < 2 or len(holding) > 1:
+        return ()
+    by_name = {c.name: c for c in columns}
+    measured, imposed = ([q.column for q in kind] for kind in (BEDS[bed].measured, BEDS[bed].imposed))
+
+    def rank(name: str) -> tuple[bool, bool, int, int]:
+        own = [by_name[channel].column for channel in channels[name]]
+        return (name not in holding, by_name[name].dates, -len({*own} & {*measured}), -len({*own} & {*imposed}))
+
+    return tuple(Clock(name, tuple(channels[name])) for name in sorted(channels, key=rank))
+
+
+def in_order(found: Guess, answers: Mapping[str, str | float]) -> tuple[Clock, ...]:
+    """The clocks as somebody said: first the one whose rows the table has; () where nothing is to be joined."""
+    said = answers.get(WHOSE_ROWS)
+    if said == NO:
+        return ()
+    return tuple(sorted(found.clocks, key=lambda clock: clock.time != said)) if said else found.clocks
+
+
+def of_one_clock(raw: RawTable, found: Guess, clock: Clock) -> tuple[RawTable, Guess]:
+    """The rows that a clock stamps, and the guess at what goes by no other."""
+    others = {name for other in found.clocks if other is not clock for name in (other.time, *other.channels)}
+    rows = [row for row, cell in enumerate(raw.text(clock.time)) if not is_blank(cell)]
+    names = [name for name in raw.columns if name not in others]
+    own = replace(raw.rows(rows), columns={name: [raw.columns[name][row] for row in rows] for name in names})
+    columns = tuple(replace(c, chosen=c.chosen and c.name not in others) for c in found.columns)
+    return own, replace(found, columns=columns, clocks=())
+
+
+def clocks_in_words(found: Guess, clocks: Sequence[Clock]) -> str:
+    """What is assumed of the clocks, in a sentence."""
+    lead, *others = clocks
+    told = "; ".join(f"{_listed(clock.channels)} by {clock.time!r}" for clock in others)
+    return (
+        f"the file has {len(clocks)} clocks: {_listed(lead.channels)} by {lead.time!r}, whose rows the table has, and "
+        f"joined to them by time {told}"
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = [repr(name) for name in names]
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"

@@ -1,0 +1,207 @@
+"""Several clocks in what a laboratory took down: the draft sees them, and what is joined by it are the numbers that a
+hand joins."""
+
+import json
+
+import numpy as np
+import pytest
+from test_draft_questions import USUAL, interview
+from test_messy import table_of, write
+
+from freelearn.common.errors import UserError
+from freelearn.data.intake.convert import convert
+from freelearn.data.intake.guesses.draft import draft
+from freelearn.data.intake.guesses.guess import guess_table
+from freelearn.data.intake.guesses.guessed import NO
+from freelearn.data.intake.guesses.joined import Guessed
+from freelearn.data.intake.readers.raw_files import raw_table
+from freelearn.data.intake.recipes.recipe_file import recipe_of
+
+# What the rig set, by a clock of its own [s, mm, kPa], and the force by another [s, N]: the two begin and end apart.
+SET_S, READ_S = np.arange(0, 30, 0.25), np.arange(1.003, 27, 0.04)
+ELONGATION, PRESSURE = 4 * np.sin(0.4 * SET_S), 80 + 60 * np.sin(0.9 * SET_S + 1)
+FORCE = 20 * np.cos(0.7 * READ_S) - 30
+
+
+def pairs(header, columns, separator=",", decimal="."):
+    """Columns of different lengths side by side, as text."""
+    longest = max(map(len, columns))
+    cells = [[f"{v:.15g}".replace(".", decimal) if isinstance(v, float) else v for v in c] for c in columns]
+    rows = [separator.join(c[i] if i < len(c) else "" for c in cells) for i in range(longest)]
+    return "\n".join([separator.join(header), *rows, ""])
+
+
+def columns(time=1.0, other=1.0, pressure=1.0):
+    """Those of the rig and those of the load cell, in units of which so many are one of s, s and kPa."""
+    return [(time * SET_S).tolist(), ELONGATION.tolist(), (pressure * PRESSURE).tolist(), (other * READ_S).tolist(),
+            FORCE.tolist()]  # fmt: skip
+
+
+def found_in(text):
+    return guess_table(raw_table(text.encode(), "raw.csv"))
+
+
+def within(time, other):
+    return (time >= other[0]) & (time <= other[-1])
+
+
+def is_joined(table):
+    """Against what a hand joins: the load cell's rows, and between two readings of the rig a straight line."""
+    inside = within(READ_S, SET_S)
+    np.testing.assert_allclose(table["time_s"], READ_S[inside], atol=1e-6)
+    np.testing.assert_allclose(table["force_n"], FORCE[inside], rtol=1e-8)
+    for name, values in (("elongation_mm", ELONGATION), ("pressure_kpa", PRESSURE)):
+        np.testing.assert_allclose(table[name], np.interp(READ_S[inside], SET_S, values), atol=1e-6)
+
+
+HEADINGS = {
+    "english": (("Time [s]", "Extension [mm]", "Pressure [kPa]", "Time cell [ms]", "Force [N]"), 1, 1000, 1),
+    "german": (("Zeit [s]", "Weg [mm]", "Druck [bar]", "Zeit Kraft [ms]", "Kraft [N]"), 1, 1000, 0.01),
+    "french": (("Temps [min]", "Allongement [mm]", "Pression [bar]", "Temps 2 [s]", "Force [N]"), 1 / 60, 1, 0.01),
+    "italian": (("Tempo [s]", "Spostamento [mm]", "Pressione [kPa]", "Tempo [s]", "Forza [N]"), 1, 1, 1),
+    "spanish": (("Tiempo [s]", "Desplazamiento [mm]", "Presión [MPa]", "Tiempo F [s]", "Fuerza [N]"), 1, 1, 1e-3),
+    "japanese": (("時間[s]", "変位[mm]", "圧力[kPa]", "時間2[s]", "力[N]"), 1, 1, 1),
+    "short": (("t_P [s]", "dl_mm", "P_kPa", "t_F [ms]", "F_N"), 1, 1000, 1),
+}
+
+
+@pytest.mark.parametrize("language", HEADINGS)
+def test_pairs_in_one_file_are_drafted_with_a_join(language, tmp_path):
+    header, time, other, pressure = HEADINGS[language]
+    text = pairs(header, columns(time, other, pressure), ";", "," if language != "japanese" else ".")
+    found = found_in(text)
+    assert [clock.channels for clock in found.clocks] == [(header[4],), (header[1], header[2])]
+    (said,) = [note for note in found.notes if "clocks" in note]
+    assert f"{header[4]!r} by" in said
+    assert "whose rows the table has" in said
+    assert repr(header[2]) in said
+    is_joined(table_of(write(tmp_path / "raw.csv", text)))
+    # And a page can keep the guess.
+    assert Guessed.from_plain(json.loads(json.dumps(Guessed(found).plain()))).found.clocks == found.clocks
+
+
+def test_each_time_may_stand_behind_its_channels(tmp_path):
+    first, dl, pressure, second, force = columns()
+    header = ("dl_mm", "P_kPa", "t1 [s]", "F_N", "t2 [s]")
+    is_joined(table_of(write(tmp_path / "raw.csv", pairs(header, [dl, pressure, first, force, second]))))
+
+
+def test_three_clocks_and_what_is_asked_of_them():
+    warm = 20 + 0.1 * np.arange(0, 28, 1.0)
+    header = ("t1 [s]", "dl_mm", "P_kPa", "t2", "F_N", "t3", "Temp [°C]")
+    text = pairs(header, [*columns(other=1000), np.arange(0, 28, 1.0).tolist(), warm.tolist()])
+    found = found_in(text)
+    assert [clock.time for clock in found.clocks] == ["t2", "t1 [s]", "t3"]
+    # By milliseconds, and by seconds, they run as the first does; with a unit that nobody can tell they are asked for.
+    made, asked, recipe = interview(found, USUAL | {"clock": "2"})
+    assert {"clock", "unit.t2", "unit.t3"} <= set(asked)
+    assert "TODO" not in recipe
+    assert (made["unit.t2"], made["unit.t3"]) == ("ms", "s")
+    table = convert(recipe_of(recipe, "r"), {"raw.csv": text.encode()}).table
+    # The rig's rows, as was answered.
+    inside = within(SET_S, READ_S)
+    np.testing.assert_allclose(table["pressure_kpa"], PRESSURE[inside], atol=1e-6)
+    np.testing.assert_allclose(table["temperature_c"], np.interp(SET_S[inside], np.arange(0, 28, 1.0), warm), atol=1e-6)
+    # Faster than the rows: through the low-pass, which leaves so slow a force.
+    np.testing.assert_allclose(table["force_n"][5:-5], 20 * np.cos(0.7 * SET_S[inside][5:-5]) - 30, atol=0.02)
+    alone = recipe_of(interview(found, USUAL | {"clock": NO, "gaps": "1"})[2], "r")
+    assert not alone.join
+
+
+def test_clocks_that_begin_apart_are_asked_for_the_seconds_between():
+    header = ("t1 [s]", "dl_mm", "P_kPa", "t2 [s]", "F_N")
+    text = pairs(header, [*columns()[:3], (READ_S + 5000).tolist(), FORCE.tolist()])
+    found = found_in(text)
+    drafted = draft(found)
+    assert "TODO: 't1 [s]' runs from 0 to 29.75 s, 't2 [s]' from 5001.003" in drafted
+    assert "common start" in drafted
+    _, asked, recipe = interview(found, USUAL | {"plus.t1 [s]": "5000"})
+    assert "plus.t1 [s]" in asked
+    assert "TODO" not in recipe
+    table = convert(recipe_of(recipe, "r"), {"raw.csv": text.encode()}).table
+    is_joined(table.assign(time_s=table["time_s"] - 5000))
+
+
+def test_what_is_one_clock_is_joined_to_nothing():
+    time = SET_S.tolist()
+    channels = [ELONGATION.tolist(), PRESSURE.tolist(), np.cos(SET_S).tolist()]
+    for other in ((1000 * SET_S).tolist(), (SET_S + 1.77e9).tolist()):
+        header = ("t [s]", "dl_mm", "P_kPa", "t_ms", "F_N")
+        assert not found_in(pairs(header, [time, *channels[:2], other, channels[2]])).clocks
+    # A shift by less than the recording is another clock's; a number of the row is none.
+    late = found_in(pairs(("t [s]", "dl_mm", "P_kPa", "t2 [s]", "F_N"), [time, *channels[:2], (SET_S + 0.1).tolist(),
+                                                                         channels[2]]))  # fmt: skip
+    assert [clock.time for clock in late.clocks] == ["t2 [s]", "t [s]"]
+    number = [str(i) for i in range(len(SET_S))]
+    assert not found_in(pairs(("t [s]", "dl_mm", "P_kPa", "No.", "F_N"), [time, *channels[:2], number,
+                                                                         channels[2]])).clocks  # fmt: skip
+
+
+def test_doubts_about_joined_channels_change_what_is_joined():
+    first, dl, pressure, second, force = columns(pressure=1.0)
+    pressure = [v + 101.325 - 20 for v in pressure]
+    pressure[7], force[3] = "OL?", "kaputt"
+    header = ("t1 [s]", "dl_mm", "P_kPa", "t2 [s]", "F_N")
+    text = pairs(header, [first, dl, pressure, second, force])
+    _, asked, recipe = interview(found_in(text), USUAL | {"words.F_N": "1", "words.P_kPa": "1", "absolute": "y"})
+    assert {"words.F_N", "words.P_kPa", "absolute"} <= set(asked)
+    table = convert(recipe_of(recipe, "r"), {"raw.csv": text.encode()}).table
+    left, known = np.arange(len(READ_S)) != 3, np.arange(len(SET_S)) != 7
+    np.testing.assert_allclose(table["time_s"], READ_S[left], rtol=1e-9)
+    expected = np.interp(READ_S[left], SET_S[known], PRESSURE[known] - 20)
+    np.testing.assert_allclose(table["pressure_kpa"], expected, atol=1e-6)
+
+
+def stamps(time, form="iso"):
+    """Times [s] as a logger that was started at 9:59:30 writes them."""
+    hours = [f"{9 + int(t + 3570) // 3600:02d}:{int(t + 3570) % 3600 // 60:02d}:{(t + 3570) % 60:06.3f}" for t in time]
+    if form == "german":
+        return [f"25.02.2026 {cell}".replace(".", ",").replace("25,02,2026", "25.02.2026") for cell in hours]
+    return [f"2026-02-25{'T' if form == 'zone' else ' '}{cell}{'Z' if form == 'zone' else ''}" for cell in hours]
+
+
+@pytest.mark.parametrize(("first", "second"), [("iso", "iso"), ("german", "zone")])
+def test_clocks_of_dates_need_no_common_start(first, second, tmp_path):
+    header = ("Zeitstempel", "dl_mm", "P_kPa", "timestamp", "F_N")
+    text = pairs(header, [stamps(SET_S, first), *columns()[1:3], stamps(READ_S, second), FORCE.tolist()], ";")
+    table = table_of(write(tmp_path / "raw.csv", text))
+    # The table begins at the load cell's first whole second.
+    is_joined(table.assign(time_s=table["time_s"] + 1))
+
+
+def test_dates_beside_seconds_say_what_is_needed():
+    header = ("Zeitstempel", "dl_mm", "P_kPa", "t2 [s]", "F_N")
+    text = pairs(header, [stamps(SET_S), *columns()[1:]])
+    found = found_in(text)
+    drafted = draft(found)
+    assert "TODO: 'Zeitstempel' holds dates, from 2026-02-25 09:59:30.000 on, and 't2 [s]' counts seconds" in drafted
+    for key in ("gamma_deg: 25", "length_mm: 150", "inner_radius_mm: 5", "outer_radius_mm: 6", "twist_deg: 0"):
+        drafted = drafted.replace(f"  {key.split()[0]}   #", f"  {key}   #")
+    with pytest.raises(
+        UserError, match=r"have no common start: join\[1\]\.time holds dates, from .*minus: 1772013570,"
+    ):
+        convert(recipe_of(drafted, "r"), {"raw.csv": text.encode()})
+    with pytest.raises(UserError, match=r"of join\[1\]\.time holds dates.*unit: date"):
+        convert(recipe_of(drafted.replace("unit: date", "unit: s"), "r"), {"raw.csv": text.encode()})
+    for chosen in ("1", "2"):
+        _, asked, recipe = interview(found, USUAL | {"clock": chosen, "plus.Zeitstempel": "0", "plus.t2 [s]": "0"})
+        table = convert(recipe_of(recipe, "r"), {"raw.csv": text.encode()}).table
+        assert any(key.startswith("plus.") for key in asked)
+        assert "TODO" not in recipe
+        if chosen == "1":
+            is_joined(table)
+        else:
+            inside = within(SET_S, READ_S)
+            np.testing.assert_allclose(table["time_s"], SET_S[inside], atol=1e-6)
+            np.testing.assert_allclose(table["pressure_kpa"], PRESSURE[inside], atol=1e-6)
+
+
+def test_pressures_of_several_actuators_lead_or_are_said_to_go_by_several_clocks():
+    header = ("t1 [s]", "dl_mm", "P1_kPa", "P2_kPa", "t2 [s]", "F_N")
+    rig = [SET_S.tolist(), ELONGATION.tolist(), PRESSURE.tolist(), (0.5 * PRESSURE).tolist()]
+    found = found_in(pairs(header, [*rig, READ_S.tolist(), FORCE.tolist()]))
+    assert [clock.time for clock in found.clocks] == ["t1 [s]", "t2 [s]"]
+    header = ("t1 [s]", "dl_mm", "P1_kPa", "t2 [s]", "P2_kPa", "F_N")
+    found = found_in(pairs(header, [*rig[:3], READ_S.tolist(), READ_S.tolist(), FORCE.tolist()]))
+    assert not found.clocks
+    assert any("go by several clocks, and those of several actuators are not joined" in note for note in found.notes)
