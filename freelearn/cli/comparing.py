@@ -59,9 +59,9 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
         console.print(rich_table(table))
     sections = [Section("The two runs", names), *(Section.of_table(table) for table in tables)]
     numbers = {"comparison.csv": found.rows}
-    charts = _charts(found)
+    drawn = charts(found)
     said = ["Readings (dots) and both models (A solid, B dashed), at the states where the models differ most."]
-    sections.append(Section("Curves", said, charts=charts, numbers=numbers))
+    sections.append(Section("Curves", said, charts=drawn, numbers=numbers))
     out.parent.mkdir(parents=True, exist_ok=True)
     simulated = any(bool((run.run.content.get("data") or {}).get("simulated")) for run in runs)
     write_page(out, "Two runs side by side", simulated, sections)
@@ -109,12 +109,14 @@ def _value(value: float, error: float, untold: bool) -> str:
     return f"{shown} ± {number(error, 2)}" if math.isfinite(error) else shown
 
 
-def _charts(found: Compared) -> list[Any]:
+def charts(found: Compared) -> list[Any]:
+    """Curves of both runs at the states where they differ most, as Bokeh's figures."""
     from bokeh.plotting import figure
 
     from freelearn.data.beds import bed_of
+    from freelearn.queries.curves.shown_states import state_title
 
-    rows, charts = found.rows, []
+    rows, drawn = found.rows, []
     bed = bed_of(rows)
     state = ["sample", *(q.column for q in bed.state if q.column in rows)]
     for quantity in bed.measured:
@@ -124,12 +126,12 @@ def _charts(found: Compared) -> list[Any]:
         apart = (rows[pair[0]] - rows[pair[1]]).abs().groupby([rows[name] for name in state]).max()
         for place in apart.nlargest(MOST_STATES // len(bed.measured)).index:
             there = rows[(rows[state] == list(place)).all(axis=1)].sort_values("pressure_kpa")
-            title = ", ".join(f"{name} {value:g}" for name, value in zip(state, place, strict=True))
+            title = state_title(there)
             chart = figure(width=420, height=300, title=title, x_axis_label="pressure P [kPa]",
                            y_axis_label=quantity.label, toolbar_location=None)  # fmt: skip
             chart.scatter(there["pressure_kpa"], there[quantity.column], color="#444444", size=5, legend_label="read")
             for name, letter, dash, color in zip(pair, "AB", ("solid", "dashed"), ("#0072B2", "#D55E00"), strict=True):
                 chart.line(there["pressure_kpa"], there[name], line_dash=dash, color=color, line_width=2,
                            legend_label=letter)  # fmt: skip
-            charts.append(chart)
-    return charts
+            drawn.append(chart)
+    return drawn

@@ -1,5 +1,7 @@
 """`compare`: each run's error on the rows that both have is its own error on these rows."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ from fitted_folders import continuum, folder_of, grid, shown
 
 import freelearn
 from freelearn.api.compared import Compared, compared
-from freelearn.cli.comparing import compare, parameters_table
+from freelearn.cli.comparing import charts, compare, parameters_table
 from freelearn.common.errors import UserError
 
 
@@ -30,6 +32,11 @@ def test_two_runs_on_the_rows_that_both_have(tmp_path, capsys):
     assert expected > 0.1
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Errors on the same rows" in page
+    # States are told as everywhere, with their units.
+    both = compared([freelearn.load(tmp_path / name) for name in "ab"])
+    titles = [chart.title.text for chart in charts(both)]
+    assert titles
+    assert all(re.fullmatch(r"sample \d+, [+-]\d+ mm, [+-]\d+°", title) for title in titles), titles
     assert "http://" not in page.split("<script>")[0]
 
 

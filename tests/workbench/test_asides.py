@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -145,6 +146,12 @@ def test_the_rubber_of_three_files_is_fitted(session):
     found = json.loads(Path(page.save.file).read_text())["parameters"]
     assert found["C1"]["value"] == pytest.approx(0.4e6, rel=1e-3)
     assert page.picture.visible
+    # The lines of Python run as they stand, and take the rubber over.
+    lines = page.lines.object.rsplit("<pre", 1)[1].split(">", 1)[1].removesuffix("</pre>")
+    said = unescape(lines).splitlines()
+    assert said[0] == "import freelearn as fl"
+    run = eval(said[1], {"fl": freelearn})
+    assert run.frame().loc["C1", "value"] == pytest.approx(found["C1"]["value"], rel=1e-12)
     assert "python -m freelearn start Zug.csv equi.csv" in page.lines.object
     assert "spannung" in Path(page.recipe.file).read_text().lower()
     assert Path(page.report.file).exists()
@@ -232,7 +239,14 @@ def test_a_study_is_run_and_shown(session, tmp_path):
     page.studying.asked()
     assert "Tick a model" in page.studying.wrong.object
     page.studying.models.value, page.studying.trains.value = ["linear"], ["sample3", "sample6"]
+    # What no fit can be made of is said before, not left out of the maps.
+    asked, session.question = session.question, replace(session.question, effects=("fiber_tension_only",))
     page.studying.asked()
+    assert "cannot join model &#39;linear&#39;" in page.studying.wrong.object
+    assert not session.busy
+    session.question = asked
+    page.studying.asked()
+    assert not page.studying.wrong.object
     session.poll()
     page.refresh()
     table = pd.read_csv(page.choice.value)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from freelearn.workbench.state.question import OWN, Question
@@ -32,6 +34,16 @@ def python_lines(question: Question, kind: str) -> list[str]:
         loaded = f"fl.load({question.run!r})"
         return [f"{FACE}, pandas as pd", f"blanks = pd.read_csv({table})", f"{loaded}.invert(blanks).frame()"]
     return [FACE, f"fl.plan({question.run!r}, rows={question.rows}).frame()"]
+
+
+def rubber_lines(question: Question, specimen: Path, effects: Sequence[str]) -> list[str]:
+    """How a fit takes over the rubber that tests have told: of the data that are chosen, or of a table to be named."""
+    asked = replace(question, model="continuum", train="constituent", effects=tuple(effects), own=())
+    options = dict(arguments(asked, "train"))
+    table = options.pop("table") or "mine.csv"
+    given = {name: value for name, value in options.items() if name in ("data", "bed", "members", "effects")}
+    words = {"train": "constituent", "constituent": str(specimen), **given}
+    return [FACE, f"fl.fit({table!r}, {', '.join(f'{name}={value!r}' for name, value in words.items())})"]
 
 
 def _own(question: Question) -> list[str]:

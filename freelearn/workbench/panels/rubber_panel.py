@@ -11,6 +11,7 @@ from freelearn.data.intake.rubber.rubber_guess import RubberGuess, tests_of
 from freelearn.data.intake.rubber.rubber_questions import rubber_draft, rubber_questions
 from freelearn.workbench.panels.asides import Aside
 from freelearn.workbench.panels.file_questions import OpenQuestions
+from freelearn.workbench.panels.python_lines import rubber_lines
 from freelearn.workbench.panels.widgets import Dropper, Tick, download, say, words
 from freelearn.workbench.state.question import Question
 from freelearn.workbench.state.session import Session
@@ -137,10 +138,9 @@ class Rubber(Aside):
         """The command, and how a fit in Python takes over what came out."""
         folder = self.session.asides[self.kind]["folder"]
         found = self.session.read({"folder": folder}, self.file) or {}
-        effects = f", effects={found['effects']!r}" if found.get("effects") else ""
-        constituent = "constituent='outputs/rubber/specimen.json'"
-        lines = f"import freelearn as fl\nfl.fit('mine.csv', train='constituent', {constituent}{effects})"
-        return [question.command(self.kind), lines]
+        specimen = self.session.folder / folder / self.file
+        lines = rubber_lines(self.session.question, specimen.resolve(), found.get("effects", ()))
+        return [question.command(self.kind), "\n".join(lines)]
 
 
 def _apart(text: str) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import panel as pn
 
+from freelearn.common.errors import UserError
 from freelearn.workbench.panels.python_lines import python_lines
 from freelearn.workbench.panels.widgets import Part, heading, say, words
 from freelearn.workbench.state.own_code import models
@@ -38,10 +39,24 @@ class Studying(Part):
 
     def asked(self) -> None:
         """Runs it."""
-        if self.models.value and self.trains.value:
+        wrong = [] if self.models.value and self.trains.value else ["Tick a model and a training set at least."]
+        wrong = wrong or self._impossible()
+        say(self.wrong, wrong, "bad")
+        if not wrong:
             self.session.study(self.models.value, self.trains.value)
-        else:
-            say(self.wrong, ["Tick a model and a training set at least."], "bad")
+
+    def _impossible(self) -> list[str]:
+        """Why models that are ticked cannot have the effects that were added."""
+        # torch is imported with them: not before somebody asks for a study.
+        from freelearn.physics.models.build import build_model
+
+        reasons = []
+        for name in self.models.value:
+            try:
+                build_model(name, effects=self.session.question.effects)
+            except UserError as problem:
+                reasons.append(f"{problem} Untick one of them.")
+        return reasons
 
     def refresh(self) -> None:
         """Shows the session as it is."""

@@ -96,7 +96,11 @@ class Sweeps:
         order = list(PUBLISHED)
         labels = sorted(dict.fromkeys(shown["label"]), key=lambda n: order.index(n) if n in order else len(order))
         more = f" First {MOST_MAPS} of {len(labels)}." if len(labels) > MOST_MAPS else ""
-        say(self.note, [f"Error E of every training set on every test set; one color scale.{more}"], "quiet")
+        say(
+            self.note,
+            [f"Error E of every training set on every test set; one color scale.{more}", *_absent(gathered)],
+            "quiet",
+        )
         self.maps.objects = [
             pn.pane.Bokeh(heatmap_chart(shown, label, tapped=partial(self._tapped, gathered, label)))
             for label in labels[:MOST_MAPS]
@@ -125,6 +129,13 @@ class Sweeps:
         except (OSError, UserError) as problem:
             self.curves.hide()
             say(self.hint, [f"The run of this cell cannot be shown: {problem}"], "bad")
+
+
+def _absent(gathered: pd.DataFrame) -> list[str]:
+    """What has no cell, and why: of each reason how many fits, and the first of them."""
+    failed = gathered[gathered["error"] != ""]
+    alike = failed.groupby(["label", "error"], sort=False)["run"].nunique()
+    return [f"No cell: {count} of {label}, {reason}" for (label, reason), count in alike.items()]
 
 
 def _simulated(sweep: Path, run: str) -> bool:
