@@ -464,6 +464,9 @@ RIGHT = {
     "two clocks, a stamp twice.csv": lambda: two_clocks(change=stamp_twice),
     "two clocks, blanks.csv": lambda: two_clocks(change=blanks_in_the_rig),
     "sheet.ods": lambda: ods({"Tabelle1": FRAME}),
+    "form feeds.csv": lambda: text().replace("\n", "\n\f", 3),
+    "fixed width.prn": lambda: FRAME.to_string(index=False),
+    "singles.parquet": lambda: parquet(FRAME.astype("float32")),
     "sheets.ods": lambda: ods({"Notizen": pd.DataFrame({"Notiz": ["Ventil"]}), "Messung": FRAME}),
 }
 # What nobody can read without asking: file → what is said.
@@ -475,6 +478,26 @@ REFUSED = {
     "two clocks, a worded time.csv": (lambda: two_clocks(change=a_worded_time), "line 6 'kaputt' is not a number"),
     "two clocks, dates.csv": (lambda: two_clocks(change=dated), "have no common start.*since 1970"),
     "unknown heading.csv": (lambda: text(("Wert A [mm]", *PLAIN[1:])), "elongation_mm is blank"),
+    "two forces.csv": (
+        lambda: text(("dl [mm]", "P [kPa]", "F1 [N]", "F2 [N]"), rows=[f"{x},{p},{f},{f + 1}" for x, p, f in TRUE]),
+        "columns.force_n names no column",
+    ),
+    "two pressures.csv": (
+        lambda: text(("dl [mm]", "P1 [kPa]", "P2 [kPa]", "F [N]"), rows=[f"{x},{p},{p + x},{f}" for x, p, f in TRUE]),
+        r"members\[2\].gamma_deg is blank",
+    ),
+    "dutch.csv": (lambda: text(("Verplaatsing [mm]", "Druk [kPa]", "Kracht [N]")), "elongation_mm is blank"),
+    "over range.csv": (lambda: lines(n4="0,150,OVLD"), "'OVLD' is not a number"),
+    "plus and minus.csv": (lambda: text(rows=[f"{x},{p},{f}±0.1" for x, p, f in TRUE]), "force_n is blank"),
+    "lines.json": (lambda: FRAME.to_json(orient="records", lines=True), "stray quote"),
+    "markdown.txt": (
+        lambda: text(separator=" | ").replace("\n", "\n---|---|---\n", 1),
+        "is blank|not a number|values for",
+    ),
+    "texts.h5": (
+        lambda: hdf5(lambda file: file.create_dataset("F_N", data=TRUE[:, 2].astype("S"))),
+        "holds no numeric arrays",
+    ),
     "no units.csv": (lambda: text(("dl", "P", "F")), "has no unit"),
     "gap.csv": (lambda: lines(n4="0,,-30"), "pressure_kpa is blank"),
     "date in a cell.csv": (lambda: lines(n4="0,25.02.2026,-30"), "is a date"),
