@@ -95,6 +95,12 @@ def test_a_load_cell_that_was_not_tared_is_said_and_fitted_offsets_answer_it(pla
     assert "not tared" not in said(heavy, given=["force_offset", "moment_offset"])
 
 
+def test_what_an_absolute_pressure_does_to_the_loads_is_no_zero_of_theirs(plain):
+    words = said(plain.assign(pressure_kpa=plain["pressure_kpa"] + 101.3))
+    assert "absolute, not gauge" in words
+    assert "not tared" not in words
+
+
 def test_a_sorted_table_is_said(plain):
     ordered = plain.drop(columns="time_s", errors="ignore").sort_values("pressure_kpa", kind="stable")
     assert order(ordered.reset_index(drop=True)).status == FAIL

@@ -119,7 +119,9 @@ def looked_over(
         checks.append(order(table))
     else:
         plain = Plain(build, given, table)
-        checks += [*meant(plain), at_rest(plain, accuracy), order(table), repeated(plain, accuracy, stated)]
+        read = list(meant(plain))
+        better = max((check.figure or 1.0 for check in failed(read)), default=1.0)
+        checks += [*read, at_rest(plain, accuracy, better), order(table), repeated(plain, accuracy, stated)]
         checks += [answers(plain), leaves(plain)]
     return sorted(checks, key=lambda check: check.status != FAIL)
 
