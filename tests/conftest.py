@@ -87,6 +87,29 @@ def commands(tmp_path_factory):
         yield commands
 
 
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """A run and its functions, which several tests export: tracing and asking them takes the most time."""
+    # Here, not above: exports are imported by their own tests alone.
+    from exported import linear
+
+    from freelearn.export.actuator import Actuator
+    from freelearn.export.functions import Functions
+
+    fitted = linear(tmp_path_factory.mktemp("once") / "run")
+    return fitted, Functions(Actuator.from_fitted(fitted))
+
+
+@pytest.fixture
+def traced(once, monkeypatch):
+    """That run, with whose functions an export begins."""
+    from freelearn.export import export
+
+    fitted, functions = once
+    monkeypatch.setattr(export, "Functions", lambda actuator: functions)
+    return fitted
+
+
 @pytest.fixture
 def sessions(tmp_path):
     """A work folder's sessions."""
