@@ -123,7 +123,7 @@ def _by_fit(plain: Plain, offered: Sequence[str], better: float) -> TableCheck:
                 parts.append(f"{in_words(value)} {'N·mm' if column == 'moment_nmm' else 'N'}")
     # An offset above every reading, or a wall softer than any rubber, is a model that stands for something else.
     apt = max(shares, default=0.0) <= 1 and found.soft == 1.0
-    if not parts or not apt or found.E > plain.itself.E / max(SEVERAL, better):
+    if not parts or not apt or plain.itself.E / max(SEVERAL, better) < found.E:
         return TableCheck(NAME, CANNOT, max(shares, default=None), LARGE, why)
     return TableCheck(NAME, FAIL, max(shares), LARGE, _untared(" and ".join(parts), 0), _option(plain.given, offered))
 
