@@ -16,6 +16,7 @@ from freelearn.cli.command_line import ESTIMATED, command_line, option, program
 from freelearn.common.files import read_bytes, remove_unfinished, write_text
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.joined import guess_file
+from freelearn.data.intake.guesses.places import of_files
 from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.data.intake.rubber.rubber_questions import rubber_draft
@@ -33,7 +34,8 @@ def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
 def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     data = settings.data.path
     files = table_files(data) if is_folder(data) else []
-    found, joined = guess_file(data / files[0] if files else data, settings.design)
+    laid = of_files([data / name for name in files])
+    found, joined = (laid[0], None) if laid else guess_file(data / files[0] if files else data, settings.design)
     path = folder / f"{stem_of(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)
     remove_unfinished(folder)

@@ -19,6 +19,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
+from freelearn.data.intake.guesses.places import of_files
 from freelearn.data.intake.readers.raw_files import is_folder
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
@@ -77,9 +78,10 @@ class _Start:
         """Asks where there is no recipe, and makes the table."""
         if self.recipe is not None:
             return self._rubber() if is_rubber_recipe(self.recipe) else self._actuator()
-        if len(self.raws) > 1:
+        laid = of_files(self.raws)
+        if len(self.raws) > 1 and laid is None:
             return self._rubber()
-        found, joined, cells = self._guessed(self.design)
+        found, joined, cells = (laid[0], None, laid[1]) if laid else self._guessed(self.design)
         interview = ActuatorInterview(self.ask, self._tell, first=found, raw=cells, joined=joined)
         rubber = looks_like_rubber(found)
         if rubber is None:
@@ -93,7 +95,7 @@ class _Start:
         """What the file asks of a fitted run, as a table of questions."""
         known, self.of = actuators_of(run), run
         interview = None
-        found, _, cells = self._guessed(None)
+        found, _, cells = self._guessed(None, by_time=False)
         if self.recipe is None:
             interview = WantedInterview(self.ask, self._tell, first=found, raw=cells, known=known)
         made = self._made(interview, lambda recipe: asked_of(self.raws[0], recipe, known, self._table()))
@@ -101,9 +103,9 @@ class _Start:
         self.console.print(f"written: {made.path}", markup=False, highlight=False, soft_wrap=True)
         return Next("predict", words)
 
-    def _guessed(self, design: Path | None) -> tuple[Guess, DesignGuess | None, RawTable]:
+    def _guessed(self, design: Path | None, by_time: bool = True) -> tuple[Guess, DesignGuess | None, RawTable]:
         """The guess at the file, once somebody has said which of several sheets that look alike is meant."""
-        guessed = guess_and_table(self.raws[0], design)
+        guessed = guess_and_table(self.raws[0], design, by_time=by_time)
         found = guessed[0]
         if not found.sheets or self.recipe is not None or looks_like_rubber(found):
             return guessed
@@ -113,7 +115,7 @@ class _Start:
         return guessed if wanted == found.sheet else guess_and_table(self.raws[0], design, wanted=wanted)
 
     def _actuator(self, interview: ActuatorInterview | None = None) -> Next:
-        made = self._made(interview, lambda recipe: taken_in(self.raws[0], recipe, self._table(), self.design))
+        made = self._made(interview, lambda recipe: taken_in(self._data(), recipe, self._table(), self.design))
         words = ["train=all", *table_options(made)]
         files = [made.path, self._kept(), *([made.members] if made.members else [])]
         show_intake(self.console, made.intake, files, [command_line(program("discover"), words)], going_on=True)
@@ -179,6 +181,10 @@ class _Start:
 
     def _tell(self, sentence: str) -> None:
         self.console.print(f"  {sentence}", markup=False, highlight=False)
+
+    def _data(self) -> Path:
+        """The file, or the folder of several whose channels are joined by time."""
+        return self.raws[0].parent if self.raws[1:] else self.raws[0]
 
     def _kept(self) -> Path:
         """Where the answers are kept."""

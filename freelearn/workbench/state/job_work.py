@@ -112,7 +112,7 @@ def _asks(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
         read_questions(asked, Columns.from_table(pd.read_csv(run_rows(Path(question.run)))))
         about: dict[str, Any] = {"table": True}
     except UserError:
-        found, joined, _ = guess_and_table(asked, name=question.name)
+        found, joined, _ = guess_and_table(asked, name=question.name, by_time=False)
         known = asdict(actuators_of(Path(question.run)))
         about = {"table": False, "guessed": Guessed(found, joined).plain(), "known": known}
     write_text(folder / "asks.json", json.dumps(about) + "\n")

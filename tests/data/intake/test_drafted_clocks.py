@@ -2,18 +2,25 @@
 hand joins."""
 
 import json
+from io import StringIO
 
 import numpy as np
+import pandas as pd
 import pytest
+from raw_files import taken_path
+from rich.console import Console
 from test_draft_questions import USUAL, interview
-from test_messy import table_of, write
+from test_messy import book, hdf5, mat, ods, parquet, table_of, write
 
+from freelearn.api.settings.settings import IntakeData, IntakeSettings
+from freelearn.cli.intake_command import take_in
+from freelearn.cli.start_command import start
 from freelearn.common.errors import UserError
 from freelearn.data.intake.convert import convert
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import NO
-from freelearn.data.intake.guesses.joined import Guessed
+from freelearn.data.intake.guesses.joined import Guessed, guess_and_table
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.recipes.recipe_file import recipe_of
 
@@ -205,3 +212,162 @@ def test_pressures_of_several_actuators_lead_or_are_said_to_go_by_several_clocks
     found = found_in(pairs(header, [*rig[:3], READ_S.tolist(), READ_S.tolist(), FORCE.tolist()]))
     assert not found.clocks
     assert any("go by several clocks, and those of several actuators are not joined" in note for note in found.notes)
+
+
+RIG, CELL = ("t_s", "dl_mm", "P_kPa"), ("t_ms", "F_N")
+
+
+def rig():
+    return dict(zip(RIG, (SET_S, ELONGATION, PRESSURE), strict=True))
+
+
+def cell():
+    return dict(zip(CELL, (1000 * READ_S, FORCE), strict=True))
+
+
+def sheets(made):
+    """One for each, and one about the actuator."""
+
+    def fill(sheet, made_book):
+        sheet.title = "Notizen"
+        sheet["A1"], sheet["B1"] = "Länge unbelastet [mm]", 150
+        for name, columns in made.items():
+            other = made_book.create_sheet(name)
+            for place, (heading, values) in enumerate(columns.items(), start=1):
+                for row, value in enumerate([heading, *values.tolist()], start=1):
+                    other.cell(row, place, value)
+
+    return book(fill)
+
+
+def frames(made):
+    return {name: pd.DataFrame(columns) for name, columns in made.items()}
+
+
+def grouped(file):
+    for group, columns in (("rig", rig()), ("cell", cell())):
+        for name, values in columns.items():
+            file[f"{group}/{name}"] = values
+
+
+def as_structures(file):
+    grouped(file)
+    for group in ("rig", "cell"):
+        for name in list(file[group]):
+            values = file[group][name][()]
+            del file[group][name]
+            file[group][name] = values.reshape(1, -1)
+            file[group][name].attrs["MATLAB_class"] = np.bytes_("double")
+
+
+def lone(file, matlab=False):
+    for name, values in (rig() | cell()).items():
+        file[name] = values.reshape(1, -1) if matlab else values
+        if matlab:
+            file[name].attrs["MATLAB_class"] = np.bytes_("double")
+
+
+PLACES = {
+    "sheets.xlsx": lambda: sheets({"Rig": rig(), "Kraft": cell()}),
+    "sheets.ods": lambda: ods(frames({"Rig": rig(), "Kraft": cell()})),
+    "same name in both.xlsx": lambda: sheets(
+        {"Rig": rig(), "Kraft": {"t_s": READ_S, "F_N": FORCE}}
+    ),
+    "structures.mat": lambda: mat(rig=rig(), cell=cell(), note="rig 2"),
+    "arrays.mat": lambda: mat(**rig(), **cell(), L0_mm=150.0),
+    "one structure.mat": lambda: mat(log=rig() | cell()),
+    "new structures.mat": lambda: hdf5(as_structures, 512),
+    "new arrays.mat": lambda: hdf5(lambda file: lone(file, True), 512),
+    "groups.h5": lambda: hdf5(grouped),
+    "arrays.h5": lambda: hdf5(lone),
+    "pairs.parquet": lambda: parquet(
+        pd.concat([pd.DataFrame(rig()), pd.DataFrame(cell())], axis=1)
+    ),
+    "stamps.parquet": lambda: parquet(
+        pd.concat([pd.DataFrame(rig()), pd.DataFrame(cell())], axis=1).assign(
+            t_s=pd.Series(pd.Timestamp("2026-02-25 09:00:01") + pd.to_timedelta(SET_S, unit="s")),
+            t_ms=pd.Series(pd.Timestamp("2026-02-25 09:00:01") + pd.to_timedelta(READ_S.round(3), unit="s")),
+        )
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_sheets_structures_groups_and_arrays_of_several_lengths(name, tmp_path):
+    path = write(tmp_path / name, PLACES[name]())
+    found, _, raw = guess_and_table(path)
+    assert len(found.clocks) == 2
+    assert any("whose rows the table has" in note for note in found.notes)
+    table = table_of(path)
+    is_joined(table.assign(time_s=table["time_s"] + (1 if name.startswith("stamps") else 0)))
+    # And a page, and a terminal where the other clock is wanted.
+    assert Guessed.from_plain(json.loads(json.dumps(Guessed(found).plain()))).found.clocks == found.clocks
+    _, _, recipe = interview(found, USUAL | {"clock": "2"}, raw=raw)
+    other = convert(recipe_of(recipe, "r"), {name: path.read_bytes()}).table
+    inside = within(SET_S, READ_S)
+    np.testing.assert_allclose(other["pressure_kpa"], PRESSURE[inside], rtol=1e-9)
+    np.testing.assert_allclose(other["force_n"][5:-5], 20 * np.cos(0.7 * SET_S[inside][5:-5]) - 30, atol=0.02)
+
+
+def test_files_of_one_folder_are_channels_of_one_test(tmp_path):
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    write(raw / "kraft.csv", pairs(("Zeit [ms]", "Kraft [N]"), [(1000 * READ_S).tolist(), FORCE.tolist()], ";", ","))
+    header, (first, dl, pressure, *_) = ("Zeit [s]", "Weg [mm]", "Druck [bar]"), columns(pressure=0.01)
+    write(raw / "rig.csv", pairs(header, [first, dl, pressure]))
+    (raw / "notes.txt").write_text("valve sticks\n")
+    drafted = made_by_intake(tmp_path, raw)
+    assert "- name: kraft.csv" in drafted or 'name: "kraft.csv"' in drafted
+    assert 'file: "rig.csv"' in drafted
+    for key in ("gamma_deg: 25", "length_mm: 150", "inner_radius_mm: 5", "outer_radius_mm: 6", "twist_deg: 0"):
+        drafted = drafted.replace(f"  {key.split()[0]}   #", f"  {key}   #")
+    table, said = taken_path(tmp_path, raw, drafted)
+    is_joined(table)
+    assert any("joined by time" in one for one in said)
+
+
+def made_by_intake(tmp_path, raw):
+    """The draft that intake writes of a folder."""
+    take_in(IntakeSettings(IntakeData(raw), None, None), tmp_path / "drafts", Console(file=StringIO(), width=120))
+    return (tmp_path / "drafts" / "raw_recipe.yaml").read_text()
+
+
+def test_files_of_the_same_quantities_are_several_samples(tmp_path):
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    for name in ("one.csv", "two.csv"):
+        write(raw / name, pairs(RIG, list(map(np.ndarray.tolist, rig().values()))))
+    drafted = made_by_intake(tmp_path, raw)
+    assert "join" not in drafted
+    assert "two.csv" in drafted
+
+
+def test_sheets_of_the_same_quantities_are_still_asked_for(tmp_path):
+    path = write(tmp_path / "two.xlsx", sheets({"A": rig() | {"F_N": SET_S}, "B": rig() | {"F_N": SET_S}}))
+    found, _, _ = guess_and_table(path)
+    assert found.sheets == ("A", "B")
+    assert not found.clocks
+
+
+def test_start_takes_files_of_one_test_and_asks_for_the_rest(tmp_path):
+    cells = write(tmp_path / "kraft.csv", pairs(CELL, list(map(np.ndarray.tolist, cell().values()))))
+    others = write(tmp_path / "rig.csv", pairs(RIG, list(map(np.ndarray.tolist, rig().values()))))
+    said = {
+        "Is every line right": "", "What did the rig": "", "Which rows": "", "Fiber angle": "25", "braid": "y",
+        "Unloaded length": "150", "inner radius": "5", "outer radius": "6", "twist": "0", "pulls": "n",
+        "gauge read at rest": "2", "Enter to go on": "",
+    }  # fmt: skip
+
+    asked = []
+
+    def ask(prompt):
+        asked.append(prompt)
+        assert len(asked) < 40, prompt
+        return next(answer for words, answer in said.items() if words in prompt)
+
+    following = start([cells, others], tmp_path / "out", Console(file=StringIO(), width=120), ask)
+    assert following.command == "discover"
+    is_joined(pd.read_csv(tmp_path / "out" / "kraft_table.csv"))
+    again = start([cells, others], tmp_path / "again", Console(file=StringIO(), width=120), ask,
+                  recipe=tmp_path / "out" / "kraft_recipe.yaml")  # fmt: skip
+    assert again.command == "discover"

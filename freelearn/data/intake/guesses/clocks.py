@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
@@ -38,9 +39,8 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
             out.append(column)
             continue
         if not column.numeric:
-            stamps = _dates(raw, column) if worded else 0
-            dates = replace(column, quantity="time_s", clock=column.name, dates=True, stamps=stamps)
-            out.append(dates if stamps else column)
+            dates = replace(column, quantity="time_s", clock=column.name, dates=True, blanks=_blanks(raw, column))
+            out.append(dates if worded and _dates(raw, column) else column)
             continue
         values = raw.most_numbers(column.name)
         if values is None or not _rises(values):
@@ -51,15 +51,18 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
             column = replace(column, quantity="time_s", unit=unit, confidence="likely")
         if column.quantity == "time_s":
             known.append((column.name, values))
-        out.append(replace(column, clock=same, stamps=int(np.isfinite(values).sum())))
+        out.append(replace(column, clock=same, blanks=_blanks(raw, column)))
     return out
 
 
-def _dates(raw: RawTable, column: ColumnGuess) -> int:
-    """How many cells there are, where they are dates with times of day; else 0."""
+def _dates(raw: RawTable, column: ColumnGuess) -> bool:
+    """Whether the cells are dates with times of day."""
     cells = [cell for cell in raw.text(column.name) if not is_blank(cell)]
-    dates = len(cells) >= LEAST_READINGS and None not in (seconds_of(cells[0]), seconds_of(cells[-1]))
-    return len(cells) if dates else 0
+    return len(cells) >= LEAST_READINGS and None not in (seconds_of(cells[0]), seconds_of(cells[-1]))
+
+
+def _blanks(raw: RawTable, column: ColumnGuess) -> int:
+    return sum(map(is_blank, raw.columns[column.name]))
 
 
 def _rises(values: np.ndarray) -> bool:
@@ -87,19 +90,20 @@ def clocks_of(columns: Sequence[ColumnGuess], bed: str, pressures: Sequence[str]
     """The clocks with the chosen channels beside each; () where all go by one. The first is the one whose rows the
     table has: of most of what the bed measures, so that no reading is counted twice. pressures: of several actuators,
     which are not joined: () where they go by several clocks."""
-    there = [c for c in columns if c.is_clock or (c.chosen and c.column in CHANNELS)]
-    if there and not there[0].is_clock and there[-1].is_clock and not there[-1].dates:
-        # Each time stands behind what it stamps.
-        there.reverse()
     channels: dict[str, list[str]] = {}
-    now = next((c.clock for c in there if c.is_clock), "")
-    for column in there:
-        if column.is_clock:
-            now = column.clock
-        else:
-            channels.setdefault(now, []).append(column.name)
+    for _, group in groupby(columns, key=lambda c: c.place):
+        there = [c for c in group if c.is_clock or (c.chosen and c.column in CHANNELS)]
+        if there and not there[0].is_clock and there[-1].is_clock and not there[-1].dates:
+            # Each time stands behind what it stamps.
+            there.reverse()
+        now = next((c.clock for c in there if c.is_clock), "")
+        for column in there:
+            if column.is_clock:
+                now = column.clock
+            else:
+                channels.setdefault(now, []).append(column.name)
     holding = {clock for clock, own in channels.items() if set(own) & set(pressures)}
-    if len(channels) < 2 or len(holding) > 1:
+    if len(channels) < 2 or len(holding) > 1 or "" in channels:
         return ()
     by_name = {c.name: c for c in columns}
     measured, imposed = ([q.column for q in kind] for kind in (BEDS[bed].measured, BEDS[bed].imposed))
@@ -121,6 +125,9 @@ def in_order(found: Guess, answers: Mapping[str, str | float]) -> tuple[Clock, .
 
 def of_one_clock(raw: RawTable, found: Guess, clock: Clock) -> tuple[RawTable, Guess]:
     """The rows that a clock stamps, and the guess at what goes by no other."""
+    for piece in raw.pieces:
+        if clock.time in piece.names:
+            raw = replace(piece.table, columns={n: piece.table.columns[own] for n, own in piece.names.items()})
     others = {name for other in found.clocks if other is not clock for name in (other.time, *other.channels)}
     rows = [row for row, cell in enumerate(raw.text(clock.time)) if not is_blank(cell)]
     names = [name for name in raw.columns if name not in others]
@@ -132,11 +139,17 @@ def of_one_clock(raw: RawTable, found: Guess, clock: Clock) -> tuple[RawTable, G
 def clocks_in_words(found: Guess, clocks: Sequence[Clock]) -> str:
     """What is assumed of the clocks, in a sentence."""
     lead, *others = clocks
-    told = "; ".join(f"{_listed(clock.channels)} by {clock.time!r}" for clock in others)
+    told = "; ".join(f"{_listed(clock.channels)} by {_where(found, clock)}" for clock in others)
     return (
-        f"the file has {len(clocks)} clocks: {_listed(lead.channels)} by {lead.time!r}, whose rows the table has, and "
-        f"joined to them by time {told}"
+        f"there are {len(clocks)} clocks: {_listed(lead.channels)} by {_where(found, lead)}, whose rows the table has, "
+        f"and joined to them by time {told}"
     )
+
+
+def _where(found: Guess, clock: Clock) -> str:
+    """A clock's name, with where it stands, if not in the same table as others."""
+    place = found.named(clock.time).place.called
+    return f"{clock.time!r}{f' of {place}' if place and not clock.time.startswith(place) else ''}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.headings import split_heading
 from freelearn.data.intake.laboratory_units import unit_of
+from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.readers.stamps import moment
 from freelearn.data.intake.readers.told_elsewhere import Told
 from freelearn.data.intake.recipes.recipe import DATE, DESIGN, FURTHER, MARKS, READINGS
@@ -98,6 +99,11 @@ class _Draft:
         self.further: list[str] = []
         self.clocks = in_order(found, self.answers)
         self.joined_channels = [name for clock in self.clocks[1:] for name in clock.channels]
+        # Where the rows of the table stand.
+        times = [clock.time for clock in (*self.clocks, *found.clocks)]
+        self.place = found.named(times[0]).place if times else Place()
+        if self.place.file:
+            self.files = (self.place.file,)
 
     def make(self) -> None:
         """Everything, in the order of the recipe."""
@@ -105,14 +111,14 @@ class _Draft:
         self.content["bed"] = self.bed
         if "bed" not in self.answers:
             self.remarks["bed",] = ", ".join(BEDS)
-        if found.sheet:
-            self.content["read"] = {"sheet": found.sheet}
+        if found.sheet or (read := read_of(self.place)):
+            self.content["read"] = {"sheet": found.sheet} if found.sheet else read
         self._samples()
         self._constants()
         given = quantities_given(found)
         if self.clocks and "time_s" in given:
             given["time_s"] = found.named(self.clocks[0].time)
-        own = {name: column for name, column in given.items() if column.name not in self.joined_channels}
+        own = {n: c for n, c in given.items() if c.name not in self.joined_channels and c.place == self.place}
         self.content["columns"] = {name: self._column(("columns", name), name, column) for name, column in own.items()}
         if not given:
             self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
@@ -121,9 +127,9 @@ class _Draft:
         if found.pressures:
             self._members()
         step = found.of("step")
-        self.content["step"] = {"from": step.name} if step else "derive"
+        self.content["step"] = {"from": step.own_name} if step else "derive"
         self.remarks["step",] = "or: derive" if step else "0, 1, … in consecutive rows of one state"
-        self.content |= {mark: {marked.name: 1} for mark in MARKS if (marked := found.of(mark))}
+        self.content |= {mark: {marked.own_name: 1} for mark in MARKS if (marked := found.of(mark))}
         for doubt in found.doubts:
             self._doubt(doubt)
         if self.files:
@@ -148,7 +154,7 @@ class _Draft:
             self.content["sample"] = 1
             self.remarks["sample",] = "all rows are of one actuator; else {from: COLUMN}"
         else:
-            self.content["sample"] = {"from": column.name}
+            self.content["sample"] = {"from": column.own_name}
             if not numbered(found):
                 self.content["sample"]["as"] = {word: number for number, word in sample_keys(found)}
 
@@ -231,10 +237,14 @@ class _Draft:
                 for name, column in given.items()
                 if column.name in clock.channels
             }
-            self.content["join"].append({"time": time, "columns": columns})
-        if first.stamps < self.found.rows:
-            self.content["drop"] = [{first.name: "blank"}]
-            self.remarks["drop",] = f"rows of the other clocks, where {first.name!r} has none"
+            where: dict[str, Any] = {}
+            if stamp.place != first.place:
+                where = {"file": stamp.place.file} if stamp.place.file else {}
+                where |= {"read": read} if (read := read_of(stamp.place)) else {}
+            self.content["join"].append({**where, "time": time, "columns": columns})
+        if first.blanks:
+            self.content["drop"] = [{first.own_name: "blank"}]
+            self.remarks["drop",] = f"rows of the other clocks, where {first.own_name!r} has none"
 
     def _column(self, path: Path, name: str, column: ColumnGuess) -> dict[str, Any]:
         entry, remarks = column_entry(column, name, self.answers)
@@ -298,6 +308,9 @@ class _Draft:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")
         if len(doubt.of) == 1 and set(doubt.of) <= set(self.joined_channels):
             changes = self._of_joined(doubt, changes)
+        own = {c.name: c.own_name for c in self.found.columns}
+        if "drop" in changes:
+            changes["drop"] = [{own.get(name, name): test for name, test in one.items()} for one in changes["drop"]]
         for name, more in changes.pop("columns", {}).items():
             merge(self._entry(name, doubt.of), more)
         merge(self.content, changes)
@@ -325,11 +338,17 @@ class _Draft:
         return entry
 
 
+def read_of(place: Place) -> dict[str, Any]:
+    """What a recipe says under `read` of columns that stand there."""
+    sheet = {"sheet": place.sheet} if place.sheet else {}
+    return sheet | ({"variables": list(place.variables)} if place.variables else {})
+
+
 def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
     """A column of the recipe for the table's column `name`, with what is to be said of it."""
     meaning = MEANINGS[column.quantity or ""]
     unit = str(answers.get(f"unit.{column.name}", column.unit))
-    entry: dict[str, Any] = {"from": column.name}
+    entry: dict[str, Any] = {"from": column.own_name}
     remarks = []
     if column.dates:
         entry["unit"] = DATE

@@ -13,7 +13,7 @@ import pandas as pd
 
 from freelearn.common.files import read_bytes
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.clocks import clocks_in_words, clocks_of, of_one_clock, with_times
+from freelearn.data.intake.guesses.clocks import CHANNELS, clocks_in_words, clocks_of, of_one_clock, with_times
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETER
 from freelearn.data.intake.guesses.reading_doubts import pressure_doubts, reading_doubts
@@ -48,13 +48,27 @@ def guess(source: bytes | Path, name: str = "", reading: Reading | None = None) 
 
 def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
     """The guess for a table that was read. said: of columns, name → a key of MEANINGS, or NOT_USED."""
-    columns = with_times(raw, _told_apart(raw, [column_guess(raw, name) for name in raw.columns]))
+    columns = _columns(raw)
     first = with_meanings(Guess(raw.name, len(raw), "", tuple(columns), (), raw.notes), {})
     found = replace(with_meanings(first, said) if said else first, rivals=tuple(_rivals(raw, first)))
     found = replace(found, notes=(*raw.notes, *_notes(raw, found)), about=raw.about, **several_actuators(raw, found))
     kept = without_sums(raw)
     found = replace(found, order_by=order_wanted(kept, found))
     return replace(found, doubts=tuple(_doubts(raw, kept, found)))
+
+
+def _columns(raw: RawTable) -> list[ColumnGuess]:
+    """What the columns say, those of tables that were laid side by side each beside their own."""
+    if not raw.pieces:
+        return with_times(raw, _told_apart(raw, [column_guess(raw, name) for name in raw.columns]))
+    columns = []
+    for piece in raw.pieces:
+        wide = {own: name for name, own in piece.names.items()}
+        for one in _columns(piece.table):
+            name, clock = wide[one.name], wide.get(one.clock, "")
+            source = one.name if name != one.name else ""
+            columns.append(replace(one, name=name, clock=clock, place=piece.place, source=source))
+    return columns
 
 
 def _notes(raw: RawTable, found: Guess) -> list[str]:
@@ -110,7 +124,14 @@ def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
     clocks = clocks_of(columns, bed, pressures)
     if clocks:
         times = [clock.time for clock in clocks]
-        columns = [replace(c, chosen=c.name in times if c.is_clock else c.chosen) for c in columns]
+        # What is no channel is read from the rows of the first clock.
+        place = next(c.place for c in columns if c.name == times[0])
+        columns = [
+            replace(
+                c, chosen=c.name in times if c.is_clock else c.chosen and (c.place == place or c.column in CHANNELS)
+            )
+            for c in columns
+        ]
     known = {c.name: c.quantity for c in columns if c.chosen}
     left = tuple(d for d in found.doubts if all(known.get(name) == meaning for name, meaning in d.of.items()))
     return replace(found, columns=tuple(columns), pressures=pressures, bed=bed, doubts=left, clocks=clocks)

@@ -9,6 +9,7 @@ from typing import Any
 from freelearn.data.columns import pressure_column
 from freelearn.data.intake.guesses.meanings import MEANINGS, column_of
 from freelearn.data.intake.headings import Confidence
+from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.readers.told_elsewhere import Told
 
 YES, NO = "yes", "no"
@@ -45,7 +46,8 @@ class ColumnGuess:
     """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
     reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
     may name actuators, each once. clock: of a column that may be a clock its name, or that of an earlier one that tells
-    the same time; dates: whether its cells are dates; stamps: how many of them there are."""
+    the same time; dates: whether its cells are dates; blanks: how many are blank. place: where it stands, source:
+    under which name, if under another one."""
 
     name: str
     quantity: str | None
@@ -58,7 +60,14 @@ class ColumnGuess:
     words: tuple[str, ...] = ()
     clock: str = ""
     dates: bool = False
-    stamps: int = 0
+    blanks: int = 0
+    place: Place = field(default_factory=Place)
+    source: str = ""
+
+    @property
+    def own_name(self) -> str:
+        """Its name where it stands."""
+        return self.source or self.name
 
     @property
     def is_clock(self) -> bool:

@@ -18,9 +18,10 @@ from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.guess import column_guess, guess_table
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
+from freelearn.data.intake.guesses.places import of_lengths, together
 from freelearn.data.intake.readers.cells import POINTS, NoTable
 from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
-from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.raw_table import Place, RawTable
 from freelearn.data.intake.readers.told_elsewhere import Told, told_of
 from freelearn.data.intake.recipes.recipe import DESIGN, Reading
 
@@ -53,33 +54,43 @@ def guess_file(path: Path, design: Path | None = None) -> tuple[Guess, DesignGue
 
 
 def guess_and_table(
-    path: Path, design: Path | None = None, name: str = "", wanted: str = ""
+    path: Path, design: Path | None = None, name: str = "", wanted: str = "", by_time: bool = True
 ) -> tuple[Guess, DesignGuess | None, RawTable]:
     """The same with the table that the guess is about. name: what the file is called, if not as its path ends. wanted:
-    the sheet, where somebody has said which. Raises UserError."""
+    the sheet, where somebody has said which. by_time: whether sheets, structures and arrays of several lengths that
+    have a time each may be laid side by side. Raises UserError."""
     content, name = read_bytes(path), name or path.name
     names = sheet_names(content, name)
-    if len(names) < 2:
+    laid = of_lengths(content, name) if by_time and not wanted else None
+    if laid is not None:
+        found, raw = laid
+        others: list[_Sheet] = []
+    elif len(names) < 2:
         raw = raw_table(content, name)
         found = guess_table(raw)
-        others: list[_Sheet] = []
+        others = []
     else:
         tables, unread = _sheets(content, name, tuple(names))
+        placed = [(Place("", one.name), one.table, one.found) for one in tables]
+        laid = together(name, placed) if by_time and not wanted else None
         readings = {one.name: _readings(one.found) for one in tables}
         sheet = wanted if wanted in readings else max(readings, key=lambda one: readings[one])
         (chosen,) = (one for one in tables if one.name == sheet)
-        raw, found = chosen.table, chosen.found
-        others = [one for one in tables if one is not chosen]
+        found, raw = laid or (chosen.found, chosen.table)
+        read = [piece.place.sheet for piece in raw.pieces] or [sheet]
+        others = [one for one in tables if one.name not in read]
         alike = [one for one in readings if readings[one][0] == readings[sheet][0] >= LEAST_READINGS]
+        alike = [] if laid else alike
         which = "sheets" if content.startswith(b"PK") else "parts"
-        note = f"{name} has the {which} {', '.join(map(repr, names))}; {sheet!r} was read."
+        were = f"{', '.join(map(repr, read))} {'were' if read[1:] else 'was'} read"
+        note = f"{name} has the {which} {', '.join(map(repr, names))}; {were}."
         if unread and _readings(found)[0] < LEAST_READINGS:
             # The readings may stand where nothing could be read.
             raise unread[0]
-        about = {told.name: told for told in [*_told(content, name, names, sheet), *found.about]}
+        about = {told.name: told for told in [*_told(content, name, names, read), *found.about]}
         notes = (note, *map(str, unread), *found.notes)
         sheets = tuple(alike) if alike[1:] else ()
-        found = replace(found, sheet=sheet, sheets=sheets, notes=notes, about=tuple(about.values()))
+        found = replace(found, sheet="" if laid else sheet, sheets=sheets, notes=notes, about=tuple(about.values()))
     if design is not None:
         joined = _joined(found, raw, raw_table(read_bytes(design), design.name), design.name, "")
         if joined is None:
@@ -93,10 +104,10 @@ def guess_and_table(
     return found, joined, raw
 
 
-def _told(content: bytes, name: str, sheets: Sequence[str], sheet: str) -> list[Told]:
-    """What other sheets than `sheet` say of the actuator, in rows of names and numbers."""
+def _told(content: bytes, name: str, sheets: Sequence[str], read: Sequence[str]) -> list[Told]:
+    """What other sheets than those that were read say of the actuator, in rows of names and numbers."""
     told = []
-    for other in (one for one in sheets if one != sheet):
+    for other in (one for one in sheets if one not in read):
         with suppress(UserError):
             told += told_of(sheet_grid(content, name, other).rows, POINTS, f"sheet {other!r}")
     return told

@@ -110,6 +110,24 @@ def structures_of(content: bytes, name: str) -> list[str]:
     return list(places) if len(places) > 1 else []
 
 
+def lengths_of(content: bytes, name: str) -> list[Reading]:
+    """Where arrays of several lengths stand in one place, how the columns of each length are read, and those of the
+    other places; [] where there is no such place. Raises UserError."""
+    places = _places(_read(content, name))
+    readings, several = [], False
+    for place, arrays in places.items():
+        lengths: dict[int, list[str]] = {}
+        for key, array in arrays.items():
+            length = array.size if 1 in array.shape else array.shape[0]
+            if length > MOST_MEMBERS:
+                lengths.setdefault(length, []).append(key)
+        columned = [tuple(keys) for keys in lengths.values() if len(keys) > 1]
+        sheet = None if list(places) == [VARIABLES] else place
+        several |= len(columned) > 1
+        readings += [Reading(sheet=sheet, variables=keys if len(columned) > 1 else ()) for keys in columned]
+    return readings if several else []
+
+
 def _places(found: _Variables) -> dict[str, dict[str, np.ndarray]]:
     """The arrays of more than one number, by the structure that they are in."""
     groups = {VARIABLES: found.arrays, **found.structures}
@@ -121,10 +139,13 @@ def _chosen(found: _Variables, name: str, reading: Reading) -> tuple[dict[str, n
     """The arrays that are columns, and the names of what is passed over."""
     names = [*found.arrays, *found.others]
     places = _places(found)
-    if lacking := [variable for variable in reading.variables if variable not in names]:
-        raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, names))}.")
+    known = names if reading.sheet is None or reading.sheet not in places else list(places[reading.sheet])
+    if lacking := [variable for variable in reading.variables if variable not in known]:
+        raise UserError(f"{name} has no variable {lacking[0]!r}: it has {', '.join(map(repr, known))}.")
     if reading.sheet is not None and reading.sheet not in places:
         raise UserError(f"{name} has no structure {reading.sheet!r} of arrays: it has {', '.join(map(repr, places))}.")
+    if reading.variables and reading.sheet is not None:
+        return {k: x for k, x in places[reading.sheet].items() if k in reading.variables}, []
     if reading.variables:
         chosen = {k: x for place in places for k, x in places[place].items() if {k, place} & set(reading.variables)}
         used = set(reading.variables)

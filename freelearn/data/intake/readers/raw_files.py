@@ -53,7 +53,7 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
     if not content.strip():
         raise UserError(f"{name} is empty: it needs a header and rows.")
     _refuse(content, name)
-    if _is_matlab(content, name):
+    if is_matlab(content, name):
         return matlab_table(content, name, reading)
     if content.startswith(b"PAR1"):
         return table_of(parquet_grid(content, name, reading), reading)
@@ -68,13 +68,13 @@ def raw_table(content: bytes, name: str, reading: Reading | None = None) -> RawT
 
 def sheet_grid(content: bytes, name: str, sheet: str) -> Grid:
     """The cells of one sheet of a workbook; a MATLAB file has none. Raises UserError."""
-    if _is_matlab(content, name):
+    if is_matlab(content, name):
         return Grid(name, [])
     reader = open_document_grid if is_open_document(content) else excel_grid
     return reader(content, name, Reading(sheet=sheet))
 
 
-def _is_matlab(content: bytes, name: str) -> bool:
+def is_matlab(content: bytes, name: str) -> bool:
     """Whether it is read as a MATLAB file is, HDF5 among them."""
     return content.startswith((b"MATLAB 5.0", b"MATLAB 7.3", HDF)) or name.lower().endswith(".mat")
 
@@ -82,7 +82,7 @@ def _is_matlab(content: bytes, name: str) -> bool:
 def sheet_names(content: bytes, name: str) -> list[str]:
     """The filled sheets of a workbook, the structures of a MATLAB file; none where there is but one place to read.
     Raises UserError where it cannot be read."""
-    if _is_matlab(content, name):
+    if is_matlab(content, name):
         return structures_of(content, name)
     if content.startswith(b"PK\x03\x04") and is_open_document(content):
         return list(open_document_sheets(content, name))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 
@@ -17,11 +17,36 @@ MOST_SHOWN = 3
 
 
 @dataclass(frozen=True)
+class Place:
+    """Where columns stand. file: beside the data, "" for the data's own. sheet: of a workbook; a structure. variables:
+    of a MATLAB file, () for all."""
+
+    file: str = ""
+    sheet: str = ""
+    variables: tuple[str, ...] = ()
+
+    @property
+    def called(self) -> str:
+        """Its name, "" for the data's own."""
+        return self.file or self.sheet or ", ".join(self.variables)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A table that was laid beside others. names: of its columns in the wide one → its own."""
+
+    place: Place
+    table: RawTable
+    names: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class RawTable:
     """columns: name → N cells; of columns with one name the second is called "name [2]". units: of a row of units.
     lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed. about: what
     the file says of the actuator outside the table. head: the lines above it. texts: where cells are typed, those that
-    were text; None in a file of text, where all were."""
+    were text; None in a file of text, where all were. pieces: of which it was laid together, () for one that was read
+    as it is."""
 
     name: str
     columns: dict[str, list[str]]
@@ -32,6 +57,7 @@ class RawTable:
     about: tuple[Told, ...] = ()
     head: tuple[tuple[int, list[str]], ...] = ()
     texts: frozenset[str] | None = None
+    pieces: tuple[Piece, ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
