@@ -293,3 +293,44 @@ def test_of_sheets_that_look_alike_one_is_chosen(sessions, finish):
     assert row_of(page, "F_N").guess.high == 200
     page.use.clicks += 1
     assert "Which sheet" not in page.problem.object
+
+
+def test_sheets_of_several_clocks_are_joined_by_time(sessions, finish):
+    book = openpyxl.Workbook()
+    book.active.title, second = "Rig", book.create_sheet("Kraft")
+    for row in [("t_s", "dl_mm", "P_kPa"), *((0.5 * i, i % 3, 5.0 * i) for i in range(20))]:
+        book.active.append(row)
+    for row in [("t", "F_N"), *((1000.0 + 200 * i, -2.0 * i) for i in range(35))]:
+        second.append(row)
+    content = BytesIO()
+    book.save(content)
+    session = sessions.get("")[1]
+    session.upload("two.xlsx", content.getvalue())
+    finish(session)
+    page = Mapping(session)
+    page.refresh()
+    assert "there are 2 clocks" in page.notes.object
+    assert {row_of(page, name).quantity.value for name in ("t", "t_s")} == {"time_s"}
+    row_of(page, "t").unit.value = "ms"
+    row_of(page, "F_N").turned.value = "no"
+    assert page.questions.fields["clock"].value == "t"
+    # In another unit they would have no time in common, and the page asks for what lies between.
+    row_of(page, "t").unit.value = "s"
+    assert "plus.t_s" in page.questions.fields
+    row_of(page, "t").unit.value = "ms"
+    assert "plus.t_s" not in page.questions.fields
+    for name, value in {**{f"design.{n}": v for n, v in DESIGN.items()}, "held.twist_deg": 0}.items():
+        page.questions.fields[name].value = str(value)
+    page.questions.fields["braid"].value = "no"
+    page.make.clicks += 1
+    finish(session)
+    assert (page.said, session.problem) == ("", "")
+    recipe = recipe_of(Path(session.made["recipe"]).read_text(), "recipe")
+    (join,) = recipe.join
+    assert (recipe.reading.sheet, join.reading.sheet, list(join.columns)) == (
+        "Kraft", "Rig", ["elongation_mm", "pressure_kpa"],
+    )  # fmt: skip
+    table = pd.read_csv(session.folder / session.made["folder"] / "table.csv")
+    # At 10 kPa a second, from the load cell's first second on.
+    assert table["pressure_kpa"].tolist() == pytest.approx((10 * table["time_s"]).tolist())
+    assert table["time_s"].iloc[0] == 1

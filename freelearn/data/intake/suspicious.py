@@ -85,9 +85,11 @@ def summary_rows(raw: RawTable) -> Iterator[tuple[str, list[str], list[int]]]:
     """
     for name, cells in raw.columns.items():
         last = [row for row in range(max(len(raw) - LAST, 0), len(raw)) if cells[row].strip(" :.").lower() in WORDS]
+        if not last:
+            continue
         words = sum(raw.style.number(cell) is None for cell in cells)
         numbers = sum(not is_blank(cell) for cell in cells) - words
-        if last and words == len(last) and numbers >= LEAST:
+        if words == len(last) and numbers >= LEAST:
             yield name, list(dict.fromkeys(cells[row].strip() for row in last)), [raw.lines[row] for row in last]
 
 

@@ -70,7 +70,9 @@ def levels_of(values: np.ndarray) -> tuple[int, float, float] | None:
     place = int((gaps[1:] / gaps[:-1]).argmax())
     group = np.concatenate([[0], np.cumsum(np.diff(distinct) > 0.5 * (gaps[place] + gaps[place + 1]))])
     levels, between = int(group[-1]) + 1, float(gaps[place + 1])
-    width = max(float(np.ptp(distinct[group == g])) for g in range(levels))
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    ends = np.append(starts[1:], len(distinct)) - 1
+    width = float((distinct[ends] - distinct[starts]).max())
     visits = np.bincount(group[np.searchsorted(distinct, values)])
     if len(distinct) == levels or visits.min() < LEAST_VISITS or between <= LEVELS_APART * width:
         return None
