@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from exported import linear
 from nightly import usually
 
 import freelearn as fl
@@ -45,25 +44,23 @@ def test_nothing_published_names_a_place_of_this_machine():
             assert str(ROOT) not in path.read_text()
 
 
-def test_a_folder_of_ones_own(tmp_path):
-    run = linear(tmp_path / "run")
-    folder = fl.actuators.publish(run, tmp_path / "left", title="Left", source="here", license="MIT")
+def test_a_folder_of_ones_own(traced, tmp_path):
+    folder = fl.actuators.publish(traced, tmp_path / "left", title="Left", source="here", license="MIT")
     again = fl.actuators.open(folder)
-    rows = run.table().iloc[:5]
-    np.testing.assert_array_equal(again.load().predict(rows).loads, run.predict(rows).loads)
+    rows = traced.table().iloc[:5]
+    np.testing.assert_array_equal(again.load().predict(rows).loads, traced.predict(rows).loads)
     assert again.card["referee"] == "not asked"
     with pytest.raises(fl.UserError, match="already"):
-        fl.actuators.publish(run, folder, title="Left", source="here", license="MIT")
+        fl.actuators.publish(traced, folder, title="Left", source="here", license="MIT")
     (folder / "actuator.json").write_text("{}")
     with pytest.raises(fl.UserError, match="no published actuator"):
         fl.actuators.open(folder)
 
 
-def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(tmp_path):
+def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(traced, tmp_path):
     """As docs/export.md has it, word for word; the package itself is never imported."""
-    run = linear(tmp_path / "run")
     package = tmp_path / "lab" / "lab_actuators"
-    fl.actuators.publish(run, package / "left", title="Left", source="here", license="MIT")
+    fl.actuators.publish(traced, package / "left", title="Left", source="here", license="MIT")
     (package / "__init__.py").write_text("raise ImportError('imported')")
     (project,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "export.md").read_text(), re.DOTALL)
     (tmp_path / "lab" / "pyproject.toml").write_text(project)
@@ -82,10 +79,9 @@ def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(tmp_path):
     assert told == ["dmsp20", "left", "30000"]
 
 
-def test_of_two_actuators_of_one_name_both_are_told(tmp_path, monkeypatch):
-    run = linear(tmp_path / "run")
+def test_of_two_actuators_of_one_name_both_are_told(traced, tmp_path, monkeypatch):
     for place in ("one", "two"):
-        fl.actuators.publish(run, tmp_path / place / "left", title="Left", source="here", license="MIT")
+        fl.actuators.publish(traced, tmp_path / place / "left", title="Left", source="here", license="MIT")
     monkeypatch.setattr("freelearn.api.actuators._libraries", lambda: [tmp_path / "one", tmp_path / "two"])
     assert list(fl.actuators) == ["dmsp20", "left"]
     with pytest.raises(fl.UserError, match=r"one/left and .*two/left"):
