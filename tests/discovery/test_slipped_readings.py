@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import torch
 from first_step import first_step
-from linear_bed import NOISE, SHORT, bench, student
+from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, student
 
 from freelearn.data.accuracy import PAPER
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.referee.case import Case
-from freelearn.discovery.residuals.suspects import UNITS, suspects
+from freelearn.discovery.residuals.suspects import UNITS, state_outliers, suspects
+from freelearn.discovery.search.search import search
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference import laboratory
 from freelearn.testing.reference.laboratory import Laboratory
@@ -166,3 +167,53 @@ def test_a_slipped_reading_counts_for_nothing_where_states_are_left_out():
     step.whiten.scatter = replace(scatter, reading=scatter.reading.clamp_min(1e-6))
     case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, accuracy, prepared.fold)
     assert (~case.present).nonzero().tolist() == [[87, 0]]
+
+
+@pytest.mark.parametrize(("load", "moved"), [(0, 0.6e-3), (0, -0.4e-3), (1, 0.1)])
+def test_a_state_that_was_elsewhere_is_pointed_out_with_its_place(load, moved):
+    """All rows of one state show the loads of another length, or twist."""
+
+    def extra(s, loads):
+        loads = loads.copy()
+        loads[40:45, load] -= TRUE[load] * moved
+        return loads
+
+    made = bench(4, **SHORT, extra=extra)
+    prepared, step = first_step(made.question())
+    (found,) = state_outliers(step, prepared.rows, prepared.kept)
+    assert found.rows == (40, 41, 42, 43, 44)
+    assert found.load == ("elongation", "twist")[load]
+    # Where it stands by the table, moved by as much as was hidden, but for its own position error.
+    column, unit = (("elongation_mm", 1e-3), ("twist_deg", np.pi / 180))[load]
+    assert found.shown == pytest.approx(made.table[column][40] * unit)
+    assert found.expected - found.shown == pytest.approx(moved, abs=4 * (ACCURACY.length, ACCURACY.twist)[load])
+    assert "all of its 5 rows agree" in found.slip
+
+
+def test_no_state_is_pointed_out_where_all_were_where_they_are_said_to_be():
+    prepared, step = first_step(bench(4, **SHORT).question())
+    assert state_outliers(step, prepared.rows, prepared.kept) == []
+
+
+def test_a_search_of_a_table_that_one_state_spoils_points_at_it():
+    """Farther off than any noise: no effect explains it, and the answer says where to look."""
+
+    def extra(s, loads):
+        loads = loads.copy()
+        loads[40:45, 0] -= TRUE[0] * 2e-3
+        return loads
+
+    found = search(bench(4, **SHORT, extra=extra).question(["friction_hysteresis", "force_offset"]))
+    assert found.verdict == "unexplained"
+    assert [(s.load, s.rows) for s in found.suspects] == [("elongation", (40, 41, 42, 43, 44))]
+
+
+def test_where_the_model_lacks_something_everywhere_no_state_is_blamed():
+    """A pressure that acts with its square too, in every state."""
+
+    def extra(s, loads):
+        return loads + (s.pressure.numpy()[:, None] / 6e4) ** 2 * [1.0, 0.01]
+
+    found = search(bench(4, **SHORT, extra=extra).question(["friction_hysteresis", "force_offset"]))
+    assert found.verdict != "adequate"
+    assert not [s for s in found.suspects if s.load in ("elongation", "twist")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -13,8 +13,8 @@ from freelearn.data.beds import DEG, ELONGATION, NMM
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.linear_algebra import orthonormal
-from freelearn.discovery.noise.noise import sensitivities
-from freelearn.discovery.noise.scatter import Scatter
+from freelearn.discovery.noise.noise import Whitener, sensitivities
+from freelearn.discovery.noise.scatter import Scatter, clock_of
 
 # Readings that slipped, perhaps: which, by how much, and how it may have happened.
 
@@ -117,35 +117,49 @@ EACH, LEAST = 1.0, 60.0
 TAKES, FAR = 0.6, 4.0
 # More states than this share (one of few) are no slips: the model errs there.
 MOST = 0.05
+# Where a model lacks something: the share of what is left beyond the noise that they are, and states at least, of fewer
+# of which one may just be where the model errs most.
+MAIN, FEWEST = 0.5, 10
 
 
-def state_outliers(step: Step, rows: Rows, kept: np.ndarray) -> list[Suspect]:
+def state_outliers(step: Step, rows: Rows, kept: np.ndarray, lacking: bool = False) -> list[Suspect]:
     """The states (of what a bed imposes on one) that seem to have been elsewhere, the clearest first.
 
     For either quantity of each state the whitened residuals are regressed on how its rows answer to it, cleared of what
-    the model's parameters absorb. kept: which of the rows that were asked about the step's rows (N) are.
+    the model's parameters absorb. kept: which of the rows that were asked about the step's rows (N) are. lacking:
+    whether the model leaves something systematic: any state may then look misplaced, and only such are told as are most
+    of what is left.
     """
-    scatter, whiten, bed = step.whiten.scatter, step.whiten, rows.states.bed
+    scatter, bed = step.whiten.scatter, rows.states.bed
     if scatter is None:
         return []
-    answers = (
-        sensitivities(step.fit.model, rows.states)[:, :, :2] * rows.readings.informative_mask(step.fit.shown)[..., None]
-    )
-    columns, span = whiten(answers), orthonormal(step.fit.jacobian.flatten(0, 1)).reshape(len(rows), 2, -1)
-    flat = span.flatten(0, 1)
-    rest = step.fit.residual - (span @ (flat.T @ step.fit.residual.reshape(-1)))
+    told, by = rows.readings.informative_mask(step.fit.shown), sensitivities(step.fit.model, rows.states)
+    # A state far from its place hardly counted for the fit; whether it is one, usual errors of a place decide.
+    usual = replace(scatter, state=scatter.state.clamp_min(scatter.tails.deviation**-2))
+    whiten = Whitener(
+        by, torch.as_tensor(rows.state), scatter.like, usual, bed, rows.readings.present, told, step.whiten.doubt,
+        clock_of(rows.states),
+    )  # fmt: skip
+    residual, jacobian = whiten(step.fit.raw_residual), whiten(step.fit.raw_jacobian)
+    columns = whiten(by[:, :, :2] * told[..., None])
+    span = orthonormal(jacobian.flatten(0, 1)).reshape(len(rows), 2, -1)
+    rest = residual - (span @ (span.flatten(0, 1).T @ residual.reshape(-1)))
     along = _sum(columns * rest[..., None], whiten.state, whiten.states)
     absorbed = torch.stack([_sum(span * columns[:, :, k, None], whiten.state, whiten.states) for k in (0, 1)], dim=1)
     size = _sum(columns.square(), whiten.state, whiten.states) - absorbed.square().sum(-1)
     move = -along / size.clamp_min(1e-300)
     gain = torch.where(size > 0, along.square() / size.clamp_min(1e-300), 0.0)
     misfit = _sum(rest.square()[..., None], whiten.state, whiten.states)
-    told = _sum((columns.abs().sum(-1) > 0).double()[..., None], whiten.state, whiten.states)
+    telling = _sum((columns.abs().sum(-1) > 0).double()[..., None], whiten.state, whiten.states)
     typical = shared(scatter.like, bed) * scatter.position * scatter.tails.deviation
     stated = torch.minimum(shared(scatter.like, bed), typical)
-    clear = (gain > LEAST + EACH * told) & (gain > TAKES * misfit) & (move.abs() > FAR * stated)
+    clear = (gain > LEAST + EACH * telling) & (gain > TAKES * misfit) & (move.abs() > FAR * stated)
     chosen = torch.nonzero(clear & (gain == gain.amax(1, keepdim=True)))
     if len(chosen) > max(1, int(MOST * whiten.states)):
+        return []
+    beyond = float(rest.square().sum()) - float(telling.sum())
+    taken = float(gain[chosen[:, 0], chosen[:, 1]].sum())
+    if lacking and (whiten.states < FEWEST or taken < MAIN * beyond):
         return []
     place = np.flatnonzero(kept)
     out = []

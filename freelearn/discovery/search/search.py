@@ -166,9 +166,8 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
         watch(step, f"added {', '.join(added)}" if number else "base model")
     ordered = in_order_of(rows.states) if together else []
     pointed_out = [block.suspect(rows, kept, ordered) for block in together] + suspects(final, rows, kept)
-    # Of a model that lacks something, any state may look misplaced.
-    if not together and final.left.p_value >= ALPHA_STRUCTURE:
-        pointed_out += state_outliers(final, rows, kept)
+    if not together:
+        pointed_out += state_outliers(final, rows, kept, lacking=final.left.p_value < ALPHA_STRUCTURE)
     effects = prepared.question.added(final.effects)
     order = list(dict.fromkeys(name for step in steps for name in step.effects if name in effects))
     # Of what was written only what is in the answer has a file; its other forms are told as its twins.
