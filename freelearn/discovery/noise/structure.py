@@ -14,6 +14,7 @@ from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal, summed_products
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
 from freelearn.discovery.noise.shapes import Basis, bases
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 
 # Chance at which a screen speaks. Its false statements are counted by experiments/hidden_effects: at most 2 %.
 ALPHA = 0.004
@@ -48,6 +49,11 @@ class Structure:
 
     p_value: float
     scale: float
+
+    @property
+    def shows(self) -> bool:
+        """Whether something systematic is left."""
+        return self.p_value < ALPHA_STRUCTURE
 
 
 def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:

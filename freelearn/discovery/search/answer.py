@@ -18,7 +18,6 @@ from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.search.stages import Explored
 from freelearn.discovery.thresholds import (
-    ALPHA_STRUCTURE,
     FORMS,
     HOPELESS,
     MIN_PAIRED_Z,
@@ -153,7 +152,7 @@ class Ending:
         """Whether nothing systematic is left."""
         return (
             not self.known.share
-            and self.final.left.p_value >= ALPHA_STRUCTURE
+            and not self.final.left.shows
             and self.final.fit.converged
             and self.final.E_heldout <= NOTHING
         )

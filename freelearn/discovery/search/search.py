@@ -31,7 +31,7 @@ from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
-from freelearn.discovery.thresholds import ALPHA_STRUCTURE, EVEN, IDLE, MANY, MODELS_TOLD, MOST_ALIKE
+from freelearn.discovery.thresholds import EVEN, IDLE, MANY, MODELS_TOLD, MOST_ALIKE
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -167,7 +167,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     ordered = in_order_of(rows.states) if together else []
     pointed_out = [block.suspect(rows, kept, ordered) for block in together] + suspects(final, rows, kept)
     if not together:
-        pointed_out += state_outliers(final, rows, kept, lacking=final.left.p_value < ALPHA_STRUCTURE)
+        pointed_out += state_outliers(final, rows, kept, lacking=final.left.shows)
     effects = prepared.question.added(final.effects)
     order = list(dict.fromkeys(name for step in steps for name in step.effects if name in effects))
     # Of what was written only what is in the answer has a file; its other forms are told as its twins.
@@ -322,7 +322,7 @@ def slipped_together(prepared: Prepared, final: Step) -> tuple[list[Block], Step
     """Blocks of readings that explain what is left, or more than a drift does, and the last model: then without the
     drift, and without other effects that only mended what the blocks explain."""
     drifts = DRIFT in prepared.question.added(final.effects)
-    if not drifts and final.left.p_value >= ALPHA_STRUCTURE:
+    if not drifts and not final.left.shows:
         return [], final
     step = without(prepared, final, DRIFT) if drifts else final
     found = blocks(step, prepared.rows) if step else None

@@ -12,7 +12,7 @@ from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, TableChec
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.residuals.residual_summary import NO_HINT
 from freelearn.discovery.search.next_states import NextState
-from freelearn.discovery.thresholds import ALPHA_STRUCTURE, INADEQUATE
+from freelearn.discovery.thresholds import INADEQUATE
 from freelearn.queries.curves.curve_rows import digits
 from freelearn.records.discovery import Discovery, final_estimates, sigmas_heldout
 from freelearn.records.estimates import parameter_table
@@ -111,7 +111,7 @@ def suspect_lines(discovery: Discovery) -> list[str]:
 def step_row(step: Step, text: str) -> list[str]:
     """One step as a row under staircase.HEADINGS and the remaining misfit; text: what the step added."""
     # Without a pattern that the tests see it is noise only where it is as small as noise.
-    patterns = step.left.p_value < ALPHA_STRUCTURE
+    patterns = step.left.shows
     left = "structure" if patterns else "noise" if sigmas_heldout(step) ** 2 <= INADEQUATE else "no pattern"
     return [*staircase_row(text, step.E_train, step.E_heldout, step.floor, sigmas_heldout(step)), left]
 
