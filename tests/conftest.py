@@ -101,13 +101,13 @@ def once(tmp_path_factory):
 
 
 @pytest.fixture
-def traced(once, monkeypatch):
+def traced(once):
     """That run, with whose functions an export begins."""
-    from freelearn.export import export
+    from exported import already
 
     fitted, functions = once
-    monkeypatch.setattr(export, "Functions", lambda actuator: functions)
-    return fitted
+    with already(functions):
+        yield fitted
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from freelearn.cli.command_line import exit_on_user_error
 from freelearn.common.display import Column, DisplayTable
 from freelearn.common.errors import UserError
-from freelearn.common.formats import error_in_words, fixed, number
+from freelearn.common.formats import fixed, number, short_error
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,11 +71,10 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
 def errors_table(found: Compared) -> DisplayTable:
     """E of both on the same rows."""
     columns = (Column("rows", words=True), Column("number"), Column("A: E %"), Column("B: E %"))
-    rows = []
-    for one in found.errors.itertuples():
-        errors = [error_in_words(e).removesuffix(" %") for e in (one.a, one.b)]
-        rows.append((str(one.rows), str(one.n), *errors))
-    return DisplayTable(columns, tuple(rows), "Errors on the same rows")
+    rows = tuple(
+        (str(one.rows), str(one.n), short_error(one.a), short_error(one.b)) for one in found.errors.itertuples()
+    )
+    return DisplayTable(columns, rows, "Errors on the same rows")
 
 
 def parameters_table(found: Compared) -> DisplayTable:

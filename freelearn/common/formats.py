@@ -77,13 +77,22 @@ def error_percent(value: float | None, digits: int = 2) -> str:
     return f"> {100 * RUN_AWAY:.0f}" if value is not None and RUN_AWAY < value < math.inf else percent(value, digits)
 
 
+def short_error(value: float) -> str:
+    """The same with three significant digits.
+
+    >>> short_error(0.0038912), short_error(7665.21)
+    ('0.389', '> 1000')
+    """
+    return error_percent(value) if value > RUN_AWAY else number(100 * value, 3)
+
+
 def error_in_words(value: float) -> str:
-    """The same in a sentence: three significant digits.
+    """The same in a sentence.
 
     >>> error_in_words(0.0038912), error_in_words(7665.21)
     ('0.389 %', '> 1000 %')
     """
-    return f"{error_percent(value) if value > RUN_AWAY else number(100 * value, 3)} %"
+    return f"{short_error(value)} %"
 
 
 def known_floor(floor: float | None) -> float | None:

@@ -60,9 +60,8 @@ class Discovery:
 
 def final_estimates(findings: Findings) -> list[Estimate]:
     """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
-    model = findings.final.fit.model
-    freedom = max(len(np.unique(findings.rows.state)) - int(model.free.sum()), 1)
-    return searched_estimates(findings.final.fit.values(), stderr(findings.final), model, freedom)
+    fit, states = findings.final.fit, len(np.unique(findings.rows.state))
+    return searched_estimates(fit.values(), stderr(findings.final), fit.model, states)
 
 
 def document(

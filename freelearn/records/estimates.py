@@ -208,12 +208,14 @@ def plain_estimates(values: Mapping[str, float], declared: Mapping[str, Paramete
 
 
 def searched_estimates(
-    values: Mapping[str, float], stderr: Mapping[str, float], model: Model[Any], freedom: int
+    values: Mapping[str, float], stderr: Mapping[str, float], model: Model[Any], states: int
 ) -> list[Estimate]:
-    """Estimates from values and standard errors (SI), with 95 % intervals of `freedom`; see fit.uncertainty.interval.
+    """Estimates from values and standard errors (SI), with 95 % intervals that count each of so many kinematic states
+    once; see fit.uncertainty.interval.
 
     A parameter without a standard error has no interval, and one that was held has no error."""
     entries, beforehand = [], model.beforehand()
+    freedom = max(states - int(model.free.sum()), 1)
     for name, value in values.items():
         p = model.declared[name]
         error = 0.0 if p.fixed else stderr.get(name, math.nan)

@@ -5,18 +5,20 @@ import json
 import numpy as np
 import pytest
 import torch
-from exported import actuator, linear
+from exported import actuator, already, linear
 from fitted_folders import folder_of, grid, shown
 
 import freelearn
 from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
-from freelearn.export import export
 from freelearn.export.actuator import Actuator
+from freelearn.export.checks import checked
+from freelearn.export.export_options import Options
 from freelearn.export.functions import Functions
 from freelearn.export.writers.c_file import compiler, run
 from freelearn.export.writers.c_source import c_source
+from freelearn.export.writers.onnx_file import write_onnx
 from freelearn.physics.models.build import build_model
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -27,12 +29,14 @@ THREE = {"end_clamps": {"clamp_length": 2e-3}, "friction_hysteresis": {"force": 
 @pytest.fixture(scope="module")
 def three(tmp_path_factory):
     fitted = actuator(tmp_path_factory.mktemp("three"), THREE)
-    # Traced once: that takes the most time of all.
     functions = Functions(Actuator.from_fitted(fitted))
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(export, "Functions", lambda actuator: functions)
+    with already(functions):
         found = fitted.export(tmp_path_factory.mktemp("c") / "left.c", license="CC-BY-4.0")
-    return fitted, found, {f.name: f for f in functions.every}, run(found.files[0], "left")
+    return fitted, found, functions, run(found.files[0], "left")
+
+
+def _named(functions):
+    return {f.name: f for f in functions.every}
 
 
 @needs_compiler
@@ -51,7 +55,7 @@ def test_c_answers_a_table_in_the_order_of_measuring_as_predict_does(three):
     fitted, _, functions, library = three
     rows = fitted.table()
     answer = fitted.predict(rows)
-    loads = functions["loads"]
+    loads = _named(functions)["loads"]
     assert [p.name for p in loads.inputs] == ["elongation", "twist", "pressure", "direction", "worst_severity"]
     directions = np.sign(rows["pressure_kpa"].diff().fillna(0.0)) * (rows["step"] > 0)
     worst, got = 0.0, []
@@ -71,7 +75,7 @@ def test_c_tells_bands_and_the_pressure_for_a_force_as_the_model_does(three):
     state = np.column_stack([rows["elongation_mm"] * MM, rows["twist_deg"] * DEG, rows["pressure_kpa"] * KPA])
     blank = np.zeros((len(rows), 2))
     table = fitted.invert(rows.assign(force_n=np.nan, moment_nmm=np.nan)).table()
-    bands, _ = library.answers(functions["band"], np.c_[state, blank])
+    bands, _ = library.answers(_named(functions)["band"], np.c_[state, blank])
     half = (table["force_n_high"] - table["force_n_low"]) / 2
     np.testing.assert_allclose(bands[:, 0], half, rtol=1e-6)
     half = (table["moment_nmm_high"] - table["moment_nmm_low"]) / 2 * NMM
@@ -80,7 +84,7 @@ def test_c_tells_bands_and_the_pressure_for_a_force_as_the_model_does(three):
         table[["sample", "elongation_mm", "twist_deg", "force_n"]].assign(pressure_kpa=np.nan)
     ).table()
     wanted = np.c_[state[:, :2], table["force_n"], blank]
-    pressures, flags = library.answers(functions["pressure_for_force"], wanted)
+    pressures, flags = library.answers(_named(functions)["pressure_for_force"], wanted)
     assert not flags.any()
     np.testing.assert_allclose(pressures[:, 0], asked["pressure_kpa"] * KPA, rtol=0, atol=1e-3)
 
@@ -88,7 +92,7 @@ def test_c_tells_bands_and_the_pressure_for_a_force_as_the_model_does(three):
 @needs_compiler
 def test_a_load_that_no_pressure_makes_is_flagged(three):
     *_, functions, library = three
-    _, flags = library.answers(functions["pressure_for_force"], np.array([[0, 0, 1e4, 0, 0]]))
+    _, flags = library.answers(_named(functions)["pressure_for_force"], np.array([[0, 0, 1e4, 0, 0]]))
     assert flags[0] & 16
 
 
@@ -139,6 +143,15 @@ def test_onnx_takes_many_rows_and_says_where_the_data_end(tmp_path):
     force, inside = session.run(["force", "inside"], given)
     assert inside.tolist() == [1, 1, 1, 1, 0]
     np.testing.assert_allclose(force[:4], rows["force_pred_n"][:4], rtol=1e-6)
+
+
+@needs_compiler
+def test_onnx_answers_as_a_continuum_that_remembers_does(three, tmp_path):
+    pytest.importorskip("onnxruntime")
+    _, _, functions, _ = three
+    checks = checked(functions, write_onnx(functions, tmp_path, Options("onnx", "left")))
+    assert checks.held
+    assert list(checks.every) == [f.name for f in functions.every]
 
 
 def test_a_certificate_says_what_it_was_made_of(three):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 import beds
 import numpy as np
@@ -12,6 +15,8 @@ from fitted_folders import C1, C2, continuum, folder_of, grid, shown
 import freelearn
 from freelearn.data.beds import BED
 from freelearn.data.columns import members_in, with_members
+from freelearn.export import export
+from freelearn.export.functions import Functions
 from freelearn.physics.models.build import build_model
 
 # Known to a hundredth each.
@@ -36,6 +41,13 @@ def linear(folder: Path):
     """The model that is the quickest of all to trace, as a run."""
     model = build_model("linear", VALUES["linear"], [])
     return freelearn.load(folder_of(folder, model, shown(model, grid()), covariance=np.diag([1.0, 1e-8, 1e-4])))
+
+
+@contextmanager
+def already(functions: Functions) -> Iterator[None]:
+    """Inside, exports begin with functions that were traced before: that takes the most time of all."""
+    with patch.object(export, "Functions", lambda actuator: functions):
+        yield
 
 
 def table_of(bed: str) -> pd.DataFrame:

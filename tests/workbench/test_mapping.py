@@ -37,6 +37,18 @@ def raw(separator=";", decimal=","):
     return "\n".join([HEADER.replace(",", separator), *lines, ""]).encode()
 
 
+def page_of(book, name, sessions, finish):
+    """The mapping of a workbook that was dropped on the page."""
+    content = BytesIO()
+    book.save(content)
+    session = sessions.get("")[1]
+    session.upload(name, content.getvalue())
+    finish(session)
+    page = Mapping(session)
+    page.refresh()
+    return page
+
+
 def row_of(page, name):
     return next(row for row in page.rows if row.guess.name == name)
 
@@ -279,13 +291,7 @@ def test_of_sheets_that_look_alike_one_is_chosen(sessions, finish):
     for sheet, factor in ((book.active, 1), (second, 2)):
         for row in [("dl_mm", "P_kPa", "F_N"), *((x, p, factor * (p - x)) for x in (0, 5) for p in (0, 50, 100))]:
             sheet.append(row)
-    content = BytesIO()
-    book.save(content)
-    session = sessions.get("")[1]
-    session.upload("muscles.xlsx", content.getvalue())
-    finish(session)
-    page = Mapping(session)
-    page.refresh()
+    page = page_of(book, "muscles.xlsx", sessions, finish)
     page.use.clicks += 1
     assert "Which sheet holds the readings: still to be said" in page.problem.object
     page.sheet.value = "blau"
@@ -302,13 +308,8 @@ def test_sheets_of_several_clocks_are_joined_by_time(sessions, finish):
         book.active.append(row)
     for row in [("t", "F_N"), *((1000.0 + 200 * i, -2.0 * i) for i in range(35))]:
         second.append(row)
-    content = BytesIO()
-    book.save(content)
-    session = sessions.get("")[1]
-    session.upload("two.xlsx", content.getvalue())
-    finish(session)
-    page = Mapping(session)
-    page.refresh()
+    page = page_of(book, "two.xlsx", sessions, finish)
+    session = page.session
     assert "there are 2 clocks" in page.notes.object
     assert {row_of(page, name).quantity.value for name in ("t", "t_s")} == {"time_s"}
     row_of(page, "t").unit.value = "ms"

@@ -199,7 +199,7 @@ def _result(
 def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narrowed, ...]:
     """Standard errors of the goal's parameters, by what is measured and with the plan."""
     assert goal.fit is not None
-    freedom = max(len(_rows_of_states(measured)) - int(goal.fit.model.free.sum()), 1)
+    states = len(_rows_of_states(measured))
     values = present_value(goal)
     (gain,) = scored.gains
     out = []
@@ -207,7 +207,7 @@ def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narr
         declared = goal.fit.model.declared[label]
         unit = goal.sizes[i] * (value if declared.log else 1.0)
         before, after = (unit * error[i] for error in (gain.errors_before, gain.errors_after))
-        (known,) = searched_estimates({label: float(value)}, {label: float(before)}, goal.fit.model, freedom)
+        (known,) = searched_estimates({label: float(value)}, {label: float(before)}, goal.fit.model, states)
         out.append(Narrowed(label, declared.unit, float(value), float(before), float(after), known.untold))
     return tuple(out)
 

@@ -13,8 +13,6 @@ from freelearn.discovery.noise.noise import Whitener, whitened_basis
 from freelearn.discovery.noise.shapes import bases, dense, imposed, monomials
 
 DIRECTION = "direction of the pressure change"
-
-
 # In the place of a hint where no single term explains anything.
 NO_HINT = "none"
 

@@ -13,8 +13,8 @@ from freelearn.data.beds import DEG, ELONGATION, NMM
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.linear_algebra import orthonormal
-from freelearn.discovery.noise.noise import Whitener, sensitivities
-from freelearn.discovery.noise.scatter import Scatter, clock_of
+from freelearn.discovery.noise.noise import Noise, sensitivities
+from freelearn.discovery.noise.scatter import Scatter
 
 # Readings that slipped, perhaps: which, by how much, and how it may have happened.
 
@@ -136,10 +136,7 @@ def state_outliers(step: Step, rows: Rows, kept: np.ndarray, lacking: bool = Fal
     told, by = rows.readings.informative_mask(step.fit.shown), sensitivities(step.fit.model, rows.states)
     # A state far from its place hardly counted for the fit; whether it is one, usual errors of a place decide.
     usual = replace(scatter, state=scatter.state.clamp_min(scatter.tails.deviation**-2))
-    whiten = Whitener(
-        by, torch.as_tensor(rows.state), scatter.like, usual, bed, rows.readings.present, told, step.whiten.doubt,
-        clock_of(rows.states),
-    )  # fmt: skip
+    whiten = Noise(rows, scatter.like, by, told, usual).whitener(step.whiten.doubt)
     residual, jacobian = whiten(step.fit.raw_residual), whiten(step.fit.raw_jacobian)
     columns = whiten(by[:, :, :2] * told[..., None])
     span = orthonormal(jacobian.flatten(0, 1)).reshape(len(rows), 2, -1)

@@ -250,10 +250,10 @@ class _Draft:
         entry, remarks = column_entry(column, name, self.answers)
         if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
             remarks.append("add sign: -1 if a push is negative here" if name == "force_n" else "sign: -1 turns it")
-        rivals = [names for names in self.found.open_rivals(self.answers) if f"{WHICH}{names[0]}" not in self.answers]
-        for names in (names for names in rivals if names[0] == column.name):
-            entry["from"] = None
-            remarks.insert(0, f"TODO: from {' or '.join(map(repr, names))}")
+        for names in self.found.open_rivals(self.answers):
+            if names[0] == column.name and f"{WHICH}{names[0]}" not in self.answers:
+                entry["from"] = None
+                remarks.insert(0, f"TODO: from {' or '.join(map(repr, names))}")
         if remarks:
             before = [self.remarks[path]] if path in self.remarks else []
             about = f"{name}: " if path[-1] == "columns" else ""
