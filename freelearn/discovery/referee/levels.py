@@ -156,7 +156,7 @@ def _named(case: Case, way: str, part: np.ndarray) -> str:
     for quantity in states.bed.state:
         if way == f"each {quantity.name}":
             value = float(imposed(states)[quantity.name][torch.as_tensor(part.copy())].mean()) / quantity.factor
-            return f"{quantity.name} {in_words(value)} {quantity.unit}"
+            return f"{quantity.name} {in_words(value)}{quantity.suffix}"
     return way
 
 

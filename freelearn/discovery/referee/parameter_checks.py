@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import torch
 
 from freelearn.common.formats import in_words
-from freelearn.data.beds import INFLATION
+from freelearn.data.beds import INFLATION, behind
 from freelearn.discovery.fits.white_fit import GONE
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
 from freelearn.physics.chain.material import FIBERS, RUBBER
@@ -43,8 +43,8 @@ def _plausible(case: Case) -> Check:
             "parameters plausible", PASS, None, None, "Every parameter is one that such actuators and beds have."
         )
     name, value, low, high, p = max(wrong, key=lambda w: _beyond(w[1], w[2], w[3]))
-    usual = f"{in_words(low)} to {in_words(high)} {p.unit}"
-    says = f"{name} = {in_words(value)} {p.unit} is not what such actuators have: {usual}"
+    usual = f"{in_words(low)} to {in_words(high)}{behind(p.unit)}"
+    says = f"{name} = {in_words(value)}{behind(p.unit)} is not what such actuators have: {usual}"
     says += f" ({p.known.source})." if p.known.source else "."
     if case.rows.states.bed is INFLATION and p.known in (RUBBER, FIBERS):
         says += " Of a vessel say material=artery."
