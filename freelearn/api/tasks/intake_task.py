@@ -23,6 +23,7 @@ from freelearn.data.intake.guesses.wanted import Actuators, parse_wanted, questi
 from freelearn.data.intake.readers.raw_files import is_folder, raw_table, read_sources
 from freelearn.data.intake.recipes.recipe import Recipe
 from freelearn.data.intake.recipes.recipe_file import content_of, recipe_of, recipe_text
+from freelearn.data.intake.suspicious import still_open
 from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.measurement_table import read_table
 from freelearn.data.table.members_table import read_members
@@ -141,7 +142,7 @@ def taken_in(data: Path, recipe_path: Path, out: Path, design: Path | None = Non
     check_out(out, [recipe_path, data, *(data / name for name in sources), *designs])
     intake = convert(recipe, sources, next(iter(designs.values()), None))
     made = provenance(intake, recipe, data, sources, recipe_path, text, designs)
-    warnings = write_intake(intake, recipe, out, made)
+    warnings = still_open(write_intake(intake, recipe, out, made), recipe.as_read())
     members = beside(out, "_members.csv") if recipe.members else None
     said = tuple(dict.fromkeys([*intake.warnings, *warnings]))
     return TakenIn(out, recipe, members, replace(intake, warnings=said))

@@ -20,7 +20,7 @@ from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import Design, Part, Reading, Recipe, Sample
 from freelearn.data.intake.recipes.recipe_file import needed
-from freelearn.data.intake.suspicious import raw_suspicions, table_suspicions
+from freelearn.data.intake.suspicious import raw_suspicions, still_open, table_suspicions
 
 # Designs by actuator: a second file, or a sheet of the workbook, joined with the rows by the actuators' names.
 
@@ -107,9 +107,8 @@ def convert(recipe: Recipe, sources: Mapping[str, bytes], designs: bytes | None 
     if not len(table):
         raise UserError("No row is left: look at keep, drop, join and plateaus of the recipe.")
     intake = assembled(recipe, table, tally.files, _told_once(tally.warnings))
-    return replace(
-        intake, warnings=tuple(dict.fromkeys([*intake.warnings, *table_suspicions(intake.table, recipe.bed)]))
-    )
+    doubtful = still_open(table_suspicions(intake.table, recipe.bed), recipe.as_read())
+    return replace(intake, warnings=tuple(dict.fromkeys([*intake.warnings, *doubtful])))
 
 
 def _told_once(warnings: Sequence[str]) -> list[str]:

@@ -1,85 +1,18 @@
-"""What a column's heading says, in six languages: which quantity, in which unit."""
+"""What a column's heading says, in nine languages: which quantity, in which unit."""
 
 from __future__ import annotations
 
 import re
-import unicodedata
 from dataclasses import dataclass
 from typing import Literal
 
 from freelearn.data.intake.laboratory_units import dimension
-
-# Headings of the usual quantities in German, French, Italian, Spanish and Japanese.
-
-# Words as `plain` leaves them, without accents: German, French, Italian, Spanish, Japanese.
-ABROAD: dict[str, str] = {
-    "inner_diameter": r"innendurchmesser|diametre (interieur|interne)|diametro (interno|interior)|内径",
-    "wall": r"wand(starke|staerke|dicke)|epaisseur( de (la )?paroi)?|spessore( (della )?parete)?"
-    r"|espesor( de (la )?pared)?|肉厚",
-    "outer_diameter_mm": r"aussendurchmesser|durchmesser|diametre( (exterieur|externe))?"
-    r"|diametro( (esterno|exterior|externo))?"
-    r"|外径|直径",
-    "inner_radius_mm": r"innenradius|rayon (interieur|interne)|raggio interno|radio (interior|interno)|内半径",
-    "outer_radius_mm": r"aussenradius|rayon (exterieur|externe)|raggio esterno|radio (exterior|externo)|外半径",
-    "gamma_deg": r"faserwinkel|flechtwinkel|wickelwinkel|angle (des fibres|de fibre|de tressage|d'enroulement)"
-    r"|angolo (delle fibre|di fibra|di avvolgimento)|angulo (de (la )?fibra|de (las )?fibras|de trenzado)"
-    r"|繊維角度?|編み角度?",
-    "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
-    r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
-    r"|伸び|変位|ストローク",
-    "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess|nenn)?(lange|laenge)( unbelastet| im ruhezustand)?"
-    r"|longueur( (initiale|libre|a vide|au repos|nominale))?|lunghezza( (iniziale|libera|a riposo|nominale))?"
-    r"|longitud( (inicial|libre|en reposo|nominal))?|長さ|全長|自然長|初期長さ?",
-    "strain": r"dehnung|stauchung|kontraktion|verkurzung|verkuerzung|allongement|deformation|contraction"
-    r"|raccourcissement|deformazione|contrazione|deformacion|contraccion|ひずみ|歪み?|収縮率?",
-    "stretch": r"streckung|verstreckung|elongation relative|伸長比",
-    "twist_deg": r"verdrehung|drehwinkel|verdrehwinkel|torsionswinkel|winkel|drehung|rotation|torsion"
-    r"|angle de (torsion|rotation)|rotazione|torsione|angolo( di (torsione|rotazione))?"
-    r"|rotacion|giro|angulo( de (torsion|giro|rotacion))?|角度|ねじれ角?|ねじり角?|回転角?",
-    "pressure_kpa": r"(innen|uber|ueber|luft)?druck|pression|pressione|presion|圧力|内圧",
-    "moment_nmm": r"drehmoment|torsionsmoment|couple|moment de torsion|coppia|momento( torcente)?|par( de torsion)?"
-    r"|momento torsor|トルク|モーメント",
-    "stress": r"((nenn|zug|ingenieur|wahre?) ?)?spannung|contrainte( (nominale|vraie))?|sforzo|tensione( nominale)?"
-    r"|esfuerzo( nominal)?|(公称|真)?応力",
-    "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
-    r"|力|荷重|張力|軸力",
-    "time_s": r"(mess|kraft|druck|weg)?zeit|zeitstempel|zeitpunkt|temps|horodatage|tempo|tiempo|時間|時刻",
-    "temperature_c": r"temperatur|temperatura|温度",
-    "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
-    r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
-}
-
-# Parts of words that say that a length becomes shorter, as `plain` leaves them.
-CONTRACTIONS = (
-    "contract",
-    "shorten",
-    "kontrakt",
-    "verkurz",
-    "verkuerz",
-    "stauch",
-    "contraz",
-    "contrac",
-    "raccourc",
-    "収縮",
-)
-
-# Latin letters, digits and brackets as Japanese keyboards write them; not NFKC, for which ² is 2.
-FULL_WIDTH = {0xFF01 + i: 0x21 + i for i in range(94)} | {0x3000: 0x20}
-
-
-def plain(text: str) -> str:
-    """Lower case, full-width signs as plain ones, Latin letters without accents.
-
-    >>> plain("Länge（ｍｍ）"), plain("Außendurchmesser"), plain("圧力")
-    ('lange(mm)', 'aussendurchmesser', '圧力')
-    """
-    folded = text.translate(FULL_WIDTH).casefold()
-    return "".join(unicodedata.normalize("NFD", c)[0] if c.isalpha() and c < "\u0250" else c for c in folded)
+from freelearn.data.intake.words_abroad import CONTRACTIONS, FULL_WIDTH, WORDS_OF_LANGUAGES, plain
 
 
 def words_of(quantity: str, english: str) -> re.Pattern[str]:
     """The words of a quantity in all languages."""
-    return re.compile("|".join(filter(None, (english, ABROAD.get(quantity, "")))))
+    return re.compile("|".join(filter(None, (english, *(words.get(quantity, "") for words in WORDS_OF_LANGUAGES)))))
 
 
 # What a column's heading says: which quantity, in which unit.

@@ -37,7 +37,10 @@ SPELLINGS = {
     **dict.fromkeys(("micron", "microns", "um", "micrometer"), "micrometer"),
     **dict.fromkeys(("°", "deg", "degs", "degree", "degrees", "grad°"), "degree"),
     # What German, Spanish and others call degrees; pint takes grad for gon.
-    **dict.fromkeys(("grad", "grado", "grados", "gradi", "degre", "degré", "degres", "degrés", "度"), "degree"),
+    **dict.fromkeys(
+        ("grad", "grado", "grados", "gradi", "degre", "degré", "degres", "degrés", "度", "graden", "stupně", "stopnie"),
+        "degree",
+    ),
     **dict.fromkeys(("rad", "rads", "radian", "radians"), "radian"),
     **dict.fromkeys(("rev", "revs", "turn", "turns", "revolution", "revolutions"), "turn"),
     **dict.fromkeys(("pa", "pascal"), "Pa"),
@@ -50,7 +53,7 @@ SPELLINGS = {
     **dict.fromkeys(("mmhg", "torr"), "mmHg"),
     **dict.fromkeys(("cmh2o",), "cmH2O"),
     **dict.fromkeys(("inhg",), "inHg"),
-    **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "seg", "秒"), "second"),
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "seconden", "seg", "秒"), "second"),
     **dict.fromkeys(("ms", "msec"), "millisecond"),
     **dict.fromkeys(("min", "mins", "minute", "minutes", "分"), "minute"),
     **dict.fromkeys(("h", "hr", "hour", "hours"), "hour"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -181,6 +181,14 @@ def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
             f"time {time!r} runs backwards at line {raw.lines[int(back[0]) + 1]} ({len(back)} times in all): order the "
             "rows with order_by, or leave time_s out where several tests follow each other."
         )
+
+
+def still_open(sentences: Sequence[str], as_read: Collection[str]) -> list[str]:
+    """The sentences but for those that doubt a pressure's zero of which somebody has said that it is right: those of
+    the columns `as_read`."""
+    doubts = ("may be absolute", "is never below", "goes back to")
+    settled = tuple(f"{name} {doubt}" for name in as_read for doubt in doubts)
+    return [sentence for sentence in sentences if not sentence.startswith(settled)]
 
 
 def table_suspicions(table: pd.DataFrame, bed: str) -> list[str]:

@@ -15,26 +15,39 @@ from freelearn.data.intake.headings import heading
 from freelearn.data.intake.laboratory_units import conversion
 from freelearn.data.intake.recipes.recipe_file import recipe_of
 
-# Quantity and unit by heading: English, German, French, Italian, Spanish, Japanese.
+# Quantity and unit by heading: English, German, French, Italian, Spanish, Japanese; Dutch, Czech, Polish.
 ABROAD = {
-    "elongation_mm": "Stretch [in]|Dehnung [mm]|Weg/mm|Allongement (mm)|Spostamento [mm]|Desplazamiento (mm)|変位 (mm)",
-    "twist_deg": "Twist [rad]|Verdrehung [°]|Winkel [Grad]|Angle (°)|Rotazione [gradi]|Ángulo (grados)|ねじれ角（度）",
-    "pressure_kpa": "Pressure [kg/cm²]|Druck, bar|Pression (bar)|Pressione [bar]|Presión (kPa)|圧力（ＭＰａ）",
-    "force_n": "Force (lbf)|Kraft in N|Force (N)|Forza [N]|Fuerza (N)|荷重（Ｎ）",
-    "moment_nmm": "Torque [Nm]|Drehmoment [Nm]|Couple (N.m)|Coppia [N·m]|Par (N·m)|トルク [N·m]",
-    "length_mm": "Length [mm]|Länge [mm]|Longueur (mm)|Lunghezza [cm]|Longitud (mm)|長さ (mm)",
-    "strain": "Elongation [%]|Dehnung [%]|Allongement (%)|Deformazione [%]|Deformación (%)|ひずみ (%)",
-    "time_s": "Time (s)|Zeit [s]|Temps (s)|Tempo (s)|Tiempo (s)|時間 (s)",
-    "inner_diameter": "ID [mm]|Innendurchmesser [mm]|Diamètre intérieur (mm)|Diametro interno (mm)|内径 (mm)",
+    "elongation_mm": "Stretch [in]|Dehnung [mm]|Weg/mm|Allongement (mm)|Spostamento [mm]|Desplazamiento (mm)|変位 (mm)"
+    "|Verlenging [mm]|Verplaatsing (mm)|Prodloužení [mm]|Posuv [mm]|Wydłużenie [mm]|Przemieszczenie (mm)",
+    "twist_deg": "Twist [rad]|Verdrehung [°]|Winkel [Grad]|Angle (°)|Rotazione [gradi]|Ángulo (grados)|ねじれ角（度）"
+    "|Verdraaiing [graden]|Hoek (°)|Zkrut [°]|Natočení (°)|Kąt skręcenia [°]|Skręcenie (rad)",
+    "pressure_kpa": "Pressure [kg/cm²]|Druck, bar|Pression (bar)|Pressione [bar]|Presión (kPa)|圧力（ＭＰａ）"
+    "|Druk [bar]|Overdruk (kPa)|Tlak [kPa]|Přetlak (bar)|Ciśnienie [MPa]|Nadciśnienie [kPa]",
+    "force_n": "Force (lbf)|Kraft in N|Force (N)|Forza [N]|Fuerza (N)|荷重（Ｎ）"
+    "|Kracht [N]|Trekkracht (N)|Síla [N]|Osová síla [N]|Siła [N]|Siła osiowa (N)",
+    "moment_nmm": "Torque [Nm]|Drehmoment [Nm]|Couple (N.m)|Coppia [N·m]|Par (N·m)|トルク [N·m]"
+    "|Koppel [Nm]|Draaimoment (Nm)|Krouticí moment [Nm]|Moment skręcający [N·m]",
+    "length_mm": "Length [mm]|Länge [mm]|Longueur (mm)|Lunghezza [cm]|Longitud (mm)|長さ (mm)"
+    "|Lengte [mm]|Rustlengte (mm)|Délka [mm]|Počáteční délka (mm)|Długość [mm]|Długość początkowa (cm)",
+    "strain": "Elongation [%]|Dehnung [%]|Allongement (%)|Deformazione [%]|Deformación (%)|ひずみ (%)"
+    "|Rek [%]|Verlenging [%]|Přetvoření [%]|Odkształcenie (%)|Wydłużenie (%)",
+    "time_s": "Time (s)|Zeit [s]|Temps (s)|Tempo (s)|Tiempo (s)|時間 (s)|Tijd [s]|Čas [s]|Czas (s)",
+    "inner_diameter": "ID [mm]|Innendurchmesser [mm]|Diamètre intérieur (mm)|Diametro interno (mm)|内径 (mm)"
+    "|Binnendiameter [mm]|Vnitřní průměr [mm]|Średnica wewnętrzna (mm)",
 }
 
 
 @pytest.mark.parametrize("quantity", ABROAD)
-def test_headings_of_six_languages(quantity):
+def test_headings_of_nine_languages(quantity):
     for name in ABROAD[quantity].split("|"):
         said = heading(name)
         assert (said.quantity, said.confidence) == (quantity, "sure"), name
         assert said.unit, name
+
+
+@pytest.mark.parametrize("name", ["Verkorting [mm]", "Zkrácení [mm]", "Skrócenie [mm]", "Verkürzung [mm]"])
+def test_what_shortens_is_no_elongation(name):
+    assert heading(name).quantity == "shortening"
 
 
 def test_degrees_in_german_are_no_gons():

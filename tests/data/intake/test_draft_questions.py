@@ -10,6 +10,7 @@ import pytest
 from scipy.io import savemat
 from test_messy import REFUSED, RIGHT, write
 
+from freelearn.api.tasks.intake_task import taken_in
 from freelearn.common.errors import UserError
 from freelearn.data.intake.convert import convert
 from freelearn.data.intake.guesses.draft import draft
@@ -288,6 +289,43 @@ def test_what_a_gauge_reads_at_rest_is_asked_and_taken_off():
     for pressures in ([0.05, 2.0, 4.0], [0.35, 0.65, 0.85, 1.1, 1.35, 1.8, 2.5]):
         rows = [(x, p, -p) for x in (0, -5, -10) for p in pressures]
         assert "rest.P [bar]" not in table_of(text(rows, header), "a.csv")[1]
+
+
+@pytest.mark.parametrize(
+    ("low", "answers"),
+    [
+        (101.3, {"absolute": "n"}),
+        (96.0, {"absolute": "n"}),
+        (60.0, {"rest": "less: the tube was under pressure all the time"}),
+    ],
+)
+def test_what_was_said_of_a_gauge_no_warning_doubts_again(low, answers, tmp_path):
+    content = text([(x, low + p + x / 50, -p) for x, p in PLACES])
+    raw = raw_table(content.encode(), "a.csv")
+    _, asked, recipe = interview(guess_table(raw), USUAL | answers, raw=raw)
+    assert any(key.split(".")[0] in answers for key in asked)
+    path, written = tmp_path / "a.csv", tmp_path / "recipe.yaml"
+    path.write_text(content)
+    written.write_text(recipe)
+    made = taken_in(path, written, tmp_path / "table.csv")
+    assert made.intake.table["pressure_kpa"].tolist() == pytest.approx([low + p + x / 50 for x, p in PLACES])
+    assert not [warning for warning in made.intake.warnings if "pressure" in warning]
+    # Where nobody was asked it is said.
+    written.write_text(recipe.replace(", minus: 0", ""))
+    again = taken_in(path, written, tmp_path / "table.csv").intake.warnings
+    assert [warning for warning in again if warning.startswith("pressure_kpa")]
+
+
+@pytest.mark.parametrize(("name", "value", "length"), [("L", 0.15, "m?"), ("L", 150.0, "mm?"), ("L0", 0.182, "m?")])
+def test_a_length_among_the_numbers_of_a_matlab_file_is_proposed(name, value, length, tmp_path):
+    pressure = np.array([p for _, p in PLACES], dtype=float)
+    arrays = {name: value, "P_kPa": pressure, "F_N": -pressure, "dl_mm": [float(x) for x, _ in PLACES]}
+    found = guess_file(write(tmp_path / "a.mat", matlab(**arrays)))[0]
+    told = found.told("length_mm")
+    assert told is not None
+    assert (told.value, told.words.split(": ")[-1]) == (pytest.approx(value * (1000 if length == "m?" else 1)), length)
+    assert not told.unit_said
+    assert not any("passed over" in note for note in found.notes)
 
 
 LEVELS = (0, 0.5, 1.1, 0.02)

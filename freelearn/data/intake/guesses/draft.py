@@ -296,13 +296,10 @@ class _Draft:
             self.further.append(f"# To be decided: {doubt.text} ({choices})")
             return
         changes = dict(doubt.changes.get(answer, {}))
-        shift, rest = changes.pop("gauge", None), changes.pop("rest", {})
+        of_pressures = {self.found.named(name).own_name: more for name, more in changes.pop("pressures", {}).items()}
         members = self.content.get("members")
         for pressure in [m["pressure"] for m in members or ()] or [self._entry("pressure_kpa")]:
-            if shift:
-                pressure["minus"] = shift
-            if pressure.get("from") in rest:
-                pressure["offset"] = rest[pressure["from"]]
+            pressure |= of_pressures.get(pressure.get("from"), {})
         if doubt.key not in self.answers:
             for key in changes:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")

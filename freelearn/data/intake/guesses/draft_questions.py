@@ -31,7 +31,10 @@ from freelearn.data.intake.readers.told_elsewhere import Told
 POSITIVE = ("length_mm", "inner_radius_mm", "outer_radius_mm")
 _NUMBER = re.compile(r"([+\-−]?\d*[.,]?\d+(?:[eE][+-]?\d+)?)\s*(.*)")
 _DIAMETER = re.compile(r"(?:d|ø|⌀|Ø|diameter|durchmesser)\s*=?\s*(.*)", re.IGNORECASE)
-SAID_YES, SAID_NO = ("y", "yes", "j", "ja", "o", "oui", "s", "si", "sí", "はい"), ("n", "no", "nein", "non", "いいえ")
+SAID_YES, SAID_NO = (
+    ("y", "yes", "j", "ja", "o", "oui", "s", "si", "sí", "ano", "tak", "はい"),
+    ("n", "no", "nein", "nee", "non", "ne", "nie", "いいえ"),
+)
 # Columns that no heading explains are asked about one by one, up to so many.
 MOST_UNKNOWN = 12
 ALL = "all"

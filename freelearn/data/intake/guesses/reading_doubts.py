@@ -23,6 +23,8 @@ GAUGE_SHARE = 0.06
 LEVELS_APART, LEAST_VISITS, LEAST_ROWS = 5.0, 2, 8
 # The atmosphere, and what it is between the sea and high valleys [kPa].
 ATMOSPHERE, SOMEWHERE = 101.325, (75.0, 110.0)
+# Taken off a pressure of which somebody has said that it is what its gauge reads: then nobody doubts it again.
+AS_IT_READS = 0.0
 
 
 def reading_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
@@ -93,7 +95,11 @@ def _absolute(found: Guess) -> Iterator[Doubt]:
     if all(SOMEWHERE[0] <= low <= SOMEWHERE[1] for low in lowest):
         text = f"The pressure is never below {lowest[0]:.4g} kPa. Is it absolute, with the atmosphere in it?"
         of = {name: meaning for c in pressures for name, meaning in c.meant.items()}
-        yield Doubt("absolute", text, "pressure is absolute", of=of, changes={YES: {"gauge": ATMOSPHERE}})
+        changes = {
+            said: {"pressures": {c.name: {"minus": value} for c in pressures}}
+            for said, value in ((YES, ATMOSPHERE), (NO, AS_IT_READS))
+        }
+        yield Doubt("absolute", text, "pressure is absolute", of=of, changes=changes)
 
 
 def _gauges(raw: RawTable, found: Guess) -> Iterator[Doubt]:
@@ -119,7 +125,8 @@ def _gauges(raw: RawTable, found: Guess) -> Iterator[Doubt]:
         ]
         short = f"what {column.name!r} reads at rest"
         options.append((NO, "less: the tube was under pressure all the time"))
-        changes = {key: {"rest": {column.name: value}} for key, (value, _) in said.items()}
+        changes = {key: {"pressures": {column.name: {"offset": value}}} for key, (value, _) in said.items()}
+        changes |= {NO: {"pressures": {column.name: {"minus": AS_IT_READS}}}}
         text = f"The pressure {column.name!r} is never near 0. What does its gauge read at rest, to be taken off?"
         yield Doubt(f"rest.{column.name}", text, short, tuple(options), of=column.meant, changes=changes)
 

@@ -49,7 +49,8 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
         columns = dict(zip(reading.names, columns.values(), strict=True))
     about = tuple(_about(found, columns, name))
     proposed = [one for one in passed if any(f"{name}: {one}(" in told.words for told in about)]
-    passed = [one for one in passed if one not in proposed]
+    of_all = [one for one in passed if any(f"{name}: {one} is" in told.words for told in about)]
+    passed = [one for one in passed if one not in (*proposed, *of_all)]
     notes = [f"{name}: variables that are no columns were passed over: {', '.join(passed)}."] if passed else []
     if proposed:
         notes.append(f"{name}: {', '.join(proposed)} will be proposed where each of several actuators is asked about.")
@@ -172,9 +173,10 @@ def _of_one_length(columns: dict[str, np.ndarray], name: str) -> tuple[dict[str,
 
 # No block has more actuators; of so many numbers a vector says each one's.
 MOST_MEMBERS = 8
-# Numbers of a design whose unit nothing says are of these sizes in the table's unit.
-LIKELY = {"gamma_deg": (5.0, 90.0), "length_mm": (10.0, 3000.0)} | dict.fromkeys(
-    ("inner_radius_mm", "outer_radius_mm", INNER_DIAMETER, OUTER_DIAMETER), (1.0, 200.0)
+# Numbers of a design whose unit nothing says are of these sizes in the first unit, or in the second.
+RADII = {"mm": (1.0, 200.0), "m": (1e-4, 0.2)}
+LIKELY = {"gamma_deg": {"deg": (5.0, 90.0)}, "length_mm": {"mm": (10.0, 3000.0), "m": (0.01, 3.0)}} | dict.fromkeys(
+    ("inner_radius_mm", "outer_radius_mm", INNER_DIAMETER, OUTER_DIAMETER), RADII
 )
 
 
@@ -198,15 +200,14 @@ def _about(found: _Variables, columns: Mapping[str, np.ndarray], name: str) -> l
 def _part(key: str, member: int, value: float, name: str) -> Told | None:
     """A part of the design of one member, or of all; where no unit is said, in the table's if its size is likely."""
     heard = heading(key)
-    low, high = LIKELY.get(heard.quantity or "", (np.inf, -np.inf))
-    likely = not heard.unit and low <= abs(value) <= high
-    unit = ("deg" if heard.quantity == "gamma_deg" else "mm") if likely else ""
+    sizes = {} if heard.unit else LIKELY.get(heard.quantity or "", {})
+    unit = next((unit for unit, (low, high) in sizes.items() if low <= abs(value) <= high), "")
     told = one_told(key, f"{value:.12g}", unit, POINTS, name)
     if told is None:
         return None
     shown = f"{key}({member})" if member else key
-    words = f"{name}: {shown} is {value:.12g}" + (f", which unit is not said: {unit}?" if likely else "")
-    return replace(told, words=words, member=member, unit_said=not likely)
+    words = f"{name}: {shown} is {value:.12g}" + (f", which unit is not said: {unit}?" if unit else "")
+    return replace(told, words=words, member=member, unit_said=not unit)
 
 
 def _columns(numeric: dict[str, np.ndarray], name: str, found: _Variables) -> dict[str, np.ndarray]:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from freelearn.data.columns import pressure_column
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -207,6 +209,13 @@ class Recipe:
         """Names of further files that hold joined channels, each once."""
         joins = [*self.join, *(join for part in self.files for join in part.join)]
         return list(dict.fromkeys(join.file for join in joins if join.file))
+
+    def as_read(self) -> set[str]:
+        """Pressures from which 0 is taken, which says that they are what their gauges read."""
+        columns = {name: column for join in self.join for name, column in join.columns.items()} | dict(self.columns)
+        columns |= {pressure_column(i): member.pressure for i, member in enumerate(self.members, start=1)}
+        pressures = {name: column for name, column in columns.items() if name.startswith("pressure_")}
+        return {name for name, column in pressures.items() if Term(number=0.0) in column.minus}
 
     def columns_for(self, part: Part) -> dict[str, Column]:
         """The columns of one file: its own go before the recipe's, and so do its constants."""

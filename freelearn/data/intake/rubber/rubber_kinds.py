@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from freelearn.data.intake.headings import heading, plain
+from freelearn.data.intake.headings import heading
+from freelearn.data.intake.words_abroad import plain
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.headings import plain, split_heading
+from freelearn.data.intake.headings import split_heading
 from freelearn.data.intake.laboratory_units import conversion
 from freelearn.data.intake.readers.cells import Row, Style
 from freelearn.data.intake.readers.told_elsewhere import pairs_of
+from freelearn.data.intake.words_abroad import plain
 
 WORDS = {
     "thickness_mm": ("thickness", "dicke", "staerke", "starke", "epaisseur", "spessore", "espesor", "厚"),
