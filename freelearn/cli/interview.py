@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 from textwrap import wrap
 
 from freelearn.common.errors import UserError
+from freelearn.data.intake.guesses.answers import Question, answer, in_words
+from freelearn.data.intake.guesses.column_questions import meaning_of, said
 from freelearn.data.intake.guesses.draft import draft
-from freelearn.data.intake.guesses.draft_questions import Question, answer, in_words, meaning_of, questions, said
+from freelearn.data.intake.guesses.draft_questions import questions
 from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import NO, YES, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess

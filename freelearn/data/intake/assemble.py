@@ -19,6 +19,7 @@ from freelearn.data.intake.evaluate import ANEW, FILE, LINE
 from freelearn.data.intake.plateaus import COUNT
 from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, QUANTITIES, Recipe
 from freelearn.data.intake.recipes.recipe_file import needed
+from freelearn.data.logs import RUN
 
 # What a table has beyond quantities: states that its rows share, and the count of steps in them.
 
@@ -103,7 +104,7 @@ def _order(recipe: Recipe, rows: pd.DataFrame, pressures: list[str]) -> list[str
     state = ["step", "elongation_mm", "twist_deg", *(pressures or ["pressure_kpa"]), "force_n", "moment_nmm"]
     first = ["sample", *design, *state, *(q for q in QUANTITIES if q not in (*DESIGN, *state)), *MARKS]
     errors = [n for n in rows if "_se_" in str(n)]
-    names = [name for name in (*first, COUNT, *errors, *recipe.carry) if name in rows]
+    names = [name for name in (*first, RUN, COUNT, *errors, *recipe.carry) if name in rows]
     return list(dict.fromkeys(names))
 
 

@@ -20,7 +20,9 @@ from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import Design, Part, Reading, Recipe, Sample
 from freelearn.data.intake.recipes.recipe_file import needed
+from freelearn.data.intake.recordings import recordings_of
 from freelearn.data.intake.suspicious import raw_suspicions, still_open, table_suspicions
+from freelearn.data.logs import RUN
 
 # Designs by actuator: a second file, or a sheet of the workbook, joined with the rows by the actuators' names.
 
@@ -106,6 +108,9 @@ def convert(recipe: Recipe, sources: Mapping[str, bytes], designs: bytes | None 
     table = pd.concat(tables, ignore_index=True)
     if not len(table):
         raise UserError("No row is left: look at keep, drop, join and plateaus of the recipe.")
+    if recipe.run is not None:
+        table[RUN], found = recordings_of(table, recipe.run)
+        tally.warnings += found
     intake = assembled(recipe, table, tally.files, _told_once(tally.warnings))
     doubtful = still_open(table_suspicions(intake.table, recipe.bed), recipe.as_read())
     return replace(intake, warnings=tuple(dict.fromkeys([*intake.warnings, *doubtful])))
@@ -144,11 +149,12 @@ def _rows(recipe: Recipe, part: Part, sources: Mapping[str, bytes], tally: Tally
     columns = recipe.columns_for(part)
     raw = chosen_rows(recipe, part, raw)
     readings = [raw.known(columns[q.column].source) for q in BEDS[recipe.bed].measured if q.column in columns]
-    time = raw.known(columns["time_s"].source) if "time_s" in columns else None
+    # Of a log it may begin anew.
+    time = raw.known(columns["time_s"].source) if "time_s" in columns and recipe.run is None else None
     tally.warnings += [*raw.notes, *raw_suspicions(raw, readings, time)]
     numbers, sample_names = sample_numbers(part.sample or recipe.sample, raw)
     rows = Evaluation(raw, columns, constants_by_row(recipe, part, numbers), numbers)
-    rows, kept, joined = with_joined(recipe.joins_for(part), part, rows, needed(recipe), reading, sources)
+    rows, kept, joined = with_joined(recipe.joins_for(part), part, rows, needed(recipe), reading, sources, recipe.run)
     rows.rest = at_rest(recipe, rows)
     table = quantities(recipe, rows)
     chosen = len(table)

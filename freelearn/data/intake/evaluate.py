@@ -54,6 +54,7 @@ class Evaluation:
 
     raw: the rows. columns: of the recipe. constants: (N,) each. sample: (N,) int64. rest: rows at rest, None where the
     recipe has none. made: column → (N,) float64 in the table's unit. records: column → how, plain values. notes.
+    words: texts that were joined from elsewhere, N each.
     """
 
     raw: RawTable
@@ -64,6 +65,7 @@ class Evaluation:
     made: dict[str, np.ndarray] = field(default_factory=dict)
     records: dict[str, dict[str, Any]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    words: dict[str, list[str]] = field(default_factory=dict)
     _making: list[str] = field(default_factory=list)
 
     def quantity(self, name: str) -> np.ndarray:
@@ -188,6 +190,8 @@ def _as_above(values: np.ndarray) -> np.ndarray:
 
 # Columns that rows carry until the table is assembled.
 FILE, LINE, ANEW = "file", "line", "anew "
+# The name of each row's recording, as the file says it.
+NAMED = "recording as named"
 
 
 def at_rest(recipe: Recipe, rows: Evaluation) -> np.ndarray | None:
@@ -215,6 +219,8 @@ def quantities(recipe: Recipe, rows: Evaluation) -> pd.DataFrame:
         columns[mark] = rows.where(condition).astype(np.int64)
     columns |= {f"{ANEW}{name}": rows.raw.text(name) for name in recipe.steps.anew}
     columns |= {_carried(name, columns): rows.raw.text(name) for name in recipe.carry}
+    if recipe.run is not None and recipe.run.source is not None:
+        columns[NAMED] = rows.words[NAMED] if NAMED in rows.words else rows.raw.text(recipe.run.source)
     return pd.DataFrame(columns | {FILE: rows.raw.name, LINE: rows.raw.lines})
 
 

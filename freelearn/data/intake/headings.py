@@ -20,6 +20,8 @@ def words_of(quantity: str, english: str) -> re.Pattern[str]:
 Confidence = Literal["sure", "likely", "unsure"]
 # No quantity of the table: half of it is the inner radius.
 INNER_DIAMETER = "inner_diameter"
+# The recording that a row of a log is of.
+RUN = "run"
 # Nor is the thickness of the wall: with the inner radius it makes the outer one.
 WALL = "wall"
 
@@ -44,13 +46,14 @@ ENGLISH: tuple[tuple[str, str], ...] = (
     ("pressure_kpa", r"p\w{0,4}?\d*|(gauge|internal|inner|supply|air) ?pressure|pressure\w*|press|gauge"),
     ("force_n", r"f|fz|force|load|axial ?(force|load)|pull|tension|thrust|(tensile|pulling) ?force"),
     ("moment_nmm", r"m|mz|tz|torque|moment|torsion|load"),
-    ("time_s", r"t|time|elapsed|timestamp"),
+    ("time_s", r"t|time|elapsed|(time|date)? ?stamp|date ?time|epoch|unix ?time"),
     ("temperature_c", r"temp|temperature"),
     ("step", r"step"),
     ("buckled", r"buckled"),
     ("slack", r"slack"),
     ("left_out", r"left ?out"),
     ("sample", r"sample|specimen|muscle|actuator|tube"),
+    (RUN, r"run( ?(no|nr|number|id))?|recording|trial|take|(test|experiment)( ?(no|nr|number|id))?"),
 )
 # A stretch or a strain with a unit of length is an elongation; an elongation in percent is a strain.
 BY_UNIT = {"elongation_mm": "strain", "strain": "elongation_mm", "stretch": "elongation_mm"}
@@ -116,6 +119,8 @@ def heading(name: str, unit: str = "") -> Heading:
     spoken = " ".join(word for word in words if word not in TREATED)
     whole = _with_units([q for q, pattern in WORDS if pattern.fullmatch(spoken)], kind)
     fits = [q for q in whole or _containing(spoken) if kind is None or KIND.get(q) in (kind, None)]
+    # A recording has no unit, and its name stands alone.
+    fits = [q for q in fits if q != RUN or (whole and not kind)]
     if any(word in plain(name) for word in CONTRACTIONS):
         fits = [SHORTENED.get(q, q) for q in fits]
     if fits:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.evaluate import Evaluation
+from freelearn.data.intake.evaluate import NAMED, Evaluation
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.readers.stamps import moment, seconds_of
-from freelearn.data.intake.recipes.recipe import DATE, Column, Join, Part, Reading
+from freelearn.data.intake.recipes.recipe import DATE, Column, Join, Part, Reading, Recordings
 from freelearn.data.logs import TIME
 from freelearn.data.table.log_tables import NO_FASTER, averaged, jump, smoothed
 
@@ -29,17 +29,20 @@ def with_joined(
     imposed: Sequence[str],
     reading: Reading,
     sources: Mapping[str, bytes],
+    recordings: Recordings | None = None,
 ) -> tuple[Evaluation, np.ndarray, list[dict[str, Any]]]:
     """The rows with each joined channel beside their constants; which of them are kept, (N,) bool: those that all
     sources span and in which nothing imposed is blank; what was done, plain values.
 
-    part: the file of the rows. imposed: columns that may not be blank. reading: of that file. Raises UserError where
-    two logs have no time in common, or a clock runs backwards or jumps.
+    part: the file of the rows. imposed: columns that may not be blank. reading: of that file. recordings:
+    how they are told; a column that stands in a joined file names those of the rows, too. Raises UserError where two
+    logs have no time in common, or a clock runs backwards or jumps.
     """
     kept = np.ones(len(rows.raw), dtype=bool)
     if not joins:
         return rows, kept, []
     asked = _clock(rows, "columns.time_s")
+    named = (recordings.source if recordings else None) or ""
     told = []
     constants = dict(rows.constants)
     for place, join in enumerate(joins, start=1):
@@ -48,6 +51,8 @@ def with_joined(
         _same_kind(join, place, raw, rows)
         source = _source(join, raw, rows)
         time = _clock(source, f"join[{place}].time")
+        if named in raw.columns and named not in rows.raw.columns:
+            rows.words[NAMED] = _as_named(source.raw.text(named), time, asked)
         record = _joined(join, place, source, time, asked, rows.raw.name, constants)
         kept &= record.pop("inside")
         rows.records.update(source.records | {TIME: rows.records[TIME]})
@@ -73,6 +78,12 @@ def _source(join: Join, raw: RawTable, rows: Evaluation) -> Evaluation:
     raw = raw.rows(there)
     shared = {n: np.full(len(raw), v[0]) for n, v in rows.constants.items() if len(v) and (v == v[0]).all()}
     return Evaluation(raw, {TIME: join.time, **join.columns}, shared, np.ones(len(raw), dtype=np.int64))
+
+
+def _as_named(words: Sequence[str], time: np.ndarray, asked: np.ndarray) -> list[str]:
+    """At the asked times what a channel's last row before them says, or its first one."""
+    place = (np.searchsorted(time, asked, side="right") - 1).clip(0)
+    return [words[row] for row in place]
 
 
 def _same_kind(join: Join, place: int, raw: RawTable, rows: Evaluation) -> None:

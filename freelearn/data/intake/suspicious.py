@@ -179,7 +179,7 @@ def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:
     if len(back):
         yield (
             f"time {time!r} runs backwards at line {raw.lines[int(back[0]) + 1]} ({len(back)} times in all): order the "
-            "rows with order_by, or leave time_s out where several tests follow each other."
+            "rows with order_by; where several recordings follow each other, say run: derive, or leave time_s out."
         )
 
 

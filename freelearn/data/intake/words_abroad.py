@@ -38,6 +38,7 @@ ABROAD: dict[str, str] = {
     r"|力|荷重|張力|軸力",
     "time_s": r"(mess|kraft|druck|weg)?zeit|zeitstempel|zeitpunkt|temps|horodatage|tempo|tiempo|時間|時刻",
     "temperature_c": r"temperatur|temperatura|温度",
+    "run": r"versuch|messung|lauf|aufnahme|essai|enregistrement|prova|registrazione|ensayo|prueba|試行|実験",
     "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"
     r"|provino|attuatore|muscolo|muestra|probeta|actuador|musculo|試料|試験片|アクチュエータ|サンプル",
 }
@@ -65,6 +66,7 @@ FURTHER_ABROAD: dict[str, str] = {
     "force_n": r"(axiale )?(trek|druk)?kracht|belasting|(osova )?sila|zatizeni|sila (osiowa|osova)|obciazenie",
     "time_s": r"tijd(stempel)?|tijdstip|cas|czas",
     "temperature_c": r"temperatuur|teplota",
+    "run": r"proef|meting|opname|mereni|pokus|zkouska|pomiar|nagranie",
     "sample": r"monster|proefstuk|spier|vzorek|sval|probka|miesien|silownik",
 }
 WORDS_OF_LANGUAGES = (ABROAD, FURTHER_ABROAD)

@@ -10,8 +10,9 @@ from typing import Any
 import panel as pn
 
 from freelearn.common.errors import UserError
+from freelearn.data.intake.guesses.column_questions import said
 from freelearn.data.intake.guesses.draft import draft
-from freelearn.data.intake.guesses.draft_questions import questions, said
+from freelearn.data.intake.guesses.draft_questions import questions
 from freelearn.data.intake.guesses.guess import with_meanings
 from freelearn.data.intake.guesses.guessed import WHAT, WHICH, Guess
 from freelearn.data.intake.guesses.joined import Guessed

@@ -10,7 +10,7 @@ import pandas as pd
 import panel as pn
 
 from freelearn.common.csv_text import csv_text
-from freelearn.data.intake.guesses.draft_questions import meaning_of, said
+from freelearn.data.intake.guesses.column_questions import meaning_of, said
 from freelearn.data.intake.guesses.guess import with_meanings
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import Guessed

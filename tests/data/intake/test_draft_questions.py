@@ -13,8 +13,10 @@ from test_messy import REFUSED, RIGHT, write
 from freelearn.api.tasks.intake_task import taken_in
 from freelearn.common.errors import UserError
 from freelearn.data.intake.convert import convert
+from freelearn.data.intake.guesses.answers import Question, answer
+from freelearn.data.intake.guesses.column_questions import said
 from freelearn.data.intake.guesses.draft import draft
-from freelearn.data.intake.guesses.draft_questions import Question, answer, questions, said
+from freelearn.data.intake.guesses.draft_questions import questions
 from freelearn.data.intake.guesses.guess import guess, guess_table
 from freelearn.data.intake.guesses.guessed import NO, YES
 from freelearn.data.intake.guesses.joined import Guessed, guess_and_table, guess_file
@@ -64,7 +66,7 @@ def test_of_a_file_that_says_its_units_only_the_actuator_is_asked_for(name, tmp_
     _, asked, recipe = interview(found, USUAL, joined, raw)
     assert set(asked) <= {
         "bed", "clock", "design.gamma_deg", "braid", "design.length_mm", "design.inner_radius_mm",
-        "design.outer_radius_mm", "held.twist_deg", "sample",
+        "design.outer_radius_mm", "held.twist_deg", "sample", "run",
         *(f"{what}.{c.name}" for what in ("sign", "zero", "sums") for c in found.columns),
     }  # fmt: skip
     assert "TODO" not in recipe

@@ -353,9 +353,9 @@ def test_start_takes_files_of_one_test_and_asks_for_the_rest(tmp_path):
     cells = write(tmp_path / "kraft.csv", pairs(CELL, list(map(np.ndarray.tolist, cell().values()))))
     others = write(tmp_path / "rig.csv", pairs(RIG, list(map(np.ndarray.tolist, rig().values()))))
     said = {
-        "Is every line right": "", "What did the rig": "", "Which rows": "", "Fiber angle": "25", "braid": "y",
-        "Unloaded length": "150", "inner radius": "5", "outer radius": "6", "twist": "0", "pulls": "n",
-        "gauge read at rest": "2", "Enter to go on": "",
+        "Is every line right": "", "What did the rig": "", "Which rows": "", "What are its rows": "",
+        "Fiber angle": "25", "braid": "y", "Unloaded length": "150", "inner radius": "5", "outer radius": "6",
+        "twist": "0", "pulls": "n", "gauge read at rest": "2", "Enter to go on": "",
     }  # fmt: skip
 
     asked = []
@@ -367,7 +367,9 @@ def test_start_takes_files_of_one_test_and_asks_for_the_rest(tmp_path):
 
     following = start([cells, others], tmp_path / "out", Console(file=StringIO(), width=120), ask)
     assert following.command == "discover"
-    is_joined(pd.read_csv(tmp_path / "out" / "kraft_table.csv"))
+    made = pd.read_csv(tmp_path / "out" / "kraft_table.csv")
+    is_joined(made)
+    assert set(made["run"]) == {1}
     again = start([cells, others], tmp_path / "again", Console(file=StringIO(), width=120), ask,
                   recipe=tmp_path / "out" / "kraft_recipe.yaml")  # fmt: skip
     assert again.command == "discover"

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from freelearn.data.intake.guesses.guessed import Clock, ColumnGuess, Guess
+from freelearn.data.intake.guesses.guessed import Answers, Clock, ColumnGuess, Guess
 from freelearn.data.intake.laboratory_units import conversion
-from freelearn.data.intake.readers.stamps import seconds_of
 
 # Units that a clock without one may have, and the share of the longer recording in which both then run.
 UNITS, OVERLAP = ("s", "ms", "min"), 0.5
-# Question → answer.
-Answers = Mapping[str, str | float]
+# More seconds are counted since 1970, or from another such day.
+SINCE_1970 = 1e8
 
 
 @dataclass(frozen=True)
@@ -59,19 +57,24 @@ def shift_key(clock: Clock) -> str:
     return f"plus.{clock.time}"
 
 
-def start_of(dates: ColumnGuess) -> float:
-    """The whole second at which a clock of dates begins."""
-    return float(math.floor(seconds_of(dates.example) or 0.0))
-
-
-def shifted(lead: ColumnGuess, other: ColumnGuess, second: float) -> dict[str, float]:
-    """What the recipe says of a clock beside a leading one. second: that are added to it; of one in dates, or beside
-    one, that of the counted seconds at which the first date was."""
-    if other.dates:
-        return {"minus": (seconds_of(other.example) or 0.0) - second}
+def origin_of(lead: ColumnGuess, answers: Answers) -> float:
+    """The whole second from which the table counts: where a clock of dates, or of seconds since 1970, begins; 0 for one
+    that counts from a beginning of its own, or in a unit that nobody has said."""
     if lead.dates:
-        return {"plus": (seconds_of(lead.example) or 0.0) - start_of(lead) - second}
-    return {"plus": second} if second else {}
+        return float(math.floor(lead.began))
+    unit = str(answers.get(f"unit.{lead.name}", lead.unit))
+    begins = conversion(unit, "s").factor * lead.low if unit else 0.0
+    return float(math.floor(begins)) if begins >= SINCE_1970 else 0.0
+
+
+def shifted(lead: ColumnGuess, other: ColumnGuess, second: float | None, answers: Answers) -> dict[str, float]:
+    """What the recipe says of a clock beside a leading one. second: that are added to it; of one in dates, or beside
+    one, that of the counted seconds at which the first date was; None where nothing was said."""
+    origin = origin_of(lead, answers)
+    if lead.dates != other.dates and second is not None:
+        return {"minus": other.began - second + origin} if other.dates else {"plus": lead.began - origin - second}
+    both = {"plus": second} if second and not other.dates else {}
+    return both | ({"minus": origin} if origin else {})
 
 
 def clock_open(lead: ColumnGuess, other: ColumnGuess, answers: Answers) -> str:

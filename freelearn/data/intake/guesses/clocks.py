@@ -11,9 +11,10 @@ import numpy as np
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.guessed import NO, Clock, ColumnGuess, Guess
 from freelearn.data.intake.headings import time_unit
+from freelearn.data.intake.laboratory_units import conversion
 from freelearn.data.intake.readers.cells import is_blank
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.readers.stamps import seconds_of
+from freelearn.data.intake.readers.stamps import seconds
 from freelearn.data.intake.recipes.recipe import READINGS, STATE
 
 # What a clock's rows are readings of.
@@ -23,6 +24,8 @@ LEAST_READINGS, FALLING = 3, 0.1
 # Two columns tell one time if they agree up to this share of a step; from beginnings that lie apart, of the whole:
 # one of them may be written in whole seconds.
 SAME, ROUGHLY = 1e-3, 0.05
+# No recording goes on for so long [s]; days since 1900 that a spreadsheet writes are those of this century.
+LONGEST, DAYS, MOST_DAYS = 100 * 86_400.0, (36_000.0, 73_000.0), 2.0
 # The key of the question whose rows the table has.
 WHOSE_ROWS = "clock"
 
@@ -34,20 +37,20 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
     known: list[tuple[str, np.ndarray]] = []
     for column in columns:
         unit = time_unit(column.name, raw.units.get(column.name, ""))
-        worded = unit is not None
-        if column.quantity not in (None, "time_s") and not worded:
+        if column.quantity not in (None, "time_s") and unit is None:
             out.append(column)
+            continue
+        values = raw.most_numbers(column.name) if column.numeric else _dates(raw, column)
+        if values is not None and column.numeric and column.quantity in (None, "time_s") and not (unit or column.unit):
+            column = _since_1970(column, values)
+        if values is None or not _rises(values):
+            # Where several recordings follow each other it falls between them.
+            out.append(column if column.numeric or values is None else _dated(column, values, unit is not None))
             continue
         if not column.numeric:
-            dates = replace(column, quantity="time_s", clock=column.name, dates=True, blanks=_blanks(raw, column))
-            out.append(dates if worded and _dates(raw, column) else column)
-            continue
-        values = raw.most_numbers(column.name)
-        if values is None or not _rises(values):
-            out.append(column)
-            continue
+            column = _dated(column, values, unit is not None)
         same = next((name for name, before in known if _same(before, values)), column.name)
-        if unit is not None and column.quantity != "time_s":
+        if unit is not None and column.quantity != "time_s" and column.numeric:
             column = replace(column, quantity="time_s", unit=unit, confidence="likely")
         if column.quantity == "time_s":
             known.append((column.name, values))
@@ -55,10 +58,37 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
     return out
 
 
-def _dates(raw: RawTable, column: ColumnGuess) -> bool:
-    """Whether the cells are dates with times of day."""
-    cells = [cell for cell in raw.text(column.name) if not is_blank(cell)]
-    return len(cells) >= LEAST_READINGS and None not in (seconds_of(cells[0]), seconds_of(cells[-1]))
+def _dates(raw: RawTable, column: ColumnGuess) -> np.ndarray | None:
+    """Seconds of a column of dates or times of day that are not all one, (N,), NaN where blank; None where the cells
+    are no dates."""
+    cells = raw.text(column.name)
+    filled = [cell for cell in cells if not is_blank(cell)]
+    if len(filled) < LEAST_READINGS or (":" not in filled[0] + filled[-1] and "T" not in filled[0]):
+        return None
+    values, bad = seconds(cells)
+    there = values[np.isfinite(values)]
+    return values if len(there) > len(bad) and np.ptp(there) > 0 else None
+
+
+def _dated(column: ColumnGuess, values: np.ndarray, worded: bool) -> ColumnGuess:
+    """The column as a clock of dates. values: in seconds. worded: whether its heading says time."""
+    began = float(values[np.isfinite(values)][0])
+    dated = replace(column, dates=True, began=began, clock=column.name, words=())
+    return replace(dated, quantity="time_s", confidence="sure" if worded else "likely")
+
+
+def _since_1970(column: ColumnGuess, values: np.ndarray) -> ColumnGuess:
+    """A time of which no heading says the unit, where its numbers do: seconds since 1970 in this century, or
+    thousandths and so on of one; or days since 1900 with their fractions, as spreadsheets have them."""
+    there = values[np.isfinite(values)]
+    first, span = float(there[0]), float(np.ptp(there))
+    factors = {unit: conversion(unit, "s").factor for unit in ("s", "ms", "µs", "ns", "day")}
+    century = (1e9, 4.1e9)
+    fitting = [unit for unit in ("s", "ms", "µs", "ns") if century[0] <= factors[unit] * first <= century[1]]
+    if fitting and span * factors[fitting[0]] < LONGEST and _rises(values):
+        return replace(column, quantity="time_s", unit=fitting[0], confidence="likely")
+    in_days = DAYS[0] <= first <= DAYS[1] and span < MOST_DAYS and (there != there.round()).any()
+    return replace(column, unit="day", confidence="likely") if in_days and column.quantity == "time_s" else column
 
 
 def _blanks(raw: RawTable, column: ColumnGuess) -> int:

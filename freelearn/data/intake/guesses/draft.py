@@ -6,36 +6,36 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.clock_spans import clock_open, shift_key, shifted, start_of
+from freelearn.data.intake.guesses.clock_spans import clock_open, origin_of, shift_key, shifted
 from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
-from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, ColumnGuess, Doubt, Guess
+from freelearn.data.intake.guesses.column_entries import SPELLED, column_entry, merge
+from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, Answers, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
-from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.guesses.left_open import (
+    COLUMN,
+    CONSTANTS,
+    held_open,
+    member_key,
+    named_samples,
+    numbered,
+    of_each,
+    open_design,
+    quantities_given,
+    recordings_said,
+    sample_keys,
+)
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
-from freelearn.data.intake.headings import split_heading
+from freelearn.data.intake.headings import RUN, split_heading
 from freelearn.data.intake.laboratory_units import unit_of
 from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.readers.stamps import moment
 from freelearn.data.intake.readers.told_elsewhere import Told
-from freelearn.data.intake.recipes.recipe import DATE, DESIGN, FURTHER, MARKS, READINGS
+from freelearn.data.intake.recipes.recipe import MARKS
 
-# Question → answer: texts of choices and units, numbers in the table's units.
-Answers = Mapping[str, str | float]
-
-# Units as names of columns write them → as people do.
-SPELLED = {"n": "N", "pa": "Pa", "kpa": "kPa", "nmm": "N·mm", "nm": "N·m"}
-CONSTANTS = {
-    "gamma_deg": "fiber angle to the axis",
-    "length_mm": "unloaded length",
-    "inner_radius_mm": "unloaded inner radius",
-    "outer_radius_mm": "unloaded outer radius",
-}
+# Days from the first that spreadsheets count to 1970.
+EXCEL_DAYS = 25_569
 # A muscle or a braid has two families of fibers.
 SECOND = "a braid (McKibben, Festo) has a second family: minus the first angle"
-# Whether the actuators on an end block have the same sizes.
-SAME_SIZES = "same_sizes"
-# A strain beyond it, without a unit, may be one in percent.
-LARGEST_STRAIN = 1.5
 
 
 def draft(
@@ -51,41 +51,6 @@ def draft(
     unused = [c.name for c in found.columns if not c.chosen]
     tail = [f"# Not used: {', '.join(map(repr, unused))}."] if unused else []
     return "\n".join([head, *recipe_lines(made.content, made.remarks), *made.further, *tail]) + "\n"
-
-
-def open_design(found: Guess, joined: DesignGuess | None) -> dict[str, str]:
-    """What of the design no column says, with what it is called."""
-    said = {*quantities_given(found), *(joined.columns if joined else ())}
-    return {name: about for name, about in CONSTANTS.items() if name not in said}
-
-
-def held_open(found: Guess, bed: str) -> list[str]:
-    """What a bed imposes and no column says."""
-    given = quantities_given(found)
-    several = bool(found.pressures)
-    return [
-        q.column for q in BEDS[bed].imposed if q.column not in given and not (several and q.column == "pressure_kpa")
-    ]
-
-
-def named_samples(found: Guess, joined: DesignGuess | None, answers: Answers) -> list[tuple[int, str]]:
-    """The number and the word of each of several actuators whose designs are to be given one by one."""
-    if joined is not None:
-        return []
-    if found.of("sample") is None and answers.get("sample") == "column":
-        return list(enumerate(found.perhaps_words, start=1))
-    return sample_keys(found) if len(found.samples) > 1 else []
-
-
-def member_key(name: str, number: int) -> str:
-    """The key of the question about a part of a member's design."""
-    return f"member.{number}" if name == "gamma_deg" else f"design.{name}.{number}"
-
-
-def of_each(found: Guess, design: Mapping[str, str], answers: Answers) -> list[str]:
-    """What of the design each actuator on an end block is asked for: its angle, and its sizes where they differ."""
-    apart = answers.get(SAME_SIZES, NO if found.sizes_apart else YES) == NO
-    return [name for name in design if name == "gamma_deg" or apart] if found.pressures else []
 
 
 class _Draft:
@@ -122,6 +87,12 @@ class _Draft:
         self.content["columns"] = {name: self._column(("columns", name), name, column) for name, column in own.items()}
         if not given:
             self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
+        if "time_s" in own and (origin := origin_of(own["time_s"], self.answers)):
+            self.content["columns"]["time_s"]["minus"] = int(origin)
+            before = self.remarks.get(("columns", "time_s"))
+            days = EXCEL_DAYS if self.content["columns"]["time_s"]["unit"] == "day" else 0
+            since = f"time_s counts from {moment(origin - 86_400 * days)} on"
+            self.remarks["columns", "time_s"] = "; ".join(filter(None, [before, since]))
         if self.clocks:
             self._join(given)
         if found.pressures:
@@ -129,6 +100,7 @@ class _Draft:
         step = found.of("step")
         self.content["step"] = {"from": step.own_name} if step else "derive"
         self.remarks["step",] = "or: derive" if step else "0, 1, … in consecutive rows of one state"
+        self._recordings()
         self.content |= {mark: {marked.own_name: 1} for mark in MARKS if (marked := found.of(mark))}
         for doubt in found.doubts:
             self._doubt(doubt)
@@ -218,19 +190,14 @@ class _Draft:
         lead, *others = self.clocks
         first = self.found.named(lead.time)
         self.content["join"] = []
-        if first.dates:
-            self.content["columns"]["time_s"]["minus"] = start_of(first)
-            self.remarks["columns", "time_s"] = f"from {moment(start_of(first))} on"
         if WHOSE_ROWS not in self.answers:
             self.remarks["join",] = f"a guess: {clocks_in_words(self.found, self.clocks)}"
         for number, clock in enumerate(others):
             stamp = self.found.named(clock.time)
             time, path = self._column(("join", number, "time"), "time_s", stamp), ("join", number, "time")
-            if (plus := self.answers.get(shift_key(clock))) is not None:
-                time |= shifted(first, stamp, float(plus))
-            elif first.dates and stamp.dates:
-                time["minus"] = start_of(first)
-            elif left := clock_open(first, stamp, self.answers):
+            plus = self.answers.get(shift_key(clock))
+            time |= shifted(first, stamp, None if plus is None else float(plus), self.answers)
+            if plus is None and (left := clock_open(first, stamp, self.answers)):
                 self.remarks[path] = "; ".join(filter(None, [f"TODO: {left}", self.remarks.get(path)]))
             columns = {
                 name: self._column(("join", number, "columns"), name, column)
@@ -245,6 +212,16 @@ class _Draft:
         if first.blanks:
             self.content["drop"] = [{first.own_name: "blank"}]
             self.remarks["drop",] = f"rows of the other clocks, where {first.own_name!r} has none"
+
+    def _recordings(self) -> None:
+        """What makes the table a log, where it is to be one."""
+        how = recordings_said(self.found, self.answers)
+        if how is None:
+            return
+        named = self.found.of(RUN)
+        self.content[RUN] = {"from": named.own_name} if how == COLUMN and named else how
+        if RUN not in self.answers:
+            self.remarks[RUN,] = "a guess: a log, each row a sample in time; leave it out where rows are averages"
 
     def _column(self, path: Path, name: str, column: ColumnGuess) -> dict[str, Any]:
         entry, remarks = column_entry(column, name, self.answers)
@@ -339,79 +316,3 @@ def read_of(place: Place) -> dict[str, Any]:
     """What a recipe says under `read` of columns that stand there."""
     sheet = {"sheet": place.sheet} if place.sheet else {}
     return sheet | ({"variables": list(place.variables)} if place.variables else {})
-
-
-def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
-    """A column of the recipe for the table's column `name`, with what is to be said of it."""
-    meaning = MEANINGS[column.quantity or ""]
-    unit = str(answers.get(f"unit.{column.name}", column.unit))
-    entry: dict[str, Any] = {"from": column.own_name}
-    remarks = []
-    if column.dates:
-        entry["unit"] = DATE
-    elif unit:
-        entry["unit"] = SPELLED.get(unit, unit)
-    elif meaning.kind != "ratio":
-        entry["unit"] = None
-        remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
-    elif percents(column):
-        entry["unit"] = "?"
-        remarks.append('TODO: % or "1"')
-    turned = answers.get(f"sign.{column.name}") == YES
-    for key, value in meaning.keys:
-        entry[key] = -float(value) if key == "sign" and turned else value
-    if turned and "sign" not in entry:
-        entry["sign"] = -1
-    elif entry.get("sign") == 1:
-        del entry["sign"]
-    if offset := answers.get(f"offset.{column.name}"):
-        entry["offset"] = offset
-    if meaning.words in ("contraction", "shortening"):
-        remarks.append("a contraction shortens")
-    if column.confidence != "sure" and f"unit.{column.name}" not in answers:
-        remarks.append(f"{column.confidence}: check")
-    return entry, remarks
-
-
-def merge(content: dict[str, Any], more: Mapping[str, Any]) -> None:
-    """Adds plain values to plain values: mappings are joined, lists go on.
-
-    >>> a = {"drop": [1], "columns": {"force_n": {"unit": "N"}}}
-    >>> merge(a, {"drop": [2], "columns": {"force_n": {"offset": 3}}})
-    >>> a
-    {'drop': [1, 2], 'columns': {'force_n': {'unit': 'N', 'offset': 3}}}
-    """
-    for key, value in more.items():
-        there = content.get(key)
-        if isinstance(there, dict) and isinstance(value, Mapping):
-            merge(there, value)
-        elif isinstance(there, list):
-            content[key] = [*there, *value]
-        else:
-            content[key] = value
-
-
-def percents(column: ColumnGuess) -> bool:
-    """Whether a ratio without a unit may be one in percent."""
-    strain = column.quantity in ("strain", "contraction")
-    return strain and not column.unit and max(abs(column.low), abs(column.high)) > LARGEST_STRAIN
-
-
-def sample_keys(found: Guess) -> list[tuple[int, str]]:
-    """The number and the word of each actuator; words that are numbers keep them."""
-    if numbered(found):
-        return sorted((int(float(word)), word) for word in found.samples)
-    return list(enumerate(found.samples, start=1))
-
-
-def numbered(found: Guess) -> bool:
-    """Whether the file numbers its actuators 1, 2, … itself."""
-    return all(word.removesuffix(".0").isdecimal() and float(word) >= 1 for word in found.samples)
-
-
-def quantities_given(found: Guess) -> dict[str, ColumnGuess]:
-    """Column of the table → the file's column that becomes it."""
-    others = {clock.time for clock in found.clocks[1:]}
-    chosen = {c.column: c for c in found.columns if c.chosen and c.name not in (*found.pressures, *others)}
-    order = (*DESIGN, "elongation_mm", "twist_deg", "pressure_kpa", *READINGS, *FURTHER)
-    return {name: chosen[name] for name in order if name in chosen}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,13 @@ from freelearn.common.files import read_bytes
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.clocks import CHANNELS, clocks_in_words, clocks_of, of_one_clock, with_times
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Doubt, Guess
+from freelearn.data.intake.guesses.log_rows import log_of
 from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETER
 from freelearn.data.intake.guesses.reading_doubts import pressure_doubts, reading_doubts
 from freelearn.data.intake.guesses.row_doubts import cell_doubts, row_doubts, sums
-from freelearn.data.intake.headings import INNER_DIAMETER, Confidence, heading
+from freelearn.data.intake.headings import INNER_DIAMETER, RUN, Confidence, heading
 from freelearn.data.intake.laboratory_units import in_units_of
-from freelearn.data.intake.readers.cells import number_styles, numbers
+from freelearn.data.intake.readers.cells import is_date, number_styles, numbers
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, READINGS, STATE, Reading
@@ -53,7 +55,7 @@ def guess_table(raw: RawTable, said: Mapping[str, str] | None = None) -> Guess:
     found = replace(with_meanings(first, said) if said else first, rivals=tuple(_rivals(raw, first)))
     found = replace(found, notes=(*raw.notes, *_notes(raw, found)), about=raw.about, **several_actuators(raw, found))
     kept = without_sums(raw)
-    found = replace(found, order_by=order_wanted(kept, found))
+    found = replace(found, order_by=order_wanted(kept, found), log=log_of(kept, found))
     return replace(found, doubts=tuple(_doubts(raw, kept, found)))
 
 
@@ -76,8 +78,8 @@ def _notes(raw: RawTable, found: Guess) -> list[str]:
     measured = [quantity.column for quantity in BEDS[found.bed].measured]
     readings = [c.name for c in found.columns if c.chosen and c.quantity in measured]
     if not found.clocks:
-        time = found.of("time_s")
-        said = raw_suspicions(raw, readings, time.name if time else None, sums=False)
+        # Where it begins anew is asked about.
+        said = raw_suspicions(raw, readings, None, sums=False)
         if found.pressures and clocks_of(found.columns, found.bed, ()):
             said.append(
                 f"{raw.name}: the pressures {', '.join(map(repr, found.pressures))} go by several clocks, and those of "
@@ -125,11 +127,9 @@ def with_meanings(found: Guess, said: Mapping[str, str]) -> Guess:
     if clocks:
         times = [clock.time for clock in clocks]
         # What is no channel is read from the rows of the first clock.
-        place = next(c.place for c in columns if c.name == times[0])
+        place, joined = next(c.place for c in columns if c.name == times[0]), (*CHANNELS, RUN)
         columns = [
-            replace(
-                c, chosen=c.name in times if c.is_clock else c.chosen and (c.place == place or c.column in CHANNELS)
-            )
+            replace(c, chosen=c.name in times if c.is_clock else c.chosen and (c.place == place or c.column in joined))
             for c in columns
         ]
     known = {c.name: c.quantity for c in columns if c.chosen}
@@ -154,9 +154,9 @@ def column_guess(raw: RawTable, name: str) -> ColumnGuess:
     if said.quantity in ("contraction", "shortening") and high <= 0:
         # It is written as an elongation, which is negative here.
         said = replace(said, quantity={"contraction": "strain", "shortening": "elongation_mm"}[said.quantity])
-    usable = len(finite) > 0 or said.quantity == "sample"
+    usable = len(finite) > 0 or said.quantity in ("sample", RUN)
     words = tuple(dict.fromkeys(word for word in raw.text(name) if word))
-    few_words = words if len(words) <= MOST_SAMPLES and (len(finite) == 0 or said.quantity == "sample") else ()
+    few_words = words if len(words) <= MOST_SAMPLES and (len(finite) == 0 or said.quantity in ("sample", RUN)) else ()
     quantity = said.quantity if usable else None
     return ColumnGuess(name, quantity, said.unit, said.confidence, example, low, high, words=few_words)
 
@@ -177,10 +177,24 @@ def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGue
             quantity = HELD if quantity == "length_mm" else None
         if quantity == "length_mm" and not elongated:
             quantity = HELD
+        if quantity == RUN and not _names_recordings(raw.text(column.name)):
+            quantity = None
         if quantity in MARKS and not set(raw.text(column.name)) <= MARKED:
             quantity = None
         out.append(replace(column, quantity=quantity))
     return out
+
+
+def _names_recordings(words: Sequence[str]) -> bool:
+    """Whether words name several recordings of several rows each, one after the other."""
+    changes = sum(one != other for one, other in pairwise(words))
+    kinds = set(words)
+    return (
+        1 < len(kinds) <= MOST_SAMPLES
+        and "" not in kinds
+        and changes == len(kinds) - 1
+        and 2 * len(kinds) <= len(words)
+    )
 
 
 def _pressures(columns: Sequence[ColumnGuess], said: Mapping[str, str]) -> tuple[str, ...]:
@@ -199,7 +213,7 @@ def _chosen(columns: Sequence[ColumnGuess], pressures: tuple[str, ...], said: Ma
     of equals, one with readings that differ, then the first."""
     best: dict[str, ColumnGuess] = {}
     for column in columns:
-        if not column.column or column.dates or (column.quantity == "pressure_kpa" and pressures):
+        if not column.column or (column.quantity == "pressure_kpa" and pressures):
             continue
         rank = _rank(column, said)
         if column.column not in best or rank < _rank(best[column.column], said):
@@ -239,7 +253,8 @@ def _rank(column: ColumnGuess, said: Mapping[str, str]) -> tuple[bool, int, int,
     # A radius before a diameter, an elongation before what only becomes one.
     derived = LENGTHS.index(column.quantity) if column.quantity in LENGTHS else column.quantity == INNER_DIAMETER
     first = (column.name not in said, int(derived))
-    return (first[0], first[1], ORDER.index(column.confidence), column.low == column.high)
+    # A time in seconds before one of dates.
+    return (first[0], first[1] + column.dates, ORDER.index(column.confidence), column.low == column.high)
 
 
 def _bed(quantities: set[str | None]) -> str:
@@ -260,7 +275,7 @@ def several_actuators(raw: RawTable, found: Guess) -> dict[str, Any]:
     for other in found.columns:
         words = raw.text(other.name)
         kinds = set(words) - {""}
-        text = not other.chosen and not other.numeric
+        text = (not other.chosen or other.quantity == RUN) and not other.numeric and not any(map(is_date, kinds))
         # Each word in several rows: no remarks.
         if text and 2 <= len(kinds) <= MOST_SAMPLES and min(words.count(word) for word in kinds) > 1:
             named = tuple(dict.fromkeys(word for word in words if word))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,12 +13,16 @@ from freelearn.data.intake.headings import Confidence
 from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.readers.told_elsewhere import Told
 
+# Question → answer: texts of choices and units, numbers in the table's units.
+Answers = Mapping[str, str | float]
 YES, NO = "yes", "no"
 # Questions about what a column is begin so, and those about which of several columns is meant.
 WHAT, WHICH = "what.", "which."
 YES_OR_NO = ((YES, "yes"), (NO, "no"))
 
 
+# The key of the doubt whether places in which a log stood still are averaged.
+PLATEAUS = "plateaus"
 # What each of several actuators on an end block has of its own in any case.
 ANGLES = ("gamma_deg", "gamma2_deg")
 
@@ -45,9 +50,9 @@ class Doubt:
 class ColumnGuess:
     """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first
     reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
-    may name actuators, each once. clock: of a column that may be a clock its name, or that of an earlier one that tells
-    the same time; dates: whether its cells are dates; blanks: how many are blank. place: where it stands, source:
-    under which name, if under another one."""
+    may name actuators or recordings, each once. clock: of a column that may be a clock its name, or that of an
+    earlier one that tells the same time; dates: whether its cells are dates; began: when these begin [s]; blanks: how
+    many are blank. place: where it stands, source: under which name, if under another one."""
 
     name: str
     quantity: str | None
@@ -60,6 +65,7 @@ class ColumnGuess:
     words: tuple[str, ...] = ()
     clock: str = ""
     dates: bool = False
+    began: float = math.nan
     blanks: int = 0
     place: Place = field(default_factory=Place)
     source: str = ""
@@ -99,6 +105,15 @@ class Clock:
 
 
 @dataclass(frozen=True)
+class Log:
+    """What a log would have: recordings, as its time begins anew. likely: whether the rows look like samples, so close
+    to each other that no rig came to rest between them."""
+
+    recordings: int
+    likely: bool
+
+
+@dataclass(frozen=True)
 class Guess:
     """What a file seems to hold. bed: the one that fits these columns. pressures: names of the columns that are
     members' pressures, where there are several. notes: how the file was read and what looks wrong in it."""
@@ -127,6 +142,8 @@ class Guess:
     doubts: tuple[Doubt, ...] = ()
     # Where channels go by several: first the one whose rows the table has.
     clocks: tuple[Clock, ...] = ()
+    # Whether the rows may be samples of recordings.
+    log: Log | None = None
 
     def of(self, quantity: str) -> ColumnGuess | None:
         """The column chosen for a quantity; of several clocks the first."""

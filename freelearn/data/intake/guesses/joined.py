@@ -199,7 +199,9 @@ class Guessed:
 def _with_nan(content: Any) -> Any:
     """The same with the range of a text as it was."""
     if isinstance(content, dict):
-        return {k: math.nan if v is None and k in ("low", "high") else _with_nan(v) for k, v in content.items()}
+        return {
+            k: math.nan if v is None and k in ("low", "high", "began") else _with_nan(v) for k, v in content.items()
+        }
     return [_with_nan(one) for one in content] if isinstance(content, list) else content
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from freelearn.data.intake.headings import INNER_DIAMETER
+from freelearn.data.intake.headings import INNER_DIAMETER, RUN
 
 # A length that was held: the table's own is the unloaded one.
 HELD = "held_length"
@@ -46,6 +46,7 @@ MEANINGS = {
     INNER_DIAMETER: Meaning("inner diameter", "length", "inner_radius_mm", (("scale", 0.5),)),
     "outer_radius_mm": Meaning("outer radius", "length", "outer_radius_mm"),
     OUTER_DIAMETER: Meaning("outer diameter, unloaded", "length", "outer_radius_mm", (("scale", 0.5),)),
+    RUN: Meaning("recording", "", "run"),
     "step": Meaning("step", "", "step"),
     "buckled": Meaning("buckled", "", "buckled"),
     "slack": Meaning("slack", "", "slack"),
@@ -59,7 +60,7 @@ UNITS = {
     "pressure": ("kPa", "Pa", "MPa", "bar", "mbar", "psi", "mmHg"),
     "force": ("N", "mN", "kN", "lbf", "gf", "kgf", "ozf"),
     "moment": ("N·mm", "N·m", "mN·m", "N·cm", "lbf·in", "lbf·ft", "ozf·in"),
-    "time": ("s", "ms", "min", "h"),
+    "time": ("s", "ms", "µs", "ns", "min", "h", "day"),
     "temperature": ("°C", "K", "°F"),
 }
 

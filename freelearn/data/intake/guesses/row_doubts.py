@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from freelearn.data.intake.guesses.guessed import NO, YES, Doubt, Guess
+from freelearn.data.intake.guesses.guessed import NO, PLATEAUS, YES, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.laboratory_units import in_units_of
 from freelearn.data.intake.plateaus import find_plateaus
@@ -133,4 +133,4 @@ def _plateaus(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     text = f"The file is a log of {len(raw)} rows, most of them in {count} places where it stood still. Average each?"
     names = {name: meaning for c in imposed for name, meaning in c.meant.items()}
     changes = {YES: {"plateaus": {"of": of, "settle": 2, "least": LEAST_READINGS - 2}}}
-    yield Doubt("plateaus", text, "places averaged", proposed=YES, of=names, changes=changes, rows=True)
+    yield Doubt(PLATEAUS, text, "places averaged", proposed=YES, of=names, changes=changes, rows=True)

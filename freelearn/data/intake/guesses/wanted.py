@@ -13,15 +13,10 @@ import pandas as pd
 from freelearn.common.errors import UserError
 from freelearn.data.columns import members_in, pressure_column
 from freelearn.data.intake.evaluate import Evaluation
-from freelearn.data.intake.guesses.draft import Answers, column_entry
-from freelearn.data.intake.guesses.draft_questions import (
-    Question,
-    meaning_of,
-    signs_of_the_loads,
-    units_open,
-    which_of,
-)
-from freelearn.data.intake.guesses.guessed import Guess
+from freelearn.data.intake.guesses.answers import Question
+from freelearn.data.intake.guesses.column_entries import column_entry
+from freelearn.data.intake.guesses.column_questions import meaning_of, signs_of_the_loads, units_open, which_of
+from freelearn.data.intake.guesses.guessed import Answers, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.readers.raw_table import RawTable

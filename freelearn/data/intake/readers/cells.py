@@ -117,13 +117,18 @@ def is_blank(cell: str) -> bool:
     return cell.strip().lower() in BLANKS
 
 
+def is_date(cell: str) -> bool:
+    """Whether the cell says a date."""
+    return _DATE.fullmatch(cell.strip()) is not None
+
+
 def problem(cell: str, style: Style) -> str:
     """What is wrong with a cell that is no number, and what to do about it."""
     text = cell.strip()
     bare = text.lstrip("+-")
     if bare.lower() in ("inf", "infinity", "∞", "1.#inf", "ol", "over", "overload"):
         return "is not a finite number: leave its row out with drop:, or blank the cell"
-    if _DATE.fullmatch(text):
+    if is_date(text):
         return "is a date: a spreadsheet may have made it of a number; type the number in a cell formatted as one"
     if set(text) == {"#"}:
         return "stands where a spreadsheet's column was too narrow for its number: widen it and export again"

@@ -163,6 +163,14 @@ class Steps:
 
 
 @dataclass(frozen=True)
+class Recordings:
+    """How `run` is told, which makes the table a log: by a column of the file, or, without one, by where a file, an
+    actuator or the time begins anew."""
+
+    source: str | None = None
+
+
+@dataclass(frozen=True)
 class Design:
     """Where the designs of the actuators stand: file: beside the data, "" for a sheet of the data's own workbook. by:
     its column of names, which are those of `sample`. columns: of the table, each from one of its columns."""
@@ -177,8 +185,9 @@ class Design:
 class Recipe:
     """bed: a name of BEDS. files: () where there is one. samples: number → constants of that actuator. keep, drop: rows
     of the file (drop: any of the conditions). order_by: columns of the file. rest: "first" row of each sample and file,
-    or where. state_tolerance: column → values nearer than this are one state's. marks: buckled, slack, left_out →
-    where. carry: columns of the file that are kept as they are. about: for the provenance."""
+    or where. state_tolerance: column → values nearer than this are one state's. run: of a log; None of other tables.
+    marks: buckled, slack, left_out → where. carry: columns of the file that are kept as they are. about: for the
+    provenance."""
 
     bed: str
     columns: Mapping[str, Column]
@@ -197,6 +206,7 @@ class Recipe:
     rest: Condition | Literal["first"] | None = None
     state_tolerance: Mapping[str, float] = field(default_factory=dict)
     steps: Steps = field(default_factory=Steps)
+    run: Recordings | None = None
     marks: Mapping[str, Condition] = field(default_factory=dict)
     carry: tuple[str, ...] = ()
     about: str = ""

@@ -21,6 +21,7 @@ from freelearn.data.intake.recipes.recipe import (
     Part,
     Plateaus,
     Recipe,
+    Recordings,
     Sample,
     Steps,
 )
@@ -41,7 +42,7 @@ from freelearn.data.intake.recipes.recipe_section import Section
 
 def lacking(recipe: Recipe) -> list[str]:
     """A sentence for each column that the bed needs and the recipe does not give, and for what does not go together."""
-    return list(dict.fromkeys([*_columns(recipe), *_members(recipe), *_rest_needed(recipe)]))
+    return list(dict.fromkeys([*_columns(recipe), *_members(recipe), *_rest_needed(recipe), *_log(recipe)]))
 
 
 def needed(recipe: Recipe) -> tuple[str, ...]:
@@ -86,6 +87,19 @@ def _members(recipe: Recipe) -> Iterator[str]:
                 yield f"members[{number}] has no {name}: add it there, or to constants for all."
 
 
+def _log(recipe: Recipe) -> Iterator[str]:
+    if recipe.run is None:
+        return
+    for part in recipe.files or (Part(""),):
+        if "time_s" not in recipe.columns_for(part):
+            where = f" for {part.name}" if part.name else ""
+            yield f"run makes a log, which needs the time of its rows{where}: add time_s to columns."
+    if recipe.plateaus is not None:
+        yield "run makes a log of the rows, plateaus averages them: keep one."
+    if "run" in recipe.carry:
+        yield "carry keeps the column run as the recordings' names, which run tells, too: keep one."
+
+
 def _rest_needed(recipe: Recipe) -> Iterator[str]:
     columns = [*recipe.columns.values(), *(c for part in recipe.files for c in part.columns.values())]
     if recipe.rest is None and any(column.offset == "rest" for column in columns):
@@ -98,7 +112,7 @@ def _rest_needed(recipe: Recipe) -> Iterator[str]:
 
 KEYS = (
     *("about", "bed", "read", "files", "join", "sample", "samples", "design", "constants", "columns", "members"),
-    *("keep", "drop", "order_by", "plateaus", "rest", "state_tolerance", "step", *MARKS, "carry"),
+    *("keep", "drop", "order_by", "plateaus", "rest", "state_tolerance", "step", "run", *MARKS, "carry"),
 )
 
 
@@ -127,6 +141,7 @@ def parse_recipe(content: Any, name: str) -> Recipe:
         rest=_rest(root),
         state_tolerance=_tolerances(root.section("state_tolerance")),
         steps=_steps(root),
+        run=_recordings(root),
         marks={mark: condition_of(root.section(mark)) for mark in MARKS if mark in root},
         carry=root.texts("carry"),
         about=root.text("about"),
@@ -178,6 +193,20 @@ def _steps(root: Section) -> Steps:
             inner.say(f"names {unknown[0]}: name columns of the table, such as twist_deg", "state")
         return Steps("derive", state=state, anew=inner.texts("new_state_on"))
     return Steps("each_row" if root.choice("step", ("derive", "each_row"), "derive") == "each_row" else "derive")
+
+
+def _recordings(root: Section) -> Recordings | None:
+    value = root.content.get("run")
+    if isinstance(value, Mapping):
+        inner = root.section("run")
+        inner.only(("from",))
+        if "from" not in inner:
+            inner.say("names no column of the file: add from:")
+        return Recordings(inner.text("from"))
+    if "run" not in root:
+        return None
+    root.choice("run", ("derive",), "derive")
+    return Recordings()
 
 
 # A recipe is a page of text.

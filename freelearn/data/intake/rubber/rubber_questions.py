@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from freelearn.data.intake.guesses.draft import LARGEST_STRAIN, Answers
-from freelearn.data.intake.guesses.draft_questions import Question
-from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, ColumnGuess
+from freelearn.data.intake.guesses.answers import Question
+from freelearn.data.intake.guesses.column_entries import LARGEST_STRAIN
+from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, Answers, ColumnGuess
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.rubber.rubber_guess import RubberGuess
 from freelearn.data.intake.rubber.rubber_kinds import ALONG, KINDS, SPECIMEN, STRESSES, kind_of

@@ -1,0 +1,72 @@
+"""Columns of a file as a recipe writes them, with what is to be said of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from freelearn.data.intake.guesses.guessed import YES, Answers, ColumnGuess
+from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.laboratory_units import unit_of
+from freelearn.data.intake.recipes.recipe import DATE
+
+# Units as names of columns write them → as people do.
+SPELLED = {"n": "N", "pa": "Pa", "kpa": "kPa", "nmm": "N·mm", "nm": "N·m"}
+# A strain beyond it, without a unit, may be one in percent.
+LARGEST_STRAIN = 1.5
+
+
+def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict[str, Any], list[str]]:
+    """A column of the recipe for the table's column `name`, with what is to be said of it."""
+    meaning = MEANINGS[column.quantity or ""]
+    unit = str(answers.get(f"unit.{column.name}", column.unit))
+    entry: dict[str, Any] = {"from": column.own_name}
+    remarks = []
+    if column.dates:
+        entry["unit"] = DATE
+    elif unit:
+        entry["unit"] = SPELLED.get(unit, unit)
+    elif meaning.kind != "ratio":
+        entry["unit"] = None
+        remarks.append(f"TODO: the heading says no unit (the table's is {unit_of(name).replace('*', '·')})")
+    elif percents(column):
+        entry["unit"] = "?"
+        remarks.append('TODO: % or "1"')
+    turned = answers.get(f"sign.{column.name}") == YES
+    for key, value in meaning.keys:
+        entry[key] = -float(value) if key == "sign" and turned else value
+    if turned and "sign" not in entry:
+        entry["sign"] = -1
+    elif entry.get("sign") == 1:
+        del entry["sign"]
+    if offset := answers.get(f"offset.{column.name}"):
+        entry["offset"] = offset
+    if meaning.words in ("contraction", "shortening"):
+        remarks.append("a contraction shortens")
+    if column.confidence != "sure" and f"unit.{column.name}" not in answers:
+        remarks.append(f"{column.confidence}: check")
+    return entry, remarks
+
+
+def merge(content: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Adds plain values to plain values: mappings are joined, lists go on.
+
+    >>> a = {"drop": [1], "columns": {"force_n": {"unit": "N"}}}
+    >>> merge(a, {"drop": [2], "columns": {"force_n": {"offset": 3}}})
+    >>> a
+    {'drop': [1, 2], 'columns': {'force_n': {'unit': 'N', 'offset': 3}}}
+    """
+    for key, value in more.items():
+        there = content.get(key)
+        if isinstance(there, dict) and isinstance(value, Mapping):
+            merge(there, value)
+        elif isinstance(there, list):
+            content[key] = [*there, *value]
+        else:
+            content[key] = value
+
+
+def percents(column: ColumnGuess) -> bool:
+    """Whether a ratio without a unit may be one in percent."""
+    strain = column.quantity in ("strain", "contraction")
+    return strain and not column.unit and max(abs(column.low), abs(column.high)) > LARGEST_STRAIN
