@@ -75,7 +75,7 @@ def main() -> None:
     plans = PLANS | {"wrong": wrong, "few": few, "time": over_time}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90, 36, 60, 24 or 52 data sets each"
+        "--seeds", type=int, default=1, help="rounds of the whole plan: 139, 211, 90, 36, 60, 24 or 67 data sets each"
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")

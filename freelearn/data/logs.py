@@ -28,6 +28,24 @@ def run_numbers(table: pd.DataFrame) -> np.ndarray:
     return number
 
 
+def session_clock(table: pd.DataFrame) -> np.ndarray:
+    """Time since the first row of each row's sample, (N,) s, of a log. Where a run's stamps begin before the run before
+    it ended, its sample's runs are laid end to end: what passed between them is not told.
+
+    >>> session_clock(pd.DataFrame({"sample": [3] * 4, "run": [1, 1, 2, 2], "time_s": [0.0, 1.0, 0.0, 2.0]})).tolist()
+    [0.0, 1.0, 2.0, 4.0]
+    """
+    time, run, sample = table[TIME].to_numpy(np.float64), run_numbers(table), table["sample"].to_numpy()
+    clock = np.empty(len(table))
+    for number in np.unique(sample):
+        rows = np.flatnonzero(sample == number)
+        step, begins = np.diff(time[rows]), np.diff(run[rows]) != 0
+        if (step[begins] <= 0).any():
+            step[begins] = np.median(step[~begins]) if (~begins).any() else 0.0
+        clock[rows] = np.append(0.0, step.cumsum())
+    return clock
+
+
 def pieces(table: pd.DataFrame) -> np.ndarray:
     """What may be held out of a log in one piece, (N,) int64: a recording, or a block of time of one where its sample
     has few."""

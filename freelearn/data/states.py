@@ -13,7 +13,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, DEG, KINEMATIC, KPA, MM, NMM, Bed, bed_of
 from freelearn.data.columns import DESIGN, SECOND, design_column, members_in, pressure_column
-from freelearn.data.logs import is_log, run_numbers
+from freelearn.data.logs import is_log, run_numbers, session_clock
 from freelearn.data.recordings import Recording, stopped
 from freelearn.data.warm_start import Near
 
@@ -72,10 +72,10 @@ class States:
     fell, 0 for the first step of a kinematic state.
 
     What a row remembers, so that effects with a memory need nothing but the row itself: clock [s] since the sample's
-    first row; dwell [s] since the first row of the kinematic state; moved_length [m] and moved_twist [rad], by which
-    the bed had moved from the sample's last kinematic state to this one; severity of the row (see `severity`) and
-    past_severity, the largest among the sample's rows so far, itself included. All zero unless given. memory: where
-    those come from that are not given.
+    first row (of a log see logs.session_clock); dwell [s] since the first row of the kinematic state; moved_length [m]
+    and moved_twist [rad], by which the bed had moved from the sample's last kinematic state to this one; severity of
+    the row (see `severity`) and past_severity, the largest among the sample's rows so far, itself included. All zero
+    unless given. memory: where those come from that are not given.
 
     recording: of a log, all rows of its recordings as they were measured; place: each row's place in it (int64). None
     of any other table.
@@ -365,7 +365,8 @@ def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
     sample, state, order = table["sample"].to_numpy(), kinematic_state(table), np.arange(len(table))
     if "time_s" in table:
         time = table["time_s"].to_numpy(np.float64)
-        clock, dwell = time - time[_first(sample)], time - time[_first(state)]
+        clock = session_clock(table) if is_log(table) else time - time[_first(sample)]
+        dwell = time - time[_first(state)]
     else:
         rows_of_sample = np.empty(len(table))
         for number in np.unique(sample):

@@ -33,8 +33,7 @@ def history(states: States) -> Tensor:
     recording, place = states.recording.around(states.place)
     inputs = torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1)
     moving = inputs[:, recording.change(inputs).abs().amax(0) > STILL]
-    times = _times(recording)
-    late = [lag(moving, recording, moving.new_tensor(t)) for t in times]
+    late = [lag(moving, recording, moving.new_tensor(t)) for t in times(recording)]
     free = ~recording.first[:, None]
     held = [stopped(moving, *(torch.where(free, sign * w, 0.0).expand_as(moving) for sign in (-1, 1))) for w in PLAYS]
     # A play's width may depend on where the actuator is.
@@ -51,7 +50,8 @@ def _scaled(x: Tensor) -> Tensor:
     return (x - x.min()) / wide if float(wide) > 0 else torch.zeros_like(x)
 
 
-def _times(recording: Recording[States]) -> list[float]:
+def times(recording: Recording[States]) -> list[float]:
+    """Of the lags that a missing history may have, from the shortest to the longest [s]."""
     begun, ended = recording.ends
     longest = float((recording.time[ended] - recording.time[begun]).max())
     steps = recording.step[recording.step > 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,8 @@ class ResidualTest:
     at_most: tuple[float, float] | None = None
 
 
+# Rows (n,) and whitened shapes of theirs, (2n, k).
+WhiteBlock = tuple[Tensor, Tensor]
 # Standard deviations beyond which a residual counts as an outlier.
 OUTLYING = 4.0
 # Fewer degrees of freedom than this tell nothing of the noise.
@@ -45,10 +47,12 @@ LOOKED_AT, FEW_STATES = 0.05, 16
 @dataclass(frozen=True)
 class Structure:
     """p_value that residuals without structure would look as systematic as these; scale: standard deviation of
-    what is left after all smooth structure is taken off, in units of the stated noise (one if that is right)."""
+    what is left after all smooth structure is taken off, in units of the stated noise (one if that is right). seen_by:
+    places of the sets of shapes, the one that sees most first."""
 
     p_value: float
     scale: float
+    seen_by: tuple[int, ...] = ()
 
     @property
     def shows(self) -> bool:
@@ -57,18 +61,25 @@ class Structure:
 
 
 def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
-    """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure.
+    """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure: bases of shapes,
+    for force and moment separately."""
+    return seen(residual, jacobian, whiten, (_white(basis, whiten) for basis in bases(states)))
 
-    Each basis, for force and moment separately, whitened and cleared of what the fit could absorb, is regressed on
-    the residuals; an F-test compares what it explains with what the finest basis leaves. The least p-value is
-    multiplied by the number of bases (Bonferroni). Residuals beyond OUTLYING standard deviations are drawn in to there:
-    a few rows on a kink of the model are not a systematic misfit, and neither is one odd state of many: where the
-    F-test sees something, it has to see it without any one of the states too.
+
+def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[Iterable[WhiteBlock]]) -> Structure:
+    """What sets of whitened shapes see in whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p).
+
+    Each set, cleared of what the fit could absorb, is regressed on the residuals; an F-test compares what it explains
+    with what the finest one leaves. The least p-value is multiplied by the number of sets (Bonferroni). Residuals
+    beyond OUTLYING standard deviations are drawn in to there: a few rows on a kink of the model are not a systematic
+    misfit, and neither is one odd state of many: where the F-test sees something, it has to see it without any one of
+    the states too.
     """
     flat = winsorized(residual.reshape(-1), whiten.present.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
-    views = [_view(basis, absorbed, flat, whiten) for basis in bases(states)]
-    views = [view for view in views if view.rank]
+    views = [_view(blocks, absorbed, flat, whiten) for blocks in sets]
+    places = [place for place, view in enumerate(views) if view.rank]
+    views = [views[place] for place in places]
     total = max(float(flat.square().sum()), SMALLEST)
     if not views:
         return Structure(1.0, float((total / max(whiten.count - absorbed.shape[1], 1)) ** 0.5))
@@ -79,16 +90,15 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     every = torch.ones(1, whiten.states, dtype=torch.float64)
     variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
 
-    def least(explained: Sequence[np.ndarray]) -> np.ndarray:
-        chances = [fdtrc(v.rank, freedom, e / v.rank / variance) for v, e in zip(views, explained, strict=True)]
-        smallest: np.ndarray = np.minimum(1.0, len(views) * np.min(chances, axis=0))
-        return smallest
+    def chances(cases: Tensor) -> np.ndarray:
+        return np.array([fdtrc(v.rank, freedom, v.explained(cases) / v.rank / variance) for v in views])
 
-    p_value = float(least([view.explained(every) for view in views])[0])
+    whole = chances(every)[:, 0]
+    p_value = min(1.0, len(views) * float(whole.min()))
     if p_value < LOOKED_AT and whiten.states >= FEW_STATES:
-        without = 1 - torch.eye(whiten.states, dtype=torch.float64)
-        p_value = float(least([view.explained(without) for view in views]).max())
-    return Structure(p_value, variance**0.5)
+        without = chances(1 - torch.eye(whiten.states, dtype=torch.float64))
+        p_value = min(1.0, len(views) * float(without.min(axis=0).max()))
+    return Structure(p_value, variance**0.5, tuple(places[i] for i in whole.argsort(kind="stable")))
 
 
 def f_test(ratio: float, of: int, over: int) -> float:
@@ -120,21 +130,23 @@ class _View:
         return explained
 
 
-def _view(basis: Basis, absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _View:
-    """A basis seen beside an orthonormal span (2N, r) and residuals (2N,).
+def _white(basis: Basis, whiten: Whitener) -> Iterator[WhiteBlock]:
+    """The shapes of a basis, given to either load."""
+    return ((block.rows, whitened_basis(block.columns, whiten.part(block.rows))) for block in basis)
+
+
+def _view(blocks: Iterable[WhiteBlock], absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _View:
+    """A set of shapes seen beside an orthonormal span (2N, r) and residuals (2N,).
 
     All from inner products, block by block: the cleared columns themselves would cost several passes over them."""
     span, residual = absorbed.reshape(len(flat) // 2, 2, -1), flat.reshape(-1, 2)
     grams, shared, along = [], [], []
-    for block in basis:
-        columns = whitened_basis(block.columns, whiten.part(block.rows))
+    for rows, columns in blocks:
         length = norms(columns)
         columns = columns[:, length > 0] / length[length > 0]
         grams.append(columns.T @ columns)
-        shared.append(span[block.rows].flatten(0, 1).T @ columns)
-        along.append(
-            summed_products(columns, residual[block.rows].reshape(-1), whiten.state[block.rows], whiten.states)
-        )
+        shared.append(span[rows].flatten(0, 1).T @ columns)
+        along.append(summed_products(columns, residual[rows].reshape(-1), whiten.state[rows], whiten.states))
     together, taken = torch.block_diag(*grams), torch.cat(shared, dim=1)
     size, axes = torch.linalg.eigh(together - taken.T @ taken)
     kept = size > DEPENDENT

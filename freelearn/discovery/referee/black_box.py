@@ -89,6 +89,8 @@ def inputs(case: Case) -> dict[str, np.ndarray]:
     named["direction of the pressure change"] = states.direction.numpy()
     named["order of measuring"] = np.arange(len(states), dtype=float)
     named["time"] = states.clock.numpy()
+    if states.recording is not None:
+        named["time within the recording"] = states.dwell.numpy()
     for number, quantity in enumerate(states.bed.readings):
         if bool(case.present[:, number].any()):
             named[f"predicted {quantity.name}"] = case.fit.shown[:, number].numpy()

@@ -10,6 +10,7 @@ from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
 from freelearn.discovery.referee.levels import LeftOut, levels_left_out
 from freelearn.discovery.referee.parameter_checks import parameters
 from freelearn.discovery.referee.residual_patterns import patterns, stated
+from freelearn.discovery.referee.steadiness import steadiness
 
 CLAIMS = ("adequate", "named", "class", "proposed")
 
@@ -50,4 +51,5 @@ class Referee:
 def refereed(case: Case, more: Sequence[Check] = ()) -> Referee:
     """The standing checks of a case. more: checks that only the search can make."""
     checks, left = levels_left_out(case)
-    return Referee([*stated(case), *parameters(case), *black_box(case), *checks, *patterns(case), *more], left)
+    found = [*stated(case), *parameters(case), *black_box(case), *checks, *patterns(case), *steadiness(case), *more]
+    return Referee(found, left)

@@ -6,7 +6,7 @@ two rows of the log, element by element. Nothing of freelearn's scans or closed 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import erf
 from typing import Any
 
@@ -53,6 +53,22 @@ STATIC: dict[str, dict[str, float]] = {
 }
 UNKNOWN: dict[str, dict[str, float]] = {"warming": {"share": 0.1}}
 RATE, COOLS = 20.0, 4.0
+# What drifts over a session, by how it does: an amount times a function of the share of the session that is over.
+SHAPES: dict[str, Callable[[Array], Array]] = {
+    "linear": lambda u: u,
+    "settling": lambda u: 1 - np.exp(-5 * u),
+    "step": lambda u: np.where(u < 0.5, 0.0, 1.0),
+    "wave": lambda u: np.sin(2 * np.pi * u),
+}
+DRIFTING: dict[str, dict[str, float]] = {
+    f"{what}, {shape}": {amount: value}
+    for what, (amount, value) in {
+        "drifting force gain": ("gain", 0.02),
+        "drifting force zero": ("force", 0.1),
+        "drifting stiffness": ("share", 0.05),
+    }.items()
+    for shape in SHAPES
+}
 
 
 def log(
@@ -85,7 +101,8 @@ def log(
                 bent(fine, seconds, 4.0, run % 2 == 0, generator),
                 bent(fine, seconds, 90.0, run % 2 == 0, generator),
             )
-            loads, worst = carried(sample, place, fine, shown * KPA, effects, worst)
+            over = (run - 1 + fine / seconds) / recordings
+            loads, worst = carried(sample, place, fine, shown * KPA, effects, worst, over)
             loads = loads[::STEPS]
             errors = [_noise(count, memory, generator) * noise * size for size in SENSORS]
             off = [noise * size * generator.normal() for size in POSITION]
@@ -126,15 +143,25 @@ def bent(time: Array, seconds: float, most: float, moves: bool, generator: np.ra
 
 
 def carried(
-    sample: int, place: tuple[Array, Array], time: Array, pressure: Array, effects: Effects, worst: float = 0.0
+    sample: int,
+    place: tuple[Array, Array],
+    time: Array,
+    pressure: Array,
+    effects: Effects,
+    worst: float = 0.0,
+    over: Array | float = 0.0,
 ) -> tuple[Array, float]:
     """Force and moment, (n, 2) N, N·m, that the sensors show at fine instants, from the pressure shown (n,) Pa; and the
-    largest severity that the rubber has been through by then. worst: by the time that the recording begins."""
+    largest severity that the rubber has been through by then. worst: by the time that the recording begins. over: share
+    of the session that is over, (n,)."""
     gamma, length, inner, outer = SAMPLES[sample]
     dt = float(time[1] - time[0])
 
     def known(effect: str, p: str) -> float:
         return effects.get(effect, {}).get(p, 0.0)
+
+    def drifted(what: str, p: str) -> Array | float:
+        return sum(known(f"drifting {what}, {name}", p) * shape(np.asarray(over)) for name, shape in SHAPES.items())
 
     pressure = pressure * (1 + known("pressure_gain", "gain"))
     place = place[0] + known("length_offset", "length") / MM, place[1]
@@ -156,7 +183,7 @@ def carried(
         left, worst = _worked(sample, place, pressure, worst, **effects["stress_softening"])
     force, moment = continuum(
         gamma * DEG * same, length * MM * same, inner * MM * same, outer * MM * same,
-        (length + place[0]) * MM, place[1] * DEG, balanced, C1 * left, C2 * left,
+        (length + place[0]) * MM, place[1] * DEG, balanced, C1 * left * (1 + drifted("stiffness", "share")), C2 * left,
     )  # fmt: skip
     elastic = np.stack([force, moment], axis=1)
     loads = elastic + sum(share * _overstress(elastic, tau, dt) for share, tau in arms)
@@ -175,6 +202,7 @@ def carried(
         loads = loads - p["share"] * _sticking(loads, -bound, bound)
     gain = np.array([known("force_gain", "gain"), known("moment_gain", "gain")])
     loads = loads * (1 + gain) + np.array([known("force_offset", "force"), 0.0])
+    loads[:, 0] = loads[:, 0] * (1 + drifted("force gain", "gain")) + drifted("force zero", "force")
     if "warming" in effects:
         worked = np.abs(np.gradient(pressure, dt)) / (RATE * KPA)
         loads = loads * (1 - effects["warming"]["share"] * (_late(worked, COOLS, dt) - worked[0]))[:, None]
