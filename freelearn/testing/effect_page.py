@@ -29,8 +29,8 @@ search says that it cannot be tested.
 
 Relaxation and stress softening act on the stresses of the wall, never on the fluid's thrust. With play the actuator
 rests, within the band, where its own moment (wall, fluid and friction) is nearest zero. `sensor_drift` needs the time
-of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so; runs of a
-log whose times begin anew are laid end to end.
+of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so; a
+log's runs whose times begin anew are laid end to end.
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
 `block_tilt` is asked of several actuators on one end block alone; its picture is that of one, which it lifts as a mount
 that gives way does. `viscoelasticity` needs the times too, and states in the order in which the bed went to them,
