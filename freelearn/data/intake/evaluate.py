@@ -12,8 +12,9 @@ import pandas as pd
 from freelearn.common.errors import UserError
 from freelearn.data.columns import pressure_column
 from freelearn.data.intake.chosen_rows import meets
-from freelearn.data.intake.laboratory_units import conversion, unit_of
+from freelearn.data.intake.laboratory_units import ABSOLUTE, conversion, unit_of
 from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.stamps import spread_evenly
 from freelearn.data.intake.recipes.recipe import DATE, Column, Condition, Recipe, Term
 
 
@@ -100,14 +101,18 @@ class Evaluation:
         if column.times:
             values = values * self.quantity(column.times)
             record["times"] = column.times
+        if column.even:
+            values, record["even"] = self._evenly(column, values), True
         for key, sign, terms in (("plus", 1.0, column.plus), ("minus", -1.0, column.minus)):
             for term in terms:
                 values = values + sign * self._term(term, name)
                 record.setdefault(key, []).append(term_to_dict(term))
         self._blanks(name, column, values, record)
         self._check_size(name, values)
-        if column.unit.strip().lower() == "psia" and not column.minus:
-            self.notes.append(f"{name}: psia is absolute, and the table wants gauge pressure: add minus: 101.325.")
+        if column.unit.strip().lower() in ABSOLUTE and not column.minus:
+            self.notes.append(
+                f"{name}: {column.unit} is absolute, and the table wants gauge pressure: add minus: 101.325."
+            )
         for word, count in self.raw.words(column.source).items():
             cells = "1 cell holds" if count == 1 else f"{count} cells hold"
             self.notes.append(f"{self.raw.name}, column {column.source!r}: {cells} {word!r}, read as blank.")
@@ -118,6 +123,16 @@ class Evaluation:
         """The cells of a column as numbers, dates as seconds, (N,). Raises UserError."""
         read = self.raw.seconds if column.unit == DATE else self.raw.numbers
         return read(column.source, column.blanks)
+
+    def _evenly(self, column: Column, time: np.ndarray) -> np.ndarray:
+        """A rounded time as that of rows that were taken evenly. Raises UserError."""
+        spread = spread_evenly(time) if np.isfinite(time).all() else None
+        if spread is None:
+            raise UserError(
+                f"{self.raw.name}: column {column.source!r} is no rounded time of rows that were taken evenly: leave "
+                "out even:, and export it with more digits."
+            )
+        return spread
 
     def _offset(self, column: Column, raw: np.ndarray, record: dict[str, Any]) -> np.ndarray | float:
         if column.offset != "rest":

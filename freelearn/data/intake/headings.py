@@ -87,6 +87,8 @@ OF_KIND = {"pressure": "pressure_kpa", "moment": "moment_nmm", "force": "force_n
 SHORTENED = {"strain": "contraction", "elongation_mm": "shortening"}
 # Words that say how a reading was treated, not what it is of.
 TREATED = {"raw", "meas", "measured", "avg", "mean", "act", "actual", "net", "sensor", "kistler", "ch", "channel"}
+# What sensors give, as headings write it.
+SIGNALS = {"v": "V", "volt": "V", "volts": "V", "mv": "mV", "ma": "mA"}
 # Statistics and commands beside the reading are not the reading.
 BESIDE = {"std", "sd", "se", "sem", "var", "n", "count", "cmd", "command", "set", "setpoint", "target", "ref", "error"}
 
@@ -94,11 +96,13 @@ BESIDE = {"std", "sd", "se", "sem", "var", "n", "count", "cmd", "command", "set"
 @dataclass(frozen=True)
 class Heading:
     """quantity: of the table, or stretch, strain; None where the heading says none. unit: as written, "" where none is
-    said. confidence: sure where word and unit agree, likely where one of them says it, unsure otherwise."""
+    said. confidence: sure where word and unit agree, likely where one of them says it, unsure otherwise. signal: V or
+    mA, where the readings are a sensor's and in no unit of the quantity."""
 
     quantity: str | None
     unit: str
     confidence: Confidence
+    signal: str = ""
 
 
 def heading(name: str, unit: str = "") -> Heading:
@@ -113,7 +117,8 @@ def heading(name: str, unit: str = "") -> Heading:
     stem, written = split_heading(name)
     unit = unit.strip().strip("[]()") or written
     kind = dimension(unit) if unit else None
-    words = [word for word in re.split(r"[\s_.\-]+", plain(_spaced(stem))) if word]
+    signal = SIGNALS.get(unit.lower(), "") if kind is None else ""
+    words = [word for word in re.split(r"[\s_.\-/:]+", plain(_spaced(stem))) if word]
     if BESIDE & set(words) and len(words) > 1:
         return Heading(None, unit if kind else "", "unsure")
     spoken = " ".join(word for word in words if word not in TREATED)
@@ -126,10 +131,11 @@ def heading(name: str, unit: str = "") -> Heading:
     if fits:
         agrees = bool(whole) and (kind is not None or KIND.get(fits[0], "ratio") == "ratio")
         long = len(spoken) > 2
-        return Heading(fits[0], unit if kind else "", "sure" if agrees else "likely" if long else "unsure")
+        sure: Confidence = "sure" if agrees else "likely" if long else "unsure"
+        return Heading(fits[0], unit if kind else "", sure, signal)
     if kind in OF_KIND:
         return Heading(OF_KIND[kind], unit, "likely")
-    return Heading(None, unit if kind else "", "unsure")
+    return Heading(None, unit if kind else "", "unsure", signal)
 
 
 def time_unit(name: str, unit: str = "") -> str | None:

@@ -156,7 +156,9 @@ def _joined(
             f"{time[-1]:.10g} s, the rows from {asked[0]:.10g} to {asked[-1]:.10g} s: correct the unit of a time, or "
             f"set the clock right with plus: or minus: seconds in join[{place}].time."
         )
-    step = float(np.median(np.diff(once)))
+    # Of rows between which the channel is blank, those that have a reading.
+    filled = np.unique(time[np.isfinite([source.quantity(column) for column in join.columns]).any(axis=0)])
+    step = float(np.median(np.diff(filled if len(filled) > 1 else once)))
     steps = np.diff(np.unique(asked))
     new_step = float(np.median(steps)) if len(steps) else step
     gap = GAP * step if join.gap_s is None else join.gap_s

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # How people write units, as pint takes them.
 
+# Those that say of a pressure that the atmosphere is in it.
+ABSOLUTE = ("psia", "bara")
 # Spellings that pint does not know or reads as something else (Nm: per mass; pa: a picoyear; lb: a mass).
 SPELLINGS = {
     **dict.fromkeys(("lb", "lbs", "pound", "pounds", "lbf", "lbsf", "#"), "lbf"),
@@ -46,9 +48,9 @@ SPELLINGS = {
     **dict.fromkeys(("pa", "pascal"), "Pa"),
     **dict.fromkeys(("hpa",), "hPa"),
     **dict.fromkeys(("kgf/cm^2", "kg/cm^2", "kp/cm^2", "at"), "kgf/cm^2"),
-    **dict.fromkeys(("kpa",), "kPa"),
+    **dict.fromkeys(("kpa", "kpag"), "kPa"),
     **dict.fromkeys(("mpa",), "MPa"),
-    **dict.fromkeys(("bar", "barg"), "bar"),
+    **dict.fromkeys(("bar", "barg", "bara"), "bar"),
     **dict.fromkeys(("mbar",), "mbar"),
     **dict.fromkeys(("mmhg", "torr"), "mmHg"),
     **dict.fromkeys(("cmh2o",), "cmH2O"),

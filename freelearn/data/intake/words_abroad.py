@@ -17,7 +17,8 @@ ABROAD: dict[str, str] = {
     "gamma_deg": r"faserwinkel|flechtwinkel|wickelwinkel|angle (des fibres|de fibre|de tressage|d'enroulement)"
     r"|angolo (delle fibre|di fibra|di avvolgimento)|angulo (de (la )?fibra|de (las )?fibras|de trenzado)"
     r"|繊維角度?|編み角度?",
-    "elongation_mm": r"weg|auszug|langenanderung|laengenaenderung|verlangerung|verlaengerung|dehnung|hub|verschiebung"
+    "elongation_mm": r"(standard|traversen)?weg|auszug|langenanderung|laengenaenderung|verlangerung"
+    r"|verlaengerung|dehnung|hub|verschiebung"
     r"|allongement|deplacement|course|allungamento|spostamento|corsa|alargamiento|elongacion|desplazamiento|carrera"
     r"|伸び|変位|ストローク",
     "length_mm": r"(ruhe|frei|ausgangs|anfangs|mess|nenn)?(lange|laenge)( unbelastet| im ruhezustand)?"
@@ -34,9 +35,10 @@ ABROAD: dict[str, str] = {
     r"|momento torsor|トルク|モーメント",
     "stress": r"((nenn|zug|ingenieur|wahre?) ?)?spannung|contrainte( (nominale|vraie))?|sforzo|tensione( nominale)?"
     r"|esfuerzo( nominal)?|(公称|真)?応力",
-    "force_n": r"(axial|zug|druck)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico|fuerza( axial)?|carga"
+    "force_n": r"(axial|zug|druck|standard)?kraft|last|effort|force axiale|charge|forza( assiale)?|carico"
+    r"|fuerza( axial)?|carga"
     r"|力|荷重|張力|軸力",
-    "time_s": r"(mess|kraft|druck|weg)?zeit|zeitstempel|zeitpunkt|temps|horodatage|tempo|tiempo|時間|時刻",
+    "time_s": r"(mess|pruf|pruef|kraft|druck|weg)?zeit|zeitstempel|zeitpunkt|temps|horodatage|tempo|tiempo|時間|時刻",
     "temperature_c": r"temperatur|temperatura|温度",
     "run": r"versuch|messung|lauf|aufnahme|essai|enregistrement|prova|registrazione|ensayo|prueba|試行|実験",
     "sample": r"probe|prufling|pruefling|muskel|aktor|aktuator|schlauch|echantillon|eprouvette|actionneur|campione"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from freelearn.data.intake.guesses.guessed import YES, Answers, ColumnGuess
+from freelearn.data.intake.guesses.guessed import SCALE, YES, Answers, ColumnGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.laboratory_units import unit_of
 from freelearn.data.intake.recipes.recipe import DATE
@@ -24,6 +24,15 @@ def column_entry(column: ColumnGuess, name: str, answers: Answers) -> tuple[dict
     remarks = []
     if column.dates:
         entry["unit"] = DATE
+    elif f"{SCALE}{column.name}" in answers:
+        entry |= {"unit": unit_of(name).replace("*", "·"), "scale": answers[f"{SCALE}{column.name}"]}
+    elif column.signal and meaning.kind != "ratio":
+        entry["unit"] = None
+        wanted = unit_of(name).replace("*", "·")
+        remarks.append(
+            f"TODO: it is in {column.signal}: unit: {wanted}, scale: {wanted} for each {column.signal}, and offset: "
+            "what it reads at 0"
+        )
     elif unit:
         entry["unit"] = SPELLED.get(unit, unit)
     elif meaning.kind != "ratio":

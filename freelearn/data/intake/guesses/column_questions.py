@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from freelearn.data.intake.guesses.answers import Question
 from freelearn.data.intake.guesses.clock_spans import likely_unit
 from freelearn.data.intake.guesses.column_entries import percents
-from freelearn.data.intake.guesses.guessed import WHAT, WHICH, YES_OR_NO, Answers, ColumnGuess, Guess
+from freelearn.data.intake.guesses.guessed import SCALE, WHAT, WHICH, YES_OR_NO, Answers, ColumnGuess, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
-from freelearn.data.intake.laboratory_units import dimension
+from freelearn.data.intake.laboratory_units import dimension, unit_of
 
 # Columns that no heading explains are asked about one by one, up to so many.
 MOST_UNKNOWN = 12
@@ -92,6 +92,9 @@ def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
         ):
             continue
         words = MEANINGS[column.quantity or ""].words
+        if column.signal:
+            yield from _gain(column, words, kind)
+            continue
         such, numbers = ", ".join(UNITS[kind][:3]), f"{column.low:.4g} … {column.high:.4g}"
         text = f"Which unit has the column {column.name!r}, the {words} ({numbers}), such as {such}?"
         wanted = "" if kind == "ratio" else column.column
@@ -102,6 +105,18 @@ def units_open(found: Guess, answers: Answers) -> Iterator[Question]:
         )
         if kind == "pressure" and (unit := answers.get(f"unit.{column.name}")):
             before[kind] = str(unit)
+
+
+def _gain(column: ColumnGuess, words: str, kind: str) -> Iterator[Question]:
+    """What a sensor's signal means."""
+    wanted = "" if kind == "ratio" else column.column
+    unit = unit_of(wanted).replace("*", "·") or "how much of it"
+    text = f"The column {column.name!r}, the {words}, is in {column.signal}. How many {unit} is one {column.signal}"
+    yield Question(
+        f"{SCALE}{column.name}", text, "number", wanted, short=f"{unit} for each {column.signal} of {column.name!r}"
+    )
+    text = f"How many {column.signal} does {column.name!r} read where the {words} is 0"
+    yield Question(f"offset.{column.name}", text, "number", short=f"{column.signal} of {column.name!r} at 0")
 
 
 def signs_of_the_loads(found: Guess) -> Iterator[Question]:

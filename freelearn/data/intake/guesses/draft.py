@@ -30,7 +30,7 @@ from freelearn.data.intake.laboratory_units import unit_of
 from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.readers.stamps import moment
 from freelearn.data.intake.readers.told_elsewhere import Told
-from freelearn.data.intake.recipes.recipe import MARKS
+from freelearn.data.intake.recipes.recipe import MARKS, READINGS
 
 # Days from the first that spreadsheets count to 1970.
 EXCEL_DAYS = 25_569
@@ -282,12 +282,23 @@ class _Draft:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")
         if len(doubt.of) == 1 and set(doubt.of) <= set(self.joined_channels):
             changes = self._of_joined(doubt, changes)
+        for name, gap in changes.pop("between", {}).items():
+            self._between(name, gap)
         own = {c.name: c.own_name for c in self.found.columns}
         if "drop" in changes:
             changes["drop"] = [{own.get(name, name): test for name, test in one.items()} for one in changes["drop"]]
         for name, more in changes.pop("columns", {}).items():
             merge(self._entry(name, doubt.of), more)
         merge(self.content, changes)
+
+    def _between(self, name: str, gap: float) -> None:
+        """A channel of rows of its own, joined by the time of all: the table has the rows in which a load was read."""
+        time = self.content["columns"]["time_s"]
+        join = {"time": dict(time), "gap_s": gap, "columns": {name: self.content["columns"].pop(name)}}
+        self.content.setdefault("join", []).append(join)
+        reads = [c.own_name for c in self.found.columns if c.chosen and c.column in READINGS]
+        if len(reads) == 1 and {reads[0]: "blank"} not in self.content.get("drop", []):
+            merge(self.content, {"drop": [{reads[0]: "blank"}]})
 
     def _of_joined(self, doubt: Doubt, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes of rows, for a channel whose rows are not those of the table: its words are blanks, and conditions

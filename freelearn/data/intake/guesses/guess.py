@@ -158,7 +158,9 @@ def column_guess(raw: RawTable, name: str) -> ColumnGuess:
     words = tuple(dict.fromkeys(word for word in raw.text(name) if word))
     few_words = words if len(words) <= MOST_SAMPLES and (len(finite) == 0 or said.quantity in ("sample", RUN)) else ()
     quantity = said.quantity if usable else None
-    return ColumnGuess(name, quantity, said.unit, said.confidence, example, low, high, words=few_words)
+    return ColumnGuess(
+        name, quantity, said.unit, said.confidence, example, low, high, words=few_words, signal=said.signal
+    )
 
 
 def _told_apart(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGuess]:

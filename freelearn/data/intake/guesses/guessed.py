@@ -18,6 +18,8 @@ Answers = Mapping[str, str | float]
 YES, NO = "yes", "no"
 # Questions about what a column is begin so, and those about which of several columns is meant.
 WHAT, WHICH = "what.", "which."
+# That about what one of a sensor's signal means.
+SCALE = "scale."
 YES_OR_NO = ((YES, "yes"), (NO, "no"))
 
 
@@ -52,7 +54,8 @@ class ColumnGuess:
     reading. low, high: the range, NaN for texts. chosen: whether the draft takes it. words: the cells of a column that
     may name actuators or recordings, each once. clock: of a column that may be a clock its name, or that of an
     earlier one that tells the same time; dates: whether its cells are dates; began: when these begin [s]; blanks: how
-    many are blank. place: where it stands, source: under which name, if under another one."""
+    many are blank. place: where it stands, source: under which name, if under another one. signal:
+    V or mA, where a sensor's readings stand there."""
 
     name: str
     quantity: str | None
@@ -69,6 +72,7 @@ class ColumnGuess:
     blanks: int = 0
     place: Place = field(default_factory=Place)
     source: str = ""
+    signal: str = ""
 
     @property
     def own_name(self) -> str:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.guessed import NO, YES, Doubt, Guess
+from freelearn.data.intake.guesses.guessed import NO, YES, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
-from freelearn.data.intake.laboratory_units import conversion, in_units_of
+from freelearn.data.intake.laboratory_units import ABSOLUTE, conversion, in_units_of
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.suspicious import gauge_at_rest
 
@@ -92,14 +93,21 @@ def _absolute(found: Guess) -> Iterator[Doubt]:
     if not pressures or not all(c.unit and c.numeric for c in pressures):
         return
     lowest = [in_units_of("pressure_kpa", c.unit, c.low) for c in pressures]
-    if all(SOMEWHERE[0] <= low <= SOMEWHERE[1] for low in lowest):
+    said = all(_says_absolute(c) for c in pressures)
+    if said or all(SOMEWHERE[0] <= low <= SOMEWHERE[1] for low in lowest):
         text = f"The pressure is never below {lowest[0]:.4g} kPa. Is it absolute, with the atmosphere in it?"
         of = {name: meaning for c in pressures for name, meaning in c.meant.items()}
         changes = {
             said: {"pressures": {c.name: {"minus": value} for c in pressures}}
             for said, value in ((YES, ATMOSPHERE), (NO, AS_IT_READS))
         }
-        yield Doubt("absolute", text, "pressure is absolute", of=of, changes=changes)
+        proposed = YES if said else None
+        yield Doubt("absolute", text, "pressure is absolute", proposed=proposed, of=of, changes=changes)
+
+
+def _says_absolute(column: ColumnGuess) -> bool:
+    """Whether a heading says that the atmosphere is in its pressures: psia, P_abs."""
+    return column.unit.strip().lower() in ABSOLUTE or bool(re.search(r"(^|[^a-z])abs", column.name.lower()))
 
 
 def _gauges(raw: RawTable, found: Guess) -> Iterator[Doubt]:

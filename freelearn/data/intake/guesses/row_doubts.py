@@ -8,19 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from freelearn.data.intake.guesses.guessed import NO, PLATEAUS, YES, Doubt, Guess
+from freelearn.data.intake.guesses.guessed import NO, PLATEAUS, YES, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
-from freelearn.data.intake.laboratory_units import in_units_of
+from freelearn.data.intake.joined_channels import GAP
+from freelearn.data.intake.laboratory_units import conversion, in_units_of
 from freelearn.data.intake.plateaus import find_plateaus
 from freelearn.data.intake.readers.cells import POINTS, few, number_styles, numbers
 from freelearn.data.intake.readers.raw_table import RawTable
-from freelearn.data.intake.readers.stamps import seconds
-from freelearn.data.intake.recipes.recipe import DESIGN, STATE
+from freelearn.data.intake.readers.stamps import seconds, spread_evenly
+from freelearn.data.intake.recipes.recipe import DESIGN, READINGS, STATE
 from freelearn.data.intake.suspicious import summary_rows
 
 # A log whose rows mostly stand on plateaus of so many readings.
 LEAST_READINGS, LEAST_PLATEAUS, ON_PLATEAUS, STEADY = 8, 4, 0.6, 0.01
 LEAST_ROWS_OF_A_LOG = 200
+# Rows of words beside numbers are no more than this share.
+FEW_WORDS = 0.1
 MARK_BEFORE_THREE, WHOLE = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}"), re.compile(r"[+-]?\d{1,3}")
 
 
@@ -36,7 +39,9 @@ def sums(raw: RawTable) -> Iterator[Doubt]:
 def row_doubts(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """The others. raw: without such rows."""
     yield from _words(raw, found)
+    yield from _words_beside(raw, found)
     yield from _groups(raw, found)
+    yield from _stamps(raw, found)
     yield from _gaps(raw, found)
     if found.order_by:
         shown = ", ".join(map(repr, found.order_by))
@@ -76,6 +81,44 @@ def _words(raw: RawTable, found: Guess, joined: bool = False) -> Iterator[Doubt]
         yield Doubt(f"words.{column.name}", text, where, options, of=column.meant, changes=changes, rows=True)
 
 
+def _words_beside(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Rows of words in a column of numbers that is not used: those of a header in the middle of a file, perhaps."""
+    for column in found.columns:
+        # Of several clocks those of the others are elsewhere.
+        if column.chosen or not column.numeric or column.name not in raw.columns:
+            continue
+        bad = list(numbers(raw.columns[column.name], raw.style).bad)
+        words = list(dict.fromkeys(raw.columns[column.name][row].strip() for row in bad))
+        if not words or len(bad) > FEW_WORDS * len(raw) or number_styles(words):
+            continue
+        where = f"line {few([raw.lines[row] for row in bad])}"
+        text = (
+            f"Column {column.name!r} holds numbers, but on {where} {', '.join(map(repr, words[:4]))}. Are those "
+            "rows readings all the same?"
+        )
+        changes = {NO: {"drop": [{column.name: words}]}}
+        yield Doubt(f"beside.{column.name}", text, f"rows with {words[0]!r} are readings", changes=changes, rows=True)
+
+
+def _stamps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
+    """Stamps that stand there for several rows, as they are written in whole seconds, say."""
+    column = found.of("time_s")
+    if column is None or found.log is None:
+        return
+    time = raw.seconds(column.name) if column.dates else raw.most_numbers(column.name)
+    if time is None or not np.isfinite(time).all() or 2 * (np.diff(time) == 0).sum() < len(time):
+        return
+    if spread_evenly(time) is None:
+        return
+    twice = int((np.diff(time) == 0).sum())
+    text = (
+        f"{column.name!r} is in {twice} rows that of the row before. Were the rows taken evenly, and is their time "
+        "only rounded?"
+    )
+    changes = {YES: {"columns": {"time_s": {"even": True}}}}
+    yield Doubt("even", text, "times spread evenly", proposed=YES, of=column.meant, changes=changes, rows=True)
+
+
 def _groups(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     """Columns of whole numbers of which some have a mark before three digits: 850 and 1.050."""
     for column in found.measured:
@@ -103,14 +146,47 @@ def _gaps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
         if not blank.any() or blank.all():
             continue
         text = f"Column {column.name!r} is blank on line {few([raw.lines[row] for row in np.flatnonzero(blank)])}. "
-        options = (("rows", "unknown: leave those rows out"), ("above", "as in the row above"))
+        between = _between(raw, found, column)
+        options: tuple[tuple[str, str], ...] = (
+            ("rows", "unknown: leave those rows out"),
+            ("above", "as in the row above"),
+        )
+        options += (("between", "between the readings before and after, by the time"),) if between else ()
         # Many blanks below each value are a table as people write it.
         likely = "above" if not blank[0] and 2 * blank.sum() > len(blank) else None
+        # Of a log whose channels have rows of their own none stands for those below it.
+        likely = "between" if between and _apart(raw, found, column) else likely
         above = {"columns": {column.column: {"fill": "above"}}}
         changes: dict[str, Mapping[str, Any]] = {"rows": {"drop": [{column.name: "blank"}]}, "above": above}
+        changes |= {"between": {"between": {column.column: between}}} if between else {}
         short = f"blanks of {column.name!r}"
         key = f"gaps.{column.name}"
         yield Doubt(key, text + "What is it there?", short, options, likely, column.meant, changes, rows=True)
+
+
+def _between(raw: RawTable, found: Guess, column: ColumnGuess) -> float | None:
+    """The longest gap between readings of a channel that a straight line may bridge [s]; None where they have no time
+    whose unit is known."""
+    clock = found.of("time_s")
+    if clock is None or found.clocks or column.name in found.pressures or column.column not in STATE:
+        return None
+    time = raw.seconds(clock.name) if clock.dates else raw.most_numbers(clock.name)
+    values = raw.most_numbers(column.name)
+    if time is None or values is None or not (clock.dates or clock.unit) or not np.isfinite(time).all():
+        return None
+    steps = np.diff(time[np.isfinite(values)])
+    if len(steps) < LEAST_READINGS or steps.min() <= 0:
+        return None
+    return float(f"{GAP * (1.0 if clock.dates else conversion(clock.unit, 's').factor) * np.median(steps):.3g}")
+
+
+def _apart(raw: RawTable, found: Guess, column: ColumnGuess) -> bool:
+    """Whether a channel is mostly blank where the loads were read."""
+    reads = [raw.most_numbers(c.name) for c in found.measured if c.column in READINGS]
+    there = np.isfinite([values for values in reads if values is not None]).any(axis=0)
+    return (
+        bool(there.any()) and float(np.isnan(numbers(raw.columns[column.name], raw.style).values[there]).mean()) > 0.5
+    )
 
 
 def _plateaus(raw: RawTable, found: Guess) -> Iterator[Doubt]:

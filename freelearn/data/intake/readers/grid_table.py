@@ -18,6 +18,8 @@ from freelearn.data.table.records import MOST_COLUMNS
 
 # So many rows are looked at to find the header.
 LOOKED_AT = 400
+# Above the names of the columns so many rows of numbers, and of further titles, may stand.
+FEW_NUMBERS, MOST_TITLES = 2, 3
 # A list of names and numbers above the header is no longer than this.
 LONGEST_LIST = 40
 
@@ -40,7 +42,7 @@ def first_row(grid: Grid, rows: list[Row], reading: Reading) -> int:
         looks = (
             bool(numeric) and len(cells) >= min(width, 2) and 2 * numeric >= len(filled) and len(filled) * 3 >= width
         )
-        if looks and not _names_one_thing(rows, place):
+        if looks and not _names_one_thing(rows, place) and not _above_the_header(rows, place):
             return place
     if all(not is_number(cell) for _, cells in rows for cell in cells) and len(rows) == 1:
         raise NoTable(f"{grid.name} holds no rows: there is only a header. Add the measurements below it.")
@@ -62,6 +64,19 @@ def _names_one_thing(rows: list[Row], place: int) -> bool:
         sum(bool(cell.strip()) for cell in row) > 1 and not any(map(is_number, row)) and row not in before
         for row in later[:LONGEST_LIST]
     )
+
+
+def _above_the_header(rows: list[Row], place: int) -> bool:
+    """Whether a row of numbers, such as those of markers, stands alone above the names of the columns."""
+    for at in range(place + 1, min(place + 1 + FEW_NUMBERS + MOST_TITLES, len(rows))):
+        cells = [cell.strip() for cell in rows[at][1]]
+        words = [cell for cell in cells if cell and not is_number(cell) and not is_blank(cell)]
+        if any(map(is_number, cells)):
+            if at > place + FEW_NUMBERS:
+                return False
+        elif 2 * len(words) >= _usual_width(rows) and rows[at][1] not in [row for _, row in rows[:place]]:
+            return not _is_units(rows[at][1])
+    return False
 
 
 def header_of(grid: Grid, rows: list[Row], first: int, reading: Reading) -> tuple[list[str], list[str], list[str]]:

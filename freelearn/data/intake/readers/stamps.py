@@ -27,6 +27,8 @@ _FIRST = date(1970, 1, 1).toordinal()
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 # Half a day: a time of day that falls by more has passed midnight [s].
 HALF_A_DAY = 43_200.0
+# Rounded times of even rows stray from a line by less than this of what they are rounded to.
+UNEVEN = 1.3
 
 
 def seconds_of(cell: str, day_first: bool | None = None) -> float | None:
@@ -118,6 +120,32 @@ def _day_first(cells: Sequence[str]) -> bool | None:
     days = [{date(int(y), *reversed(p) if first else p) for *p, y in pairs} for first in (True, False)]
     spans = [(max(each) - min(each)).days for each in days] if pairs else [0, 0]
     return spans[0] < spans[1] if spans[0] != spans[1] or len(pairs) == 1 else None
+
+
+def spread_evenly(time: np.ndarray) -> np.ndarray | None:
+    """Rounded times (N,) as those of rows that were taken evenly, anew where they fall; None where no even spacing
+    rounds to them.
+
+    >>> spread_evenly(np.array([3.0, 4.0, 4.0, 5.0, 5.0, 6.0])).tolist()
+    [3.0, 3.5, 4.0, 4.5, 5.0, 5.5]
+    """
+    spread = []
+    for part in np.split(time, np.flatnonzero(np.diff(time) < 0) + 1):
+        steps = np.unique(np.diff(part))
+        if not len(steps) or steps[-1] <= 0:
+            return None
+        rounding, row = float(steps[steps > 0][0]), np.arange(len(part))
+        # A row at which it changes is nearest to its stamp.
+        changes = np.flatnonzero(np.diff(part)) + 1
+        if len(changes) < 2:
+            return None
+        rate = float(np.polyfit(changes, part[changes], 1)[0])
+        late = part - rate * row
+        if np.ptp(late) > UNEVEN * rounding:
+            return None
+        spread.append(rate * row + late.max())
+    made = np.concatenate(spread)
+    return np.asarray(made - (made[0] - time[0]))
 
 
 def moment(value: float) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.readers.cells import Grid, Row, Style, is_blank, is_number
+from freelearn.data.intake.readers.labview_text import is_labview, table_lines
 from freelearn.data.intake.recipes.recipe import Reading
 
 # The text in a file's bytes: its encoding, found where nobody says it, without what cannot be seen.
@@ -97,6 +98,9 @@ def text_grid(content: bytes, name: str, reading: Reading) -> Grid:
     separator = reading.separator or ""
     if lines and (told := re.fullmatch(r"sep=(.)\s*", lines[0])):
         separator, lines[0] = separator or told.group(1), "\n"
+    if is_labview(lines):
+        lines, separator, said = table_lines(lines, name)
+        notes += said
     plain = [line for line in lines if line.strip() and not _is_comment(line)]
     if not plain:
         raise UserError(f"{name} is empty: it needs a header and rows.")
@@ -203,7 +207,8 @@ def _refuse_commas(rows: list[Row], separator: str, name: str) -> None:
     """A table with commas between the columns and in the numbers cannot be read by anyone."""
     if separator != "," or len(rows) < 3:
         return
-    header = next((row for _, row in rows if not any(map(is_number, row)) and len(row) > 1), None)
+    first = next((place for place, (_, row) in enumerate(rows) if any(map(is_number, row)) and len(row) > 1), 0)
+    header = next((row for _, row in reversed(rows[:first]) if len(row) > 1), None)
     widths = [len(row) for _, row in rows if any(map(is_number, row))]
     if header and widths and min(widths) == 2 * len(header):
         raise UserError(

@@ -76,7 +76,8 @@ class Column:
     source: a column of the file. offset: what it reads where it should read zero, or "rest" for the mean of the rows at
     rest. times: a column of the table, by which a ratio is multiplied. blank_where: rows whose value is blanked;
     blanks: words that stand for no reading; fill: written into blank cells, "above" for what stands above them.
-    correct: readings that are known to be wrong, with the right ones.
+    correct: readings that are known to be wrong, with the right ones. even: of a rounded time, whether its rows were
+    taken evenly.
     """
 
     source: str
@@ -91,6 +92,7 @@ class Column:
     fill: float | Literal["above"] | None = None
     blanks: tuple[str, ...] = ()
     correct: tuple[tuple[float, float], ...] = ()
+    even: bool = False
 
 
 Constants = Mapping[str, float]

@@ -95,6 +95,7 @@ COLUMN_KEYS = (
     "blanks",
     "fill",
     "correct",
+    "even",
 )
 
 
@@ -132,7 +133,14 @@ def column_of(section: Section, name: str) -> Column:
         fill="above" if section.content.get("fill") == "above" else section.number("fill"),
         blanks=section.texts("blanks"),
         correct=_corrections(section.section("correct")),
+        even=_even(section, name),
     )
+
+
+def _even(section: Section, name: str) -> bool:
+    if "even" in section and name != "time_s":
+        section.say("is for a time alone: leave it out", "even")
+    return bool(section.switch("even"))
 
 
 def _corrections(section: Section) -> tuple[tuple[float, float], ...]:
