@@ -2,9 +2,9 @@
 
 --few NUMBER …, --laboratory NUMBER …: tables of those plans of experiments/hidden_effects. --real FOLDER [NAME …]: the
 measured sets of experiments/real_data. Both sets of effects, and what predicts best of those that the search looked at,
-are fitted and left out by the peer's own method, in E of the rows left out; ratio: the better of the search's two over
-the peer's. Of tables of few states the models' errors between the states are told in floors. Writes beside.md
-to --out.
+are fitted and left out by the peer's own method, from where its fits begin and from where the search's ended, in E of
+the rows left out; ratio: the better of the search's two over the peer's. Of tables of few states the models' errors
+between the states are told in floors. Writes beside.md to --out.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "experiments"), str(ROOT)]
 
+import numpy as np  # noqa: E402
 import torch  # noqa: E402
-from benchmark.peer import Build, fitted, refitted, selected  # noqa: E402
+from benchmark.peer import Build, Chosen, fitted, refitted, selected  # noqa: E402
 from hidden_effects import examine_few, few, plan  # noqa: E402
 from hidden_effects.make import make  # noqa: E402
 from real_data.sets import SETS, RealSet  # noqa: E402
@@ -67,9 +68,12 @@ def compared(beside: Beside) -> list[str]:
     found = beside.searched()
     ours = time.perf_counter() - began
     rows = found.rows
-    best = found.predicts_best.effects if found.predicts_best else found.effects
+    told = found.predicts_best
+    answers = [(found.effects, found.final.fit.values())]
+    answers += [(told.effects, told.parameters)] if told else []
     with known(found):
-        refit, hint = (refitted(fitted(beside.build, rows, effects), rows) for effects in (found.effects, best))
+        refits = [refitted(_fitted(beside.build, rows, *each), rows) for each in answers]
+    refit, hint = refits[0], refits[-1]
     began = time.perf_counter()
     peer = selected(beside.build, rows, beside.library(rows))
     theirs = time.perf_counter() - began
@@ -78,8 +82,21 @@ def compared(beside: Beside) -> list[str]:
         between = [f"{beside.fresh(model):.2f}" for model in (found.final.fit.model, peer.model)]
     errors = [f"{100 * each.left_out:.2f}" for each in (refit, hint, peer)]
     ratio = f"{min(refit.left_out, hint.left_out) / peer.left_out:.2f}"
-    answers = [f"{found.verdict}: {_words(found.effects)}", _words(best), _words(peer.effects)]
-    return [beside.name, beside.hidden, *answers, *errors, ratio, *between, f"{ours:.0f}", f"{theirs:.0f}"]
+    words = [f"{found.verdict}: {_words(found.effects)}", _words(answers[-1][0]), _words(peer.effects)]
+    return [beside.name, beside.hidden, *words, *errors, ratio, *between, f"{ours:.0f}", f"{theirs:.0f}"]
+
+
+def _fitted(build: Build, rows: Rows, effects: Sequence[str], values: Mapping[str, float]) -> Chosen:
+    """The peer's fit of one of the search's sets: from where its own fits begin, or from where the search's ended
+    (values: SI, by label), whichever ends lower."""
+    cold = fitted(build, rows, effects)
+    model = cold.model
+    raw = [
+        float(model.declared[label].to_raw(values[label])) if label in values else x
+        for label, x in zip(model.labels(), cold.x, strict=True)
+    ]
+    warm = fitted(build, rows, effects, replace(cold, x=np.array(raw)))
+    return min(cold, warm, key=lambda each: each.E)
 
 
 def of_few(number: int) -> Beside:

@@ -65,6 +65,26 @@ def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity, fou
     np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), stated, rtol=1e-12)
 
 
+def test_under_a_doubt_readings_weigh_alike_and_a_place_takes_nothing_of_the_misfit(sensitivity, found):
+    """Of usual precision one: errors as stated and the doubt, each reading by itself; one that slipped is gone."""
+    usual, doubt = replace(found, weight=found.reading), torch.tensor([0.2, 3e-3], dtype=torch.float64)
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, usual, doubt=doubt)
+    even = replace(found, reading=torch.ones_like(found.reading), position=0.0)
+    covariance = dense_covariance(sensitivity, even) + np.diag(doubt.square().repeat(ROWS).numpy())
+    root = root_of(whiten)
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(2 * ROWS), atol=1e-9)
+    # What is told of the noise itself stays as it was found.
+    torch.testing.assert_close(
+        whiten.scattered, Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, usual).scattered
+    )
+    z = usual.z.clone()
+    z[4, 1] = 100.0
+    slipped = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, replace(usual, z=z), doubt=doubt)
+    white = slipped(torch.ones(ROWS, 2, dtype=torch.float64))
+    assert float(white[4, 1]) == 0.0
+    assert float(white[4, 0]) != 0.0
+
+
 def test_whitening_takes_one_column_or_several(sensitivity, found):
     whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, found)
     loads = torch.randn(ROWS, 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(0))

@@ -117,6 +117,16 @@ class Noise:
         )  # fmt: skip
 
 
+def _scattered(own: Tensor, position: Tensor, scatter: Scatter | None, present: Tensor) -> Tensor:
+    """Variances (N, 2) of readings as they were found to scatter, the place that a state's rows share in them. own
+    (N, 2), position (N, 2, 2): as stated."""
+    if scatter is not None:
+        present = present & (scatter.reading > LEAST)
+        own = own / scatter.reading
+        position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
+    return torch.where(present, own + position.square().sum(-1).nan_to_num(0.0, 0.0, 0.0), 0.0)
+
+
 class Whitener:
     """Turns loads' residuals into independent numbers of standard deviation one, if the noise is as stated.
 
@@ -127,8 +137,9 @@ class Whitener:
 
     Where the scatter is known, every reading counts with its own precision: L is divided by its root, so that a reading
     that slipped becomes zero and takes no part in its state's position error. Where the model is known to be wrong by
-    some amount in every reading, that adds to its variance: else digits that it cannot have would decide. Of errors
-    with a memory, L takes off what a recording's earlier readings let expect, see `memory`.
+    some amount in every reading, that adds to its variance: else digits that it cannot have would decide; readings that
+    did not slip weigh alike then, see `Scatter.even`. Of errors with a memory, L takes off what a recording's earlier
+    readings let expect, see `memory`.
     """
 
     def __init__(
@@ -158,18 +169,21 @@ class Whitener:
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
         own, position = _parts(sensitivity, accuracy, bed, self.told)
-        counts = present if scatter is None else present & (scatter.reading > LEAST)
-        # A reading that does not count tells nothing of the other one of its row.
-        both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
+        self.doubt = doubt
+        # Variance of every reading as it was found to scatter, (N, 2); zero of readings that do not count.
+        self.scattered = _scattered(own, position, scatter, present)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
         self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
-        if scatter is not None:
-            own = own / scatter.reading
-            both = torch.where(counts.all(-1), both / scatter.reading.prod(-1).sqrt(), 0.0)
-            position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
+        weigh = scatter if scatter is None or doubt is None else scatter.even()
+        counts = present if weigh is None else present & (weigh.reading > LEAST)
+        # A reading that does not count tells nothing of the other one of its row.
+        both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
+        if weigh is not None:
+            own = own / weigh.reading
+            both = torch.where(counts.all(-1), both / weigh.reading.prod(-1).sqrt(), 0.0)
+            position = position * (weigh.position / weigh.state.sqrt())[:, None, None]
         # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
         self.own, self.counts = own.sqrt(), counts
-        self.doubt = doubt
         if doubt is not None:
             own = own + doubt**2
         force, moment = torch.where(counts, own, torch.inf).unbind(-1)
@@ -194,13 +208,6 @@ class Whitener:
     def floor(self, scale: Tensor) -> float:
         """The error E that the noise alone would make, with the readings' largest values (2,)."""
         return noise_floor(self.variance, self.present, scale)
-
-    @property
-    def scattered(self) -> Tensor:
-        """Variance of every reading as it was found to scatter, the place that a state's rows share in it, (N, 2); zero
-        of readings that do not count."""
-        variance = self.own.square() + self.places.square().sum(-1).nan_to_num(0.0, 0.0, 0.0)
-        return torch.where(self.counts, variance, 0.0)
 
     @property
     def expected(self) -> float:
@@ -239,6 +246,7 @@ class Whitener:
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
         part.variance, part.shared = self.variance[rows], self.shared[rows]
         part.present, part.told, part.places = self.present[rows], self.told[rows], self.places[rows]
+        part.scattered = self.scattered[rows]
         part.doubt, part.counts = self.doubt, self.counts[rows]
         part.filter = None if self.filter is None else self.filter.part(rows)
         return part

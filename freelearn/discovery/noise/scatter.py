@@ -41,6 +41,8 @@ FEWEST_STATES = SHARING * FEWEST_BINS
 # Residuals are counted as typically so many deviations of a channel's noise at most. Of a model that is farther off,
 # more digits of one channel would decide against the other, and nothing about the model.
 HOPELESS = 30.0
+# A weight below which nothing is known of what a reading's precision would be.
+LEAST_WEIGHT = 1e-12
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 
 
@@ -78,6 +80,12 @@ class Scatter:
         """That of some of the rows alone, (n,) int64: to weigh them by, not to go on from."""
         picked = {n: getattr(self, n)[rows] for n in ("z", "smooth", "good", "reading", "state", "weight")}
         return replace(self, **picked)
+
+    def even(self) -> Scatter:
+        """All readings that did not slip with the usual precision, and nothing that a state's rows share: what stands
+        out of a model that is far off is its misfit, which must neither count for less nor be given to the places."""
+        usual = self.reading / self.weight.clamp_min(LEAST_WEIGHT)
+        return replace(self, reading=torch.where((self.weight > 0) & ~self.slipped, usual, 0.0), position=0.0)
 
     @property
     def slipped(self) -> Tensor:
