@@ -12,6 +12,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, KINEMATIC
 from freelearn.data.columns import shown_readings
+from freelearn.data.corners import with_corners
 from freelearn.data.states import States, kinematic_state
 
 
@@ -87,8 +88,8 @@ class Rows:
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> Rows:
-        """All rows of a measurement table."""
-        return cls(States.from_table(table), Readings.from_table(table), kinematic_state(table))
+        """All rows of a measurement table; of a log, with the corners of its pressure between them."""
+        return cls(with_corners(States.from_table(table)), Readings.from_table(table), kinematic_state(table))
 
     @classmethod
     def whole(cls, states: States, loads: Tensor, state: np.ndarray | None = None) -> Rows:
