@@ -34,7 +34,7 @@ def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
 def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     data = settings.data.path
     files = table_files(data) if is_folder(data) else []
-    laid = of_files([data / name for name in files])
+    laid = of_files([data / name for name in files], data)
     found, joined = (laid[0], None) if laid else guess_file(data / files[0] if files else data, settings.design)
     path = folder / f"{stem_of(data)}_recipe.yaml"
     folder.mkdir(parents=True, exist_ok=True)

@@ -113,7 +113,7 @@ class ActuatorInterview(Interview):
         if key not in self._known:
             # What stands elsewhere in the file stays.
             again = guess_table(self.raw, meanings)
-            same = {name: getattr(self.first, name) for name in ("sheet", "sheets", "about")}
+            same = {name: getattr(self.first, name) for name in ("sheet", "sheets", "about", "recordings")}
             self._known = {key: replace(again, **same)}
         return self._known[key]
 

@@ -20,11 +20,13 @@ from freelearn.common.files import read_bytes, write_text
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
 from freelearn.data.intake.guesses.places import of_files
-from freelearn.data.intake.readers.raw_files import is_folder
+from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.report.terminal.printed_intake import show_columns, show_intake, show_rubber, show_tests
 
+# Of sheets that look alike: all of them.
+EVERY = "all of them: each is a recording"
 RUBBER = (
     "No column tells an actuator's file from one of rubber alone. Is it a test of rubber (a sheet or a strip, no tube)?"
 )
@@ -48,15 +50,17 @@ def start(
     run: Path | None = None,
 ) -> Next:
     """Writes recipe, table and provenance to `folder`; gives the command that goes on. Raises UserError."""
-    for raw in raws:
-        if is_folder(raw):
-            raise UserError(
-                f"{raw} is a folder: start takes files; for several of actuators, draft a recipe with intake."
-            )
-    same_names(raws)
-    if run is not None and len(raws) > 1:
+    given = list(raws)
+    folder_of_raws = next((raw for raw in raws if is_folder(raw)), None)
+    if folder_of_raws is not None and len(raws) > 1:
+        raise UserError(f"{folder_of_raws} is a folder: name it alone, or files.")
+    if folder_of_raws is not None:
+        given = [folder_of_raws / name for name in table_files(folder_of_raws)]
+    else:
+        same_names(raws)
+    if run is not None and len(given) > 1:
         raise UserError("One file asks something of a run: name one.")
-    started = _Start(list(raws), folder, console, ask, design, recipe)
+    started = _Start(given, folder, console, ask, design, recipe, folder_of_raws)
     return started.asks(run) if run is not None else started.run()
 
 
@@ -68,6 +72,8 @@ class _Start:
     ask: Ask
     design: Path | None
     recipe: Path | None
+    # That holds the files, where it was named; else they were.
+    inside: Path | None = None
     shown: bool = False
     # Whether it is known what kind of table the file becomes, and so what a recipe of it asks.
     begun: bool = False
@@ -78,8 +84,13 @@ class _Start:
         """Asks where there is no recipe, and makes the table."""
         if self.recipe is not None:
             return self._rubber() if is_rubber_recipe(self.recipe) else self._actuator()
-        laid = of_files(self.raws)
+        laid = of_files(self.raws, self.inside)
+        if laid and not self.inside and looks_like_rubber(laid[0]) is not False:
+            # Files that are named one by one, and may be tests of rubber, are.
+            laid = None
         if len(self.raws) > 1 and laid is None:
+            if self.inside is not None:
+                self._refuse_strangers()
             return self._rubber()
         found, joined, cells = (laid[0], None, laid[1]) if laid else self._guessed(self.design)
         interview = ActuatorInterview(self.ask, self._tell, first=found, raw=cells, joined=joined)
@@ -90,6 +101,16 @@ class _Start:
             with self._answered(interview):
                 rubber = interview.sure(RUBBER)
         return self._rubber() if rubber else self._actuator(interview)
+
+    def _refuse_strangers(self) -> None:
+        """Raises UserError where the files of a folder are neither recordings nor tests of rubber."""
+        for raw in self.raws:
+            if looks_like_rubber(guess_and_table(raw)[0]) is False:
+                names = ", ".join(one.relative_to(self.inside or raw.parent).as_posix() for one in self.raws[:6])
+                raise UserError(
+                    f"{self.inside}: its tables ({names}) are neither recordings of one form nor channels with a time "
+                    "each: name the files that belong together, or one of them."
+                )
 
     def asks(self, run: Path) -> Next:
         """What the file asks of a fitted run, as a table of questions."""
@@ -111,8 +132,13 @@ class _Start:
             return guessed
         interview = ActuatorInterview(self.ask, self._tell, first=found, raw=guessed[2])
         with self._answered(interview):
-            wanted = interview.chosen("Several sheets hold readings. Which one is it?", found.sheets)
-        return guessed if wanted == found.sheet else guess_and_table(self.raws[0], design, wanted=wanted)
+            choices = [*found.sheets, *([EVERY] if found.recordings else [])]
+            wanted = interview.chosen("Several sheets hold readings. Which one is it?", choices)
+        return (
+            guessed
+            if wanted in (EVERY, "" if found.recordings else found.sheet)
+            else guess_and_table(self.raws[0], design, wanted=wanted)
+        )
 
     def _actuator(self, interview: ActuatorInterview | None = None) -> Next:
         made = self._made(interview, lambda recipe: taken_in(self._data(), recipe, self._table(), self.design))
@@ -184,14 +210,14 @@ class _Start:
 
     def _data(self) -> Path:
         """The file, or the folder of several whose channels are joined by time."""
-        return self.raws[0].parent if self.raws[1:] else self.raws[0]
+        return self.inside or (self.raws[0].parent if self.raws[1:] else self.raws[0])
 
     def _kept(self) -> Path:
         """Where the answers are kept."""
-        return self.recipe or self.folder / f"{stem_of(self.raws[0])}_recipe.yaml"
+        return self.recipe or self.folder / f"{stem_of(self.inside or self.raws[0])}_recipe.yaml"
 
     def _table(self) -> Path:
-        return self.folder / f"{stem_of(self.raws[0])}_table.csv"
+        return self.folder / f"{stem_of(self.inside or self.raws[0])}_table.csv"
 
     def _keep(self, interview: Interview) -> None:
         self._kept().parent.mkdir(parents=True, exist_ok=True)
@@ -199,7 +225,12 @@ class _Start:
 
     def _again(self) -> str:
         """The command that asks nothing."""
-        words = [*map(str, self.raws), "--recipe", str(self._kept()), *(["--run", str(self.of)] if self.of else [])]
+        words = [
+            *map(str, [self.inside] if self.inside else self.raws),
+            "--recipe",
+            str(self._kept()),
+            *(["--run", str(self.of)] if self.of else []),
+        ]
         words += ["--design", str(self.design)] if self.design else []
         return command_line(program("start", ["python", "-m", "freelearn", "start"]), words)
 
@@ -216,5 +247,8 @@ class _Start:
         if self.begun:
             self._keep(interview)
             return f"{asks} fill in the TODOs of the recipe {self._kept()}, then: {self._again()}"
-        words = [option("data.path", self.raws[0]), *([option("design", self.design)] if self.design else [])]
+        words = [
+            option("data.path", self.inside or self.raws[0]),
+            *([option("design", self.design)] if self.design else []),
+        ]
         return f"{asks} draft a recipe to edit with {command_line(program('intake'), words)}"

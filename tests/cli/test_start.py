@@ -153,7 +153,7 @@ def test_which_of_several_sheets_is_asked(tmp_path):
         for row in [("dl_mm", "P_kPa", "F_N"), *((x, p, factor * (p - x)) for x in (0, 5) for p in (0, 50, 100))]:
             sheet.append(row)
     book.save(raw)
-    ask, asked = typed("3", "blau", "", "1", "25", "n", "150", "5", "6", "0", "n", "n", "n", "")
+    ask, asked = typed("4", "blau", "", "1", "25", "n", "150", "5", "6", "0", "n", "n", "n", "")
     start([raw], tmp_path / "run", Console(file=StringIO(), width=120), ask)
     assert asked[0].startswith("Several sheets hold readings")
     assert pd.read_csv(tmp_path / "run" / "muscles_table.csv")["force_n"].max() == 200

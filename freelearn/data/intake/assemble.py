@@ -178,5 +178,7 @@ def _plateaus(recipe: Recipe) -> dict[str, Any] | None:
 
 
 def _of_file(recipe: Recipe, file: Mapping[str, Any]) -> dict[str, Any]:
-    constants = next((dict(part.constants) for part in recipe.files if part.name == file["file"]), {})
+    constants = next(
+        (dict(p.constants) for p in recipe.files if file["file"].endswith((p.name or p.label, p.label))), {}
+    )
     return {**file, "constants": constants}

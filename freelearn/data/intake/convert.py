@@ -135,6 +135,8 @@ def _parts(recipe: Recipe, sources: Mapping[str, bytes]) -> Sequence[Part]:
         if len(sources) != 1 + len(set(recipe.joined_files()) - {next(iter(sources))}):
             raise UserError("The recipe is for one file: list several under files:.")
         return [Part(next(iter(sources)))]
+    own = next(iter(sources))
+    recipe = replace(recipe, files=tuple(replace(part, name=part.name or own) for part in recipe.files))
     lacking = [part.name for part in recipe.files if part.name not in sources]
     if lacking:
         raise UserError(f"The recipe lists {', '.join(lacking)}, and no such file is there: correct files:.")
@@ -145,6 +147,8 @@ def _rows(recipe: Recipe, part: Part, sources: Mapping[str, bytes], tally: Tally
     """One file's rows with every quantity, mark and carried column."""
     reading = part.reading or recipe.reading
     raw = raw_table(sources[part.name], part.name, reading)
+    if [other.name for other in recipe.files if other.name in (part.name, "")][1:]:
+        raw = replace(raw, name=part.label)
     whole = len(raw)
     columns = recipe.columns_for(part)
     raw = chosen_rows(recipe, part, raw)
@@ -164,7 +168,7 @@ def _rows(recipe: Recipe, part: Part, sources: Mapping[str, bytes], tally: Tally
     tally.warnings += rows.notes
     tally.files.append(
         {
-            "file": part.name,
+            "file": raw.name,
             "rows": whole,
             "dropped": whole - chosen,
             **({"joined": joined, "lost_by_joining": lost} if joined else {}),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,8 @@ def with_joined(
     for place, join in enumerate(joins, start=1):
         name = join.file or part.name
         raw = raw_table(sources[name], name, join.reading or (Reading() if join.file else reading))
+        if join.reading and not join.file:
+            raw = replace(raw, name=Part(name, reading=join.reading).label)
         _same_kind(join, place, raw, rows)
         source = _source(join, raw, rows)
         time = _clock(source, f"join[{place}].time")

@@ -37,6 +37,8 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
     known: list[tuple[str, np.ndarray]] = []
     for column in columns:
         unit = time_unit(column.name, raw.units.get(column.name, ""))
+        if column.name in raw.firsts and unit is None:
+            column, unit = replace(column, quantity="time_s", unit="", confidence="unsure"), ""
         if column.quantity not in (None, "time_s") and unit is None:
             out.append(column)
             continue

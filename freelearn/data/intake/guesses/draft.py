@@ -9,11 +9,13 @@ from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.clock_spans import clock_open, origin_of, shift_key, shifted
 from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
 from freelearn.data.intake.guesses.column_entries import SPELLED, column_entry, merge
+from freelearn.data.intake.guesses.drafted_files import listed_files, of_joined, read_of
 from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, Answers, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.left_open import (
     COLUMN,
     CONSTANTS,
+    RECORDED,
     held_open,
     member_key,
     named_samples,
@@ -76,7 +78,7 @@ class _Draft:
         self.content["bed"] = self.bed
         if "bed" not in self.answers:
             self.remarks["bed",] = ", ".join(BEDS)
-        if found.sheet or (read := read_of(self.place)):
+        if not found.recordings and (found.sheet or (read := read_of(self.place))):
             self.content["read"] = {"sheet": found.sheet} if found.sheet else read
         self._samples()
         self._constants()
@@ -104,7 +106,14 @@ class _Draft:
         self.content |= {mark: {marked.own_name: 1} for mark in MARKS if (marked := found.of(mark))}
         for doubt in found.doubts:
             self._doubt(doubt)
-        if self.files:
+        if found.recordings:
+            self.content["files"] = listed_files(found, self.clocks, self.place, self.answers, bool(self.joined))
+            if RECORDED not in self.answers:
+                self.remarks["files",] = (
+                    "a guess: one recording each; sample: 1, 2, … where they are of several actuators, and what "
+                    "differs from one to the other, constants: {gamma_deg: 20}"
+                )
+        elif self.files:
             self.content["files"] = [{"name": name, "sample": i} for i, name in enumerate(self.files, start=1)]
             self.remarks["files",] = "constants that differ from file to file go here, constants: {gamma_deg: 20}"
 
@@ -113,7 +122,7 @@ class _Draft:
         if self.joined:
             self.content["sample"] = {"from": self.joined.sample}
             self._design(self.joined)
-        elif self.files:
+        elif self.files or (found.recordings and column is None):
             return
         elif column is None and found.perhaps and self.answers.get("sample") == "column":
             words = {word: number for number, word in enumerate(found.perhaps_words, start=1)}
@@ -151,7 +160,7 @@ class _Draft:
     def _constants(self) -> None:
         found, answers = self.found, self.answers
         design = open_design(found, self.joined)
-        several = named_samples(found, self.joined, answers) if not self.files else []
+        several = named_samples(found, self.joined, answers) if found.recordings or not self.files else []
         apart = [n for n in design if several and (n == "length_mm" or answers.get("alike") == NO)]
         if apart:
             self.content["samples"] = {}
@@ -281,7 +290,7 @@ class _Draft:
             for key in changes:
                 self.remarks.setdefault((key,), f"a guess: {doubt.text}")
         if len(doubt.of) == 1 and set(doubt.of) <= set(self.joined_channels):
-            changes = self._of_joined(doubt, changes)
+            changes = of_joined(self.found, doubt, changes)
         for name, gap in changes.pop("between", {}).items():
             self._between(name, gap)
         own = {c.name: c.own_name for c in self.found.columns}
@@ -300,16 +309,6 @@ class _Draft:
         if len(reads) == 1 and {reads[0]: "blank"} not in self.content.get("drop", []):
             merge(self.content, {"drop": [{reads[0]: "blank"}]})
 
-    def _of_joined(self, doubt: Doubt, changes: dict[str, Any]) -> dict[str, Any]:
-        """Changes of rows, for a channel whose rows are not those of the table: its words are blanks, and conditions
-        name the column of the table."""
-        (name,) = doubt.of
-        column = self.found.named(name).column
-        words = [word for one in changes.get("drop", ()) for word in one[name] if one[name] != "blank"]
-        made: dict[str, Any] = {"columns": {column: {"blanks": words}}} if words else {}
-        made |= {"slack": {column: changes["slack"][name]}} if "slack" in changes else {}
-        return {key: value for key, value in changes.items() if key not in ("drop", "slack")} | made
-
     def _entry(self, name: str, of: Mapping[str, str] | None = None) -> dict[str, Any]:
         """What the recipe says of a column of the table, wherever that stands. of: the columns of the file that are
         meant, of which one may be the time of what is joined."""
@@ -321,9 +320,3 @@ class _Draft:
             ] + places
         entry: dict[str, Any] = next((place[name] for place in places if name in place), {})
         return entry
-
-
-def read_of(place: Place) -> dict[str, Any]:
-    """What a recipe says under `read` of columns that stand there."""
-    sheet = {"sheet": place.sheet} if place.sheet else {}
-    return sheet | ({"variables": list(place.variables)} if place.variables else {})

@@ -14,6 +14,9 @@ from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.left_open import (
     COLUMN,
     DERIVE,
+    EACH,
+    ONE,
+    RECORDED,
     SAME_SIZES,
     held_open,
     member_key,
@@ -23,6 +26,7 @@ from freelearn.data.intake.guesses.left_open import (
     quantities_given,
 )
 from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.guesses.recordings_found import label_of
 from freelearn.data.intake.headings import RUN
 from freelearn.data.intake.readers.told_elsewhere import Told
 
@@ -33,6 +37,8 @@ def questions(found: Guess, joined: DesignGuess | None, answers: Answers) -> Ite
     yield from meanings_open(found, answers)
     yield from _clocks(found)
     yield from _rows(found, joined, answers)
+    if joined is None and found.of("sample") is None:
+        yield from _whose(found)
     yield from _recordings(found, answers)
     yield from _bed(found, answers)
     yield from _design(found, joined, answers)
@@ -90,6 +96,16 @@ def _rows(found: Guess, joined: DesignGuess | None, answers: Answers) -> Iterato
     if len(named_samples(found, joined, answers)) > 1 and set(open_design(found, joined)) - {"length_mm"}:
         text = "Have these actuators all the same fiber angle and the same radii?"
         yield Question("alike", text, "choice", options=YES_OR_NO, short="the same angle and radii")
+
+
+def _whose(found: Guess) -> Iterator[Question]:
+    """Whose several recordings are."""
+    if not found.recordings:
+        return
+    called = ", ".join(map(label_of, found.recordings[:4])) + (", …" if found.recordings[4:] else "")
+    text = f"There are {len(found.recordings)} recordings: {called}. Of which actuators are they?"
+    options = ((ONE, "all of one actuator"), (EACH, "each of another actuator"))
+    yield Question(RECORDED, text, "choice", options=options, short="the recordings are")
 
 
 def _recordings(found: Guess, answers: Answers) -> Iterator[Question]:

@@ -146,6 +146,8 @@ class Guess:
     doubts: tuple[Doubt, ...] = ()
     # Where channels go by several: first the one whose rows the table has.
     clocks: tuple[Clock, ...] = ()
+    # Where each of several recordings of this form stands, the first of which this is; () where there is but one.
+    recordings: tuple[tuple[Place, ...], ...] = ()
     # Whether the rows may be samples of recordings.
     log: Log | None = None
 

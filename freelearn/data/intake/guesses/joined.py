@@ -18,7 +18,7 @@ from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.guess import column_guess, guess_table
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
-from freelearn.data.intake.guesses.places import of_lengths, together
+from freelearn.data.intake.guesses.places import of_lengths, of_recordings, together
 from freelearn.data.intake.readers.cells import POINTS, NoTable
 from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
 from freelearn.data.intake.readers.raw_table import Place, RawTable
@@ -72,15 +72,19 @@ def guess_and_table(
     else:
         tables, unread = _sheets(content, name, tuple(names))
         placed = [(Place("", one.name), one.table, one.found) for one in tables]
-        laid = together(name, placed) if by_time and not wanted else None
+        laid = None
+        if by_time and not wanted:
+            laid = of_recordings(name, [(place, table) for place, table, _ in placed]) or together(name, placed)
         readings = {one.name: _readings(one.found) for one in tables}
         sheet = wanted if wanted in readings else max(readings, key=lambda one: readings[one])
         (chosen,) = (one for one in tables if one.name == sheet)
         found, raw = laid or (chosen.found, chosen.table)
-        read = [piece.place.sheet for piece in raw.pieces] or [sheet]
+        read = [place.sheet for recording in found.recordings for place in recording]
+        read = read or [piece.place.sheet for piece in raw.pieces] or [sheet]
         others = [one for one in tables if one.name not in read]
         alike = [one for one in readings if readings[one][0] == readings[sheet][0] >= LEAST_READINGS]
-        alike = [] if laid else alike
+        # Of recordings each may be meant alone.
+        alike = [] if laid and not found.recordings else alike
         which = "sheets" if content.startswith(b"PK") else "parts"
         were = f"{', '.join(map(repr, read))} {'were' if read[1:] else 'was'} read"
         note = f"{name} has the {which} {', '.join(map(repr, names))}; {were}."

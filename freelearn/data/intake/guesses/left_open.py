@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.guessed import NO, PLATEAUS, YES, Answers, ColumnGuess, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
+from freelearn.data.intake.guesses.recordings_found import label_of
 from freelearn.data.intake.headings import RUN
 from freelearn.data.intake.recipes.recipe import DESIGN, FURTHER, READINGS
 
@@ -18,6 +19,8 @@ CONSTANTS = {
 }
 # How a log's recordings are told: as its time begins anew, or by a column.
 DERIVE, COLUMN = "derive", "column"
+# Whose several recordings are: all of one actuator, or each of another.
+RECORDED, ONE, EACH = "recorded", "one", "each"
 # Whether the actuators on an end block have the same sizes.
 SAME_SIZES = "same_sizes"
 
@@ -52,6 +55,9 @@ def named_samples(found: Guess, joined: DesignGuess | None, answers: Answers) ->
     """The number and the word of each of several actuators whose designs are to be given one by one."""
     if joined is not None:
         return []
+    if found.recordings:
+        named = [(number, label_of(one)) for number, one in enumerate(found.recordings, start=1)]
+        return named if answers.get(RECORDED) == EACH else []
     if found.of("sample") is None and answers.get("sample") == "column":
         return list(enumerate(found.perhaps_words, start=1))
     return sample_keys(found) if len(found.samples) > 1 else []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from freelearn.common.errors import UserError
@@ -11,17 +12,22 @@ from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.clocks import CHANNELS
 from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import Guess
-from freelearn.data.intake.readers.matlab_table import lengths_of
+from freelearn.data.intake.guesses.recordings_found import form_of, label_of, recordings_of
+from freelearn.data.intake.readers.matlab_table import lengths_of, matrices_of
 from freelearn.data.intake.readers.raw_files import is_matlab, raw_table, sheet_names
 from freelearn.data.intake.readers.raw_table import Place, RawTable
 from freelearn.data.intake.readers.side_by_side import laid_side_by_side
+from freelearn.data.intake.recipes.recipe import Reading
 
-# More files than this are no channels of one test.
-MOST_FILES = 12
+# More files than this are no recordings, more of several forms no channels of one test.
+MOST_FILES, MOST_CHANNELS = 500, 12
+# A recording has so many columns of numbers, and so many are named in a note.
+LEAST_COLUMNS, MOST_NAMED = 2, 4
 Tables = Sequence[tuple[Place, RawTable, Guess]]
+Laid = tuple[Guess, RawTable]
 
 
-def together(name: str, tables: Tables) -> tuple[Guess, RawTable] | None:
+def together(name: str, tables: Tables) -> Laid | None:
     """The guess at tables that have a time each and share no quantity, and what they are side by side; None where they
     are no channels of one test."""
     clocked = [(place, table, channels) for place, table, found in tables if (channels := _channels(found))]
@@ -39,35 +45,76 @@ def _channels(found: Guess) -> set[str]:
     return {c.column for c in found.columns if c.chosen and c.column in CHANNELS} if clocked else set()
 
 
-def of_lengths(content: bytes, name: str) -> tuple[Guess, RawTable] | None:
-    """The guess at arrays of several lengths in a MATLAB or HDF5 file; None where there are none."""
-    readings = lengths_of(content, name) if is_matlab(content, name) else []
+def of_recordings(name: str, tables: Sequence[tuple[Place, RawTable]]) -> Laid | None:
+    """The guess at the first of several recordings of one form, with where the others stand; None where they are none.
+    name: of all of them."""
+    found = recordings_of([(place, form_of(table)) for place, table in tables])
+    if not found:
+        return None
+    at = dict(tables)
+    first = [(place, at[place], guess_table(at[place])) for place in found[0]]
+    laid = (first[0][2], first[0][1]) if len(first) == 1 else together(name, first)
+    if laid is None or sum(c.numeric for c in laid[0].columns) < LEAST_COLUMNS:
+        return None
+    called = ", ".join(map(label_of, found[:MOST_NAMED])) + (", …" if found[MOST_NAMED:] else "")
+    used = {place for recording in found for place in recording}
+    left = ", ".join(repr(place.called) for place, _ in tables if place not in used)
+    note = f"{name} holds {len(found)} recordings of one form ({called}), of which the first is shown."
+    notes = (note, *([f"{name}: of another form, and not used: {left}."] if left else []))
+    guess = replace(laid[0], name=name, recordings=found, notes=(*notes, *laid[0].notes))
+    return guess, laid[1]
+
+
+def of_lengths(content: bytes, name: str) -> Laid | None:
+    """The guess at matrices of a time and its channels, and at arrays of several lengths, in a MATLAB, HDF5 or NumPy
+    file; None where there are none."""
+    if not is_matlab(content, name):
+        return None
+    matrices = matrices_of(content, name)
+    alike = {key: [k for k in matrices if matrices[k] == matrices[key]] for key in matrices}
     tables = []
+    for key, (width, quantity) in matrices.items():
+        names = tuple(f"{quantity.rpartition('_')[0] or 'column'} {i}" for i in range(1, width + 1))
+        place = Place("", "", (key,), names if alike[key][1:] else ())
+        if alike[key][1:]:
+            tables.append((place, raw_table(content, name, Reading(variables=(key,), names=names))))
+    if laid := of_recordings(name, tables):
+        return laid
+    readings = lengths_of(content, name)
+    items = []
     for reading in readings:
         with suppress(UserError):
             table = raw_table(content, name, reading)
-            tables.append((Place("", reading.sheet or "", reading.variables), table, guess_table(table)))
-    return together(name, tables)
+            items.append((Place("", reading.sheet or "", reading.variables), table, guess_table(table)))
+    return together(name, items)
 
 
-def of_files(paths: Sequence[Path]) -> tuple[Guess, RawTable] | None:
-    """The guess at files that are channels of one test, each with a time of its own; None where they are not."""
-    if not 1 < len(paths) <= MOST_FILES or len({path.parent for path in paths}) > 1:
+def of_files(paths: Sequence[Path], folder: Path | None = None) -> Laid | None:
+    """The guess at files that are channels of one test, each with a time of its own, or several recordings of one form;
+    None where they are not. folder: that holds them, perhaps in folders of its own; without it that of the first."""
+    folder = folder or (paths[0].parent if paths else Path())
+    if not 1 < len(paths) <= MOST_FILES or not all(path.is_relative_to(folder) for path in paths):
         return None
-    tables: list[tuple[Place, RawTable, Guess]] = []
-    seen: set[str] = set()
+    tables, unread = [], []
     for path in paths:
+        name = path.relative_to(folder).as_posix()
         try:
             content = read_bytes(path)
-            if len(sheet_names(content, path.name)) > 1:
+            if len(sheet_names(content, name)) > 1:
                 return None
-            table = raw_table(content, path.name)
-            found = guess_table(table)
+            tables.append((Place(name), raw_table(content, name)))
         except UserError:
-            continue
-        channels = _channels(found)
-        if channels & seen:
-            return None
-        seen |= channels
-        tables.append((Place(path.name), table, found))
-    return together(", ".join(place.file for place, _, _ in tables), tables)
+            unread.append(name)
+    laid = of_recordings(f"{folder.name}", tables) or _channels_of(tables)
+    if laid is None or not unread:
+        return laid
+    note = f"{folder.name}: no tables, and not used: {', '.join(map(repr, unread))}."
+    return replace(laid[0], notes=(note, *laid[0].notes)), laid[1]
+
+
+def _channels_of(tables: Sequence[tuple[Place, RawTable]]) -> Laid | None:
+    """The guess at the channels of one test."""
+    if len(tables) > MOST_CHANNELS:
+        return None
+    guesses = [(place, table, guess_table(table)) for place, table in tables]
+    return together(", ".join(place.file for place, _ in tables), guesses)

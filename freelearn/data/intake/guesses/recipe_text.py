@@ -8,6 +8,8 @@ from typing import Any
 
 # Sections of which each entry has a line of its own; of the others all of it stands on one.
 BLOCKS = ("constants", "columns", "samples", "design", "members", "join", "tests")
+# A list that may be long, each entry on a line.
+LINES = ("files",)
 
 Path = tuple[str | int, ...]
 
@@ -33,6 +35,9 @@ def _entry(key: str, value: Any, path: Path, remarks: Mapping[Path, str]) -> Ite
                 told = remarks.get((*path, number, name))
                 shown = _pair(name, inner) + (f"   # {told}" if told else "")
                 yield f"{pad}  {'-' if not place else ' '} {shown}"
+    elif path == LINES and value:
+        yield f"{pad}{key}:{remark}"
+        yield from (f"{pad}  - {flow(one)}" for one in value)
     else:
         yield f"{pad}{_pair(quoted(key) if path[0] in ('slack', 'drop') else key, value)}{remark}"
 

@@ -3,7 +3,8 @@
 SciPy's reader trusts the sizes that a file states: a damaged one can end the process that reads it, and must not end
 ours. Variables become arrays of an .npz: numeric ones under `array:NAME`, fields under `field:NAME:FIELD`;
 of others what they are in words, as `other:NAME`. An array of structures whose fields hold a number each is one
-structure of columns. Ends with status 3 where h5py is needed and absent, 4 for one that
+structure of columns; of one whose fields hold columns each is a structure, NAME(1), NAME(2). NumPy's .npy and .npz
+are read alike. Ends with status 3 where h5py is needed and absent, 4 for one that
 cannot be read. MATLAB's files of version 7.3 are HDF5, which h5py reads.
 """
 
@@ -23,6 +24,9 @@ NO_H5PY, UNREADABLE = 3, 4
 # What MATLAB calls numbers in HDF5, "" for files that it did not write.
 NUMBERS = ("", "double", "single", "logical", *(f"{sign}int{size}" for sign in ("", "u") for size in (8, 16, 32, 64)))
 HDF = b"\x89HDF\r\n\x1a\n"
+NUMPY = b"\x93NUMPY"
+# More structures in an array are not taken for recordings.
+MOST_STRUCTURES = 500
 # Objects of MATLAB's own, whose formats nobody but MATLAB reads, and what to save in their place.
 OBJECTS = {
     "table": "a MATLAB table: save S = table2struct(T, 'ToScalar', true)",
@@ -41,7 +45,10 @@ def main() -> None:
     content = sys.stdin.buffer.read()
     warnings.simplefilter("ignore")
     try:
-        loaded = _hdf5(content) if content.startswith((HDF, b"MATLAB 7.3")) else loadmat(io.BytesIO(content))
+        if content.startswith((NUMPY, b"PK")):
+            loaded = _numpy(content)
+        else:
+            loaded = _hdf5(content) if content.startswith((HDF, b"MATLAB 7.3")) else loadmat(io.BytesIO(content))
     except ImportError:
         sys.exit(NO_H5PY)
     except BaseException as problem:  # A damaged file may fail anywhere in the reader.
@@ -61,6 +68,23 @@ def _hdf5(content: bytes) -> dict[str, Any]:
     with h5py.File(io.BytesIO(content), "r") as file:
         names = [name for name in file if not name.startswith("#")]
         return {_headed(file, name): value for name in names if (value := _item(file, name)) is not None}
+
+
+def _numpy(content: bytes) -> dict[str, Any]:
+    """The arrays of a file of NumPy's; records as a structure's fields. Objects, which could run code, are refused."""
+    loaded = np.load(io.BytesIO(content), allow_pickle=False)
+    arrays = {"data": loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
+    return {name: _of_numpy(value) for name, value in arrays.items()}
+
+
+def _of_numpy(value: np.ndarray) -> Any:
+    if value.dtype.names is None:
+        return value.reshape(-1, 1) if value.ndim < 2 else value
+    names = value.dtype.names or ()
+    structure = np.empty((1, 1), dtype=[(key, object) for key in names])
+    for key in names:
+        structure[0, 0][key] = np.asarray(value[key]).reshape(-1, 1)
+    return structure
 
 
 def _headed(group: Any, name: str) -> str:
@@ -111,6 +135,14 @@ def _plain(name: str, value: Any) -> dict[str, np.ndarray]:
     if _numeric(value):
         return {f"array:{name}": value}
     if isinstance(value, np.ndarray) and value.dtype.names is not None and not _is_object(value):
+        if 1 < value.size <= MOST_STRUCTURES and not _single(value):
+            columns = {
+                f"field:{name}({place}):{field}": one[field]
+                for place, one in enumerate(value.ravel(), start=1)
+                for field in value.dtype.names or ()
+                if _numeric(one[field])
+            }
+            return {f"other:{name}": _what(value)} | columns
         fields = {field: _field(value, field) for field in value.dtype.names}
         return {f"other:{name}": _what(value)} | {f"field:{name}:{f}": x for f, x in fields.items() if _numeric(x)}
     return {f"other:{name}": _what(value)}
@@ -123,6 +155,11 @@ def _field(structure: np.ndarray, name: str) -> Any:
         return values[0]
     single = all(_numeric(value) and value.size == 1 for value in values)
     return np.array([value.item() for value in values]).reshape(-1, 1) if single else None
+
+
+def _single(structures: np.ndarray) -> bool:
+    """Whether all numbers of an array of structures are single."""
+    return all(one[f].size < 2 for one in structures.ravel() for f in structures.dtype.names or () if _numeric(one[f]))
 
 
 def _is_object(value: np.ndarray) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import sys
 import zipfile
@@ -23,6 +24,8 @@ from freelearn.data.intake.recipes.recipe import Reading
 
 # Reading a gigabyte takes no longer [s].
 LONGEST = 120
+# A matrix of channels has no more columns, and no fewer rows.
+MOST_CHANNELS, LEAST_SAMPLES = 12, 20
 # What the arrays are called that are in no structure.
 VARIABLES = "variables"
 
@@ -43,11 +46,15 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
     numeric, passed = _chosen(found, name, reading)
     columns, others = _of_one_length(_columns(numeric, name, found), name)
     passed += others
+    firsts = {f"{key} 1" for key, array in numeric.items() if is_clocked(array)} & set(columns)
     if reading.names:
         if len(reading.names) != len(columns):
             raise UserError(f"{name}: read.names has {len(reading.names)} names for {len(columns)} columns.")
+        firsts = {given for given, own in zip(reading.names, columns, strict=True) if own in firsts}
         columns = dict(zip(reading.names, columns.values(), strict=True))
     about = tuple(_about(found, columns, name))
+    # Of what somebody has chosen the rest is known.
+    passed = [] if reading.variables else passed
     proposed = [one for one in passed if any(f"{name}: {one}(" in told.words for told in about)]
     of_all = [one for one in passed if any(f"{name}: {one} is" in told.words for told in about)]
     passed = [one for one in passed if one not in (*proposed, *of_all)]
@@ -56,7 +63,8 @@ def matlab_table(content: bytes, name: str, reading: Reading) -> RawTable:
         notes.append(f"{name}: {', '.join(proposed)} will be proposed where each of several actuators is asked about.")
     cells = {k: ["" if np.isnan(v) else repr(float(v)) for v in column] for k, column in columns.items()}
     size = len(next(iter(columns.values())))
-    return RawTable(name, cells, list(range(1, size + 1)), notes=tuple(notes), about=about)
+    lines = list(range(1, size + 1))
+    return RawTable(name, cells, lines, notes=tuple(notes), about=about, firsts=frozenset(firsts))
 
 
 def no_h5py(name: str) -> str:
@@ -76,6 +84,8 @@ def _read(content: bytes, name: str) -> _Variables:
     again = f"{name} cannot be read as a MATLAB file ({{}}): save it again with save -v7."
     if content.startswith(matlab_reader.HDF) and not name.lower().endswith(".mat"):
         again = f"{name} cannot be read as HDF5 ({{}}): export the table as CSV."
+    if content.startswith((matlab_reader.NUMPY, b"PK")):
+        again = f"{name} cannot be read as NumPy's arrays ({{}}): save numbers, without objects, with numpy.save again."
     command = [sys.executable, matlab_reader.__file__]
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=LONGEST, check=False)
@@ -122,11 +132,33 @@ def lengths_of(content: bytes, name: str) -> list[Reading]:
             length = array.size if 1 in array.shape else array.shape[0]
             if length > MOST_MEMBERS:
                 lengths.setdefault(length, []).append(key)
-        columned = [tuple(keys) for keys in lengths.values() if len(keys) > 1]
+        columned = [tuple(keys) for keys in lengths.values() if len(keys) > 1 or is_clocked(arrays[keys[0]])]
         sheet = None if list(places) == [VARIABLES] else place
         several |= len(columned) > 1
         readings += [Reading(sheet=sheet, variables=keys if len(columned) > 1 else ()) for keys in columned]
     return readings if several else []
+
+
+def is_clocked(array: np.ndarray) -> bool:
+    """Whether an array is a matrix of a time and what goes by it, [t F]: its first column alone rises evenly."""
+    if (
+        array.ndim != 2
+        or not 2 <= array.shape[1] <= MOST_CHANNELS
+        or len(array) < LEAST_SAMPLES
+        or np.iscomplexobj(array)
+    ):
+        return False
+    steps = np.diff(array.astype(np.float64), axis=0)
+    even = [bool(one.min() > 0 and one.max() < 3 * np.median(one)) for one in steps.T]
+    return even[0] and not all(even)
+
+
+def matrices_of(content: bytes, name: str) -> dict[str, tuple[int, str]]:
+    """The matrices of a time and its channels that stand in no structure, variable → how many columns each has, and
+    which quantity its name says. Raises UserError."""
+    arrays = _places(_read(content, name)).get(VARIABLES, {})
+    said = {key: heading(re.sub(r"[_\d]+$", "", key)).quantity or "" for key in arrays}
+    return {key: (array.shape[1], said[key]) for key, array in arrays.items() if is_clocked(array)}
 
 
 def _places(found: _Variables) -> dict[str, dict[str, np.ndarray]]:

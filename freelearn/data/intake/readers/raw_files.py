@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
+import zipfile
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -25,7 +28,7 @@ from freelearn.data.intake.recipes.recipe import Reading, Recipe
 
 # A laboratory's file, whatever its format, as a table of text; what cannot be read says what to do instead.
 
-HDF = b"\x89HDF"
+HDF, NUMPY = b"\x89HDF", b"\x93NUMPY"
 EXPORT = "export the table as CSV, or save it as .xlsx"
 # First bytes → what such a file is and what to do.
 REFUSED = (
@@ -38,7 +41,6 @@ REFUSED = (
     (b"\x89PNG", f"is a picture: {EXPORT}"),
     (b"\xff\xd8\xff", f"is a picture: {EXPORT}"),
     (b"SQLite format 3", f"is a database: {EXPORT}"),
-    (b"\x93NUMPY", f"is a NumPy array: {EXPORT}"),
     (b"TDSm", f"is a LabVIEW TDMS file: {EXPORT}"),
 )
 # Stands in workbooks with a password, in UTF-16.
@@ -75,8 +77,20 @@ def sheet_grid(content: bytes, name: str, sheet: str) -> Grid:
 
 
 def is_matlab(content: bytes, name: str) -> bool:
-    """Whether it is read as a MATLAB file is, HDF5 among them."""
-    return content.startswith((b"MATLAB 5.0", b"MATLAB 7.3", HDF)) or name.lower().endswith(".mat")
+    """Whether it is read as a MATLAB file is, HDF5 and NumPy's arrays among them."""
+    known = (b"MATLAB 5.0", b"MATLAB 7.3", HDF, NUMPY)
+    return content.startswith(known) or name.lower().endswith(".mat") or _is_npz(content)
+
+
+def _is_npz(content: bytes) -> bool:
+    """Whether an archive holds NumPy's arrays, and nothing else."""
+    if not content.startswith(b"PK\x03\x04"):
+        return False
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            return all(name.endswith(".npy") for name in archive.namelist())
+    except zipfile.BadZipFile:
+        return False
 
 
 def sheet_names(content: bytes, name: str) -> list[str]:
@@ -114,7 +128,22 @@ def _refuse(content: bytes, name: str) -> None:
 
 # The files that are taken in: one, or those of a folder.
 
-ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".ods", ".mat", ".h5", ".hdf5", ".parquet")
+ENDINGS = (
+    ".csv",
+    ".txt",
+    ".tsv",
+    ".dat",
+    ".xlsx",
+    ".ods",
+    ".mat",
+    ".h5",
+    ".hdf5",
+    ".npz",
+    ".npy",
+    ".parquet",
+    ".lvm",
+    ".asc",
+)
 
 
 def is_folder(path: Path) -> bool:
@@ -127,16 +156,16 @@ def is_folder(path: Path) -> bool:
 
 def read_sources(data: Path, recipe: Recipe) -> dict[str, bytes]:
     """Name → bytes of the file, or of the files in the folder that the recipe lists. Raises UserError."""
-    if not recipe.files:
+    if not any(part.name for part in recipe.files):
         if is_folder(data):
             raise UserError(f"{data} is a folder: name one file in it, or list its files in the recipe under files:.")
         return {data.name: read_bytes(data)} | _joined_sources(data.parent, recipe)
     folder = data if is_folder(data) else data.parent
-    if not is_folder(data) and [part.name for part in recipe.files] != [data.name]:
+    if not is_folder(data) and {part.name for part in recipe.files} != {data.name}:
         raise UserError(f"The recipe lists several files, and {data} is one: give their folder as data.path.")
-    there = [path.name for path in _inside(folder)]
-    lacking = [part.name for part in recipe.files if part.name not in there]
+    lacking = [part.name for part in recipe.files if not (folder / part.name).is_file()]
     if lacking:
+        there = [path.name for path in _inside(folder)]
         near = get_close_matches(lacking[0], there, n=1)
         hint = f": did you mean {near[0]}?" if near else "."
         raise UserError(f"files of the recipe names {lacking[0]}, which is not in {folder}{hint}")
@@ -156,11 +185,28 @@ def _joined_sources(folder: Path, recipe: Recipe) -> dict[str, bytes]:
 
 
 def table_files(folder: Path) -> list[str]:
-    """Names of the files in a folder that may hold tables, in order. Raises UserError where there is none."""
-    names = sorted(path.name for path in _inside(folder) if path.suffix.lower() in ENDINGS and path.is_file())
+    """Names of the files in a folder that may hold tables, in order; where there are none, those in the folders inside
+    it, test1/force.csv. Raises UserError where there is none."""
+    inside = _inside(folder)
+    deeper = [path for one in inside if one.is_dir() and not one.name.startswith(".") for path in _inside(one)]
+    found = [path for path in inside if _may_hold(path)] or [path for path in deeper if _may_hold(path)]
+    names = sorted((path.relative_to(folder).as_posix() for path in found), key=in_natural_order)
     if not names:
         raise UserError(f"{folder} holds no tables ({', '.join(ENDINGS)}): name the file.")
     return names
+
+
+def _may_hold(path: Path) -> bool:
+    return path.suffix.lower() in ENDINGS and path.is_file()
+
+
+def in_natural_order(name: str) -> list[tuple[int, str]]:
+    """By which names are sorted as people do.
+
+    >>> sorted(["test10", "test2"], key=in_natural_order)
+    ['test2', 'test10']
+    """
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
 
 
 def _inside(folder: Path) -> list[Path]:

@@ -19,11 +19,12 @@ MOST_SHOWN = 3
 @dataclass(frozen=True)
 class Place:
     """Where columns stand. file: beside the data, "" for the data's own. sheet: of a workbook; a structure. variables:
-    of a MATLAB file, () for all."""
+    of a MATLAB file, () for all. names: that their columns are given, () where they have names."""
 
     file: str = ""
     sheet: str = ""
     variables: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
 
     @property
     def called(self) -> str:
@@ -46,7 +47,7 @@ class RawTable:
     lines: of each row in the file (of a matrix: its number). notes: what the reader passed over or assumed. about: what
     the file says of the actuator outside the table. head: the lines above it. texts: where cells are typed, those that
     were text; None in a file of text, where all were. pieces: of which it was laid together, () for one that was read
-    as it is."""
+    as it is. firsts: of matrices without headings the first columns that rise evenly, as a time does."""
 
     name: str
     columns: dict[str, list[str]]
@@ -58,6 +59,7 @@ class RawTable:
     head: tuple[tuple[int, list[str]], ...] = ()
     texts: frozenset[str] | None = None
     pieces: tuple[Piece, ...] = ()
+    firsts: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.lines)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from freelearn.data.columns import pressure_column
@@ -130,8 +130,9 @@ class Join:
 
 @dataclass(frozen=True)
 class Part:
-    """One of several files, with what differs from the rest of the recipe; drop: besides the recipe's. join: in place
-    of the recipe's."""
+    """One of several files, or of several sheets, structures or variables of one, with what differs from the rest of
+    the recipe. name: "" for the only file. drop: besides the recipe's. join: in place of the recipe's. beside: where
+    the channels that the recipe joins stand for this part, a file's name and how it is read, in the order of join."""
 
     name: str
     sample: Sample | None = None
@@ -140,6 +141,13 @@ class Part:
     reading: Reading | None = None
     drop: tuple[Condition, ...] = ()
     join: tuple[Join, ...] = ()
+    beside: tuple[tuple[str, Reading | None], ...] = ()
+
+    @property
+    def label(self) -> str:
+        """What it is called: by its file, and by its place there."""
+        place = (self.reading.sheet, *self.reading.variables) if self.reading else ()
+        return ", ".join(filter(None, (self.name, *place)))
 
 
 @dataclass(frozen=True)
@@ -215,11 +223,16 @@ class Recipe:
 
     def joins_for(self, part: Part) -> tuple[Join, ...]:
         """What is joined with the rows of one file."""
-        return part.join or self.join
+        if part.join or not part.beside:
+            return part.join or self.join
+        return tuple(
+            replace(join, file=file, reading=reading)
+            for join, (file, reading) in zip(self.join, part.beside, strict=True)
+        )
 
     def joined_files(self) -> list[str]:
         """Names of further files that hold joined channels, each once."""
-        joins = [*self.join, *(join for part in self.files for join in part.join)]
+        joins = [join for part in self.files or (Part(""),) for join in self.joins_for(part)]
         return list(dict.fromkeys(join.file for join in joins if join.file))
 
     def as_read(self) -> set[str]:

@@ -42,6 +42,8 @@ from freelearn.data.intake.recipes.recipe_section import Section
 
 def lacking(recipe: Recipe) -> list[str]:
     """A sentence for each column that the bed needs and the recipe does not give, and for what does not go together."""
+    if mistakes := list(_beside(recipe)):
+        return mistakes
     return list(dict.fromkeys([*_columns(recipe), *_members(recipe), *_rest_needed(recipe), *_log(recipe)]))
 
 
@@ -56,7 +58,7 @@ def needed(recipe: Recipe) -> tuple[str, ...]:
 def _columns(recipe: Recipe) -> Iterator[str]:
     measured = [quantity.column for quantity in BEDS[recipe.bed].measured]
     for part in recipe.files or (Part(""),):
-        where = f" for {part.name}" if part.name else ""
+        where = f" for {part.label}" if part.label else ""
         joined = [name for join in recipe.joins_for(part) for name in join.columns]
         own = [*recipe.columns_for(part), *recipe.constants_for(part)]
         given = {*own, *joined}
@@ -76,6 +78,15 @@ def _columns(recipe: Recipe) -> Iterator[str]:
             yield f"{name} is both a column and a constant{where}: keep one."
 
 
+def _beside(recipe: Recipe) -> Iterator[str]:
+    for part in recipe.files:
+        if part.beside and (part.join or len(part.beside) != len(recipe.join)):
+            yield (
+                f"beside of {part.label or 'a file'} says where the channels of the recipe's join stand, one for each "
+                f"of its {len(recipe.join)}: correct it, or give the file its own join."
+            )
+
+
 def _members(recipe: Recipe) -> Iterator[str]:
     if not recipe.members:
         return
@@ -92,7 +103,7 @@ def _log(recipe: Recipe) -> Iterator[str]:
         return
     for part in recipe.files or (Part(""),):
         if "time_s" not in recipe.columns_for(part):
-            where = f" for {part.name}" if part.name else ""
+            where = f" for {part.label}" if part.label else ""
             yield f"run makes a log, which needs the time of its rows{where}: add time_s to columns."
     if recipe.plateaus is not None:
         yield "run makes a log of the rows, plateaus averages them: keep one."

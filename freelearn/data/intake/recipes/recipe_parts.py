@@ -58,9 +58,9 @@ def files_of(root: Section) -> tuple[Part, ...]:
     """The files that the recipe lists, with what differs."""
     parts: list[Part] = []
     for section in root.sections("files"):
-        section.only(("name", "sample", "constants", "columns", "read", "drop", "join"))
+        section.only(("name", "sample", "constants", "columns", "read", "drop", "join", "beside"))
         name = section.text("name")
-        if not name or _is_elsewhere(name):
+        if ("name" in section or "read" not in section) and (not name or _is_elsewhere(name)):
             section.say(f"is {name!r}: give the name of a file in the folder", "name")
         part = Part(
             name=name,
@@ -70,11 +70,21 @@ def files_of(root: Section) -> tuple[Part, ...]:
             reading=reading_of(section.section("read")) if "read" in section else None,
             drop=conditions_of(section, "drop"),
             join=joins_of(section),
+            beside=tuple(map(_beside, section.sections("beside"))),
         )
-        if name in [other.name for other in parts]:
-            section.say(f"names {name} a second time: name each file once")
+        if (name, part.reading) in [(other.name, other.reading) for other in parts]:
+            section.say(f"names {name or 'one place'} a second time: name each file once, or say what is read of it")
         parts.append(part)
     return tuple(parts)
+
+
+def _beside(section: Section) -> tuple[str, Reading | None]:
+    """Where the channels of a join stand for one part."""
+    section.only(("file", "read"))
+    file = section.text("file")
+    if _is_elsewhere(file):
+        section.say(f"is {file!r}: give the name of a file in the folder", "file")
+    return file, reading_of(section.section("read")) if "read" in section else None
 
 
 def joins_of(root: Section) -> tuple[Join, ...]:
@@ -106,7 +116,7 @@ def joins_of(root: Section) -> tuple[Join, ...]:
 
 def _is_elsewhere(file: str) -> bool:
     """Whether a name leads out of the data's folder."""
-    return "/" in file or "\\" in file or file in (".", "..")
+    return "\\" in file or file.startswith("/") or not {".", "..", ""}.isdisjoint(file.split("/") if file else ())
 
 
 def samples_of(section: Section) -> dict[int, Constants]:
