@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -89,7 +89,13 @@ class Rows:
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> Rows:
         """All rows of a measurement table; of a log, with the corners of its pressure between them."""
-        return cls(with_corners(States.from_table(table)), Readings.from_table(table), kinematic_state(table))
+        rows = cls.straight(table)
+        return replace(rows, states=with_corners(rows.states))
+
+    @classmethod
+    def straight(cls, table: pd.DataFrame) -> Rows:
+        """The same, the pressures of a log going straight from row to row: as what is asked of a model follows them."""
+        return cls(States.from_table(table), Readings.from_table(table), kinematic_state(table))
 
     @classmethod
     def whole(cls, states: States, loads: Tensor, state: np.ndarray | None = None) -> Rows:

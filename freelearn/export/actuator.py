@@ -65,7 +65,7 @@ class Actuator:
 
     @staticmethod
     def _rows(fitted: FittedModel) -> Rows:
-        return fitted.rows if len(fitted.rows) else Rows.from_table(fitted.run.table)
+        return fitted.rows if len(fitted.rows) else Rows.straight(fitted.run.table)
 
     @cached_property
     def held(self) -> Actuator | None:

@@ -136,9 +136,9 @@ class FittedModel:
 
     @cached_property
     def rows(self) -> Rows:
-        """The rows of the samples that were fitted, as they tell how far the model misses."""
+        """The rows of the samples that were fitted, as they tell how far the model misses where it is asked."""
         own = torch.as_tensor(np.flatnonzero(self.run.own))
-        return Rows.from_table(self.run.table)[own]
+        return Rows.straight(self.run.table)[own]
 
     @cached_property
     def bands(self) -> Bands | None:
@@ -149,7 +149,7 @@ class FittedModel:
     @cached_property
     def asker(self) -> Asker:
         """Answers questions; without a row that was fitted, from all of the run's."""
-        rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
+        rows = self.rows if len(self.rows) else Rows.straight(self.run.table)
         return Asker.from_model(self.model, rows, self.bands.miss if self.bands else None)
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
@@ -211,7 +211,7 @@ class FittedModel:
     @cached_property
     def _largest(self) -> Tensor:
         """The largest of each reading that the model says of the run's rows, (2,) SI."""
-        rows = self.rows if len(self.rows) else Rows.from_table(self.run.table)
+        rows = self.rows if len(self.rows) else Rows.straight(self.run.table)
         with torch.no_grad():
             loads: Tensor = self.model(rows.states).loads
         return loads.abs().nan_to_num(nan=0.0).amax(0).clamp_min(1e-9)

@@ -100,3 +100,10 @@ def test_what_is_quicker_than_the_rows_follows_the_corners(effect):
             for states in (rows.states, States.from_table(exact))
         ]
     assert errors[0] < errors[1] / 3
+
+
+def test_what_is_asked_of_a_model_goes_straight():
+    time = np.arange(0.0, 9.0, 0.25)
+    read = table(time, np.interp(time, *CORNERS))
+    assert len(Rows.straight(read).states.recording) == len(read)
+    assert len(Rows.from_table(read).states.recording) == len(read) + 4
