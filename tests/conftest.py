@@ -1,6 +1,5 @@
 """What several tests need: the shared measurements, and random states of the paper's samples."""
 
-import gc
 import json
 import os
 import time
@@ -57,12 +56,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=lambda item: -seconds.get(item.nodeid.split("::")[0], 0.0))
 
 
-def pytest_collection_finish() -> None:
-    """What is imported and collected by now stays: else Python goes through all of it, most of a second, each time that
-    it looks for garbage, which took a fifteenth of the tests' time."""
-    gc.freeze()
-
-
 class _Durations:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -94,7 +87,7 @@ def commands(tmp_path_factory):
         yield commands
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def once(tmp_path_factory):
     """A run and its functions, which several tests export: tracing and asking them takes the most time."""
     # Here, not above: exports are imported by their own tests alone.

@@ -19,14 +19,13 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
-from freelearn.data.intake.guesses.places import of_files
+from freelearn.data.intake.guesses.places import of_files, of_folder
+from freelearn.data.intake.guesses.recordings_found import EVERY
 from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.report.terminal.printed_intake import show_columns, show_intake, show_rubber, show_tests
 
-# Of sheets that look alike: all of them.
-EVERY = "all of them: each is a recording"
 RUBBER = (
     "No column tells an actuator's file from one of rubber alone. Is it a test of rubber (a sheet or a strip, no tube)?"
 )
@@ -104,13 +103,9 @@ class _Start:
 
     def _refuse_strangers(self) -> None:
         """Raises UserError where the files of a folder are neither recordings nor tests of rubber."""
-        for raw in self.raws:
-            if looks_like_rubber(guess_and_table(raw)[0]) is False:
-                names = ", ".join(one.relative_to(self.inside or raw.parent).as_posix() for one in self.raws[:6])
-                raise UserError(
-                    f"{self.inside}: its tables ({names}) are neither recordings of one form nor channels with a time "
-                    "each: name the files that belong together, or one of them."
-                )
+        strangers = [raw for raw in self.raws if looks_like_rubber(guess_and_table(raw)[0]) is False]
+        if strangers and self.inside is not None:
+            of_folder(self.inside)
 
     def asks(self, run: Path) -> Next:
         """What the file asks of a fitted run, as a table of questions."""

@@ -137,6 +137,8 @@ class EndBlock(Part):
             self.of, self.actuators.value = "", 1
 
 
+SEVERAL = "Recordings or channels in files of their own: drop all of them together, or a .zip of their folders."
+
 # The first step on the left: which data, of which bed, and how well they were measured.
 
 
@@ -151,14 +153,16 @@ class Given(Part):
         self.bed = pn.widgets.Select(name="bed", options=list(BEDS), **wide)
         self.imposed = words()
         self.block = EndBlock(session, width)
-        self.file = Dropper(width, self.session.upload)
+        self.file = Dropper(width, self.session.upload, self.session.upload_several)
+        self.several = words()
+        say(self.several, [SEVERAL], "quiet")
         self.template = download("Empty template of the table", width, content=self._template)
         self.doubts, self.accuracy = UnitWarnings(session, width), AccuracyChoice(session, width)
         for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.bed, "bed")):
             widget.param.watch(lambda event, name=name: self.chosen(name, event.new), "value")
         self.view = pn.Column(
-            self.data, self.seed, self.file, self.doubts.view, self.bed, self.imposed, self.block.view, self.template,
-            self.accuracy.view,
+            self.data, self.seed, self.file, self.several, self.doubts.view, self.bed, self.imposed, self.block.view,
+            self.template, self.accuracy.view,
         )  # fmt: skip
 
     def _template(self) -> StringIO:
@@ -178,6 +182,7 @@ class Given(Part):
         self.data.param.update(value=question.data, disabled=busy)
         self.seed.param.update(value=question.seed, visible=question.data == "hidden", disabled=busy)
         self.file.param.update(visible=own, disabled=busy)
+        self.several.visible = own and not self.session.raw and not question.path
         self.doubts.refresh()
         self.bed.param.update(value=question.bed, visible=asked, disabled=busy)
         self.imposed.visible = asked or (question.measured and not own)

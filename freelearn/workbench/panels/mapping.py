@@ -17,6 +17,7 @@ from freelearn.data.intake.guesses.guess import with_meanings
 from freelearn.data.intake.guesses.guessed import WHAT, WHICH, Guess
 from freelearn.data.intake.guesses.joined import Guessed
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
+from freelearn.data.intake.guesses.recordings_found import EVERY
 from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuestions
 from freelearn.workbench.panels.widgets import download, heading, say, words
 from freelearn.workbench.state.session import Session
@@ -83,7 +84,8 @@ class Mapping:
     def _build(self, raw: dict[str, Any]) -> None:
         sheets = list(raw["guess"].get("sheets", {}))
         self.guessed = None
-        self.sheet.param.update(options={SAY: "", **{sheet: sheet for sheet in sheets}}, value="")
+        every = {EVERY: EVERY} if raw["guess"]["guessed"]["found"].get("recordings") and sheets else {}
+        self.sheet.param.update(options={SAY: "", **{sheet: sheet for sheet in sheets}, **every}, value="")
         self.sheet.visible = bool(sheets)
         known = "" if raw["guess"]["nearly"] else " is no measurement table yet"
         self.named = f"{raw['name']}{known}"
@@ -92,7 +94,9 @@ class Mapping:
     def _chosen(self) -> None:
         """Shows the sheet that was chosen."""
         raw = self.session.raw
-        if self.guessed is not None and raw and self.sheet.value:
+        if self.guessed is not None and raw and self.sheet.value == EVERY:
+            self._show(Guessed.from_plain(raw["guess"]["guessed"]), raw["guess"]["notes"])
+        elif self.guessed is not None and raw and self.sheet.value:
             guessed = Guessed.from_plain(raw["guess"]["sheets"][self.sheet.value])
             self._show(guessed, guessed.found.notes)
 
@@ -136,7 +140,8 @@ class Mapping:
             self.questions.ask([q for q in asked if not q.key.startswith(IN_THE_ROWS)])
 
     def _use(self, then: str) -> None:
-        assert self.guessed is not None
+        if self.guessed is None:
+            return  # A click on a button that nobody sees.
         known = self._known()
         given, wrong = self.questions.answers(known)
         answers = known | given

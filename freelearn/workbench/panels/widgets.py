@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -166,17 +166,32 @@ READABLE = """
 GOOD = ".bk-btn.bk-btn-success, .bk-btn.bk-btn-success:hover { background-color: #1b6e3c; border-color: #1b6e3c; }"
 
 
+# A browser sends two files at a time. After a file that comes alone no other comes later, nor after several [ms].
+ALONE, TOGETHER = 600, 3000
+# Of several that were dropped a list stands below the place to drop them, and needs so much more below it [px].
+LISTED = (5, 10, 70, 10)
+
+
 class Dropper(pn.widgets.FileDropper):
     """A place to drop a file of any type: browsers know none of MATLAB's, and what cannot be read is refused in words.
-    Of Panel's it keeps no file once that has been handed on, and never more than one, up to the largest size."""
+    Of Panel's it keeps no file once that has been handed on, and never more than one, up to the largest size; of
+    files that are dropped together all, up to that size."""
 
-    def __init__(self, width: int, taken: Callable[[str, bytes], None]) -> None:
-        """taken: called with the name and the content of a file; content longer than the largest is not all of it."""
+    def __init__(
+        self,
+        width: int,
+        taken: Callable[[str, bytes], None],
+        several: Callable[[Mapping[str, bytes]], None] | None = None,
+    ) -> None:
+        """taken: called with the name and the content of a file; content longer than the largest is not all of it.
+        several: with those of files that were dropped together, where they may be."""
         super().__init__(  # type: ignore[no-untyped-call]
-            max_file_size=f"{LARGEST_CSV // MEGABYTE}MB", multiple=False, height=90, width=width, visible=False,
-            layout="compact", stylesheets=[SMALLER, READABLE],
+            max_file_size=f"{LARGEST_CSV // MEGABYTE}MB", multiple=several is not None, height=90, width=width,
+            visible=False, layout="compact", stylesheets=[SMALLER, READABLE],
         )  # fmt: skip
-        self._taken = taken
+        self._taken, self._several = taken, several
+        self._together: dict[str, bytes] = {}
+        self._waiting: Any = None
         self._begin("")
 
     def _begin(self, name: str) -> None:
@@ -202,7 +217,28 @@ class Dropper(pn.widgets.FileDropper):
         if number == last or self._size > LARGEST_CSV:
             content = b"".join(self._pieces)
             self._begin("")
-            self._taken(name, content)
+            if self._several is None or pn.state.curdoc is None:
+                self._taken(name, content)
+                return
+            self.margin = LISTED
+            size = sum(map(len, self._together.values())) + len(content)
+            self._together = {**(self._together if size <= LARGEST_CSV else {}), name: content}
+            self._wait()
+
+    def _wait(self) -> None:
+        """Whether another file comes is seen when none has come for a moment."""
+        document = pn.state.curdoc
+        assert document is not None
+        if self._waiting is not None:
+            document.remove_timeout_callback(self._waiting)
+        self._waiting = document.add_timeout_callback(self._hand_on, TOGETHER if len(self._together) > 1 else ALONE)
+
+    def _hand_on(self) -> None:
+        files, self._together, self._waiting = self._together, {}, None
+        if len(files) == 1:
+            self._taken(*next(iter(files.items())))
+        elif files and self._several is not None:
+            self._several(files)
 
 
 def download(

@@ -100,6 +100,10 @@ def check(question: Question, folder: Path, fits: Path, pipe: Connection) -> Non
     Raises UserError where it can be read as neither."""
     for name in (TABLE, GUESS):
         (folder / name).unlink(missing_ok=True)
+    if question.path and Path(question.path).is_dir():
+        # Files that were dropped together are no table, whatever their columns.
+        _write(folder / GUESS, _guess(question) | {"nearly": False})
+        return
     data = train_settings(question, fits).data
     assert isinstance(data, CsvData)
     if question.members:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import secrets
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from freelearn.common.errors import UserError
 from freelearn.data.table.records import mark_left_out
+from freelearn.workbench.state.dropped_files import kept_in_folder, unpacked
 from freelearn.workbench.state.question import MUSCLE, OWN, Question
 from freelearn.workbench.state.running import Running
 
@@ -79,6 +81,13 @@ class Session(Running):
         if self._refused(content):
             return
         ending = Path(name).suffix.lower()
+        try:
+            if several := unpacked(content, LARGEST_CSV) if ending == ".zip" else {}:
+                self.upload_several(several, name)
+                return
+        except UserError as problem:
+            self._refuse(str(problem))
+            return
         if ending in RECIPES:
             if self.raw:
                 self.take_in(content)
@@ -89,6 +98,23 @@ class Session(Running):
             path = self.stored(content, "raw", ending if ending in FORMATS else ".raw")
         else:
             path = self.stored(content)
+        self._begin_with(path, name)
+
+    def upload_several(self, files: Mapping[str, bytes], name: str = "") -> None:
+        """Stores files that were dropped together, recordings or channels of one test, and has them looked at. name:
+        that the user gave all of them."""
+        if self._refused(b"".join(files.values())):
+            return
+        recipes = [one for one in files if one.lower().endswith(RECIPES)]
+        if recipes or len(files) < 2:
+            # Of a recipe and its file each is dropped by itself.
+            for one in sorted(files, key=lambda one: one in recipes)[:1]:
+                self.upload(one, files[one])
+            return
+        self._begin_with(str(kept_in_folder(files, self.folder)), name or f"a folder of {len(files)} files")
+
+    def _begin_with(self, path: str, name: str) -> None:
+        """Has what was stored read."""
         # Actuators that a recipe named are those of its file alone.
         members = "" if self.made else self.question.members
         self.raw, self.made = {}, {}

@@ -112,8 +112,8 @@ def _recordings(found: Guess, answers: Answers) -> Iterator[Question]:
     """Whether the table is a log, unless its rows are averaged."""
     if found.log is None or found.of("time_s") is None or answers.get(PLATEAUS) == YES:
         return
-    count, named = found.log.recordings, found.of(RUN)
-    many = "one recording" if count == 1 else f"{count} recordings, as its time begins anew"
+    count, named = max(found.log.recordings, len(found.recordings)), found.of(RUN)
+    many = "one recording" if count == 1 else f"{count} recordings"
     options: tuple[tuple[str, str], ...] = ((DERIVE, f"samples in the order of time, in {many}: a log"),)
     if named:
         options += ((COLUMN, f"samples in the order of time, of the recordings that {named.name!r} names: a log"),)

@@ -18,9 +18,9 @@ from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.guess import column_guess, guess_table
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
-from freelearn.data.intake.guesses.places import of_lengths, of_recordings, together
+from freelearn.data.intake.guesses.places import of_folder, of_lengths, of_recordings, together
 from freelearn.data.intake.readers.cells import POINTS, NoTable
-from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
+from freelearn.data.intake.readers.raw_files import is_folder, raw_table, sheet_grid, sheet_names
 from freelearn.data.intake.readers.raw_table import Place, RawTable
 from freelearn.data.intake.readers.told_elsewhere import Told, told_of
 from freelearn.data.intake.recipes.recipe import DESIGN, Reading
@@ -59,6 +59,9 @@ def guess_and_table(
     """The same with the table that the guess is about. name: what the file is called, if not as its path ends. wanted:
     the sheet, where somebody has said which. by_time: whether sheets, structures and arrays of several lengths that
     have a time each may be laid side by side. Raises UserError."""
+    if is_folder(path):
+        found, raw = of_folder(path)
+        return found, None, raw
     content, name = read_bytes(path), name or path.name
     names = sheet_names(content, name)
     laid = of_lengths(content, name) if by_time and not wanted else None

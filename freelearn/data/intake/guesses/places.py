@@ -14,7 +14,7 @@ from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.recordings_found import form_of, label_of, recordings_of
 from freelearn.data.intake.readers.matlab_table import lengths_of, matrices_of
-from freelearn.data.intake.readers.raw_files import is_matlab, raw_table, sheet_names
+from freelearn.data.intake.readers.raw_files import is_matlab, raw_table, sheet_names, table_files
 from freelearn.data.intake.readers.raw_table import Place, RawTable
 from freelearn.data.intake.readers.side_by_side import laid_side_by_side
 from freelearn.data.intake.recipes.recipe import Reading
@@ -110,6 +110,17 @@ def of_files(paths: Sequence[Path], folder: Path | None = None) -> Laid | None:
         return laid
     note = f"{folder.name}: no tables, and not used: {', '.join(map(repr, unread))}."
     return replace(laid[0], notes=(note, *laid[0].notes)), laid[1]
+
+
+def of_folder(folder: Path) -> Laid:
+    """The guess at a folder's files. Raises UserError where they do not belong together."""
+    names = table_files(folder)
+    if laid := of_files([folder / name for name in names], folder):
+        return laid
+    raise UserError(
+        f"{folder}: its tables ({', '.join(names[:MOST_NAMED])}) are neither recordings of one form nor channels with "
+        "a time each: name the files that belong together, or one of them."
+    )
 
 
 def _channels_of(tables: Sequence[tuple[Place, RawTable]]) -> Laid | None:

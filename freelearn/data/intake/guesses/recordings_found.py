@@ -9,6 +9,8 @@ from itertools import takewhile
 from freelearn.data.intake.readers.raw_files import in_natural_order
 from freelearn.data.intake.readers.raw_table import Place, RawTable
 
+# Of sheets that look alike: all of them.
+EVERY = "all of them: each is a recording"
 Form = tuple[str, ...]
 # Where the channels of one recording stand, those of each form once.
 Recording = tuple[Place, ...]
