@@ -6,6 +6,8 @@ import subprocess
 import sys
 from dataclasses import replace
 from html import unescape
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -21,7 +23,7 @@ from freelearn.api.tasks import discover_task as module
 from freelearn.api.tasks.discover_task import discover
 from freelearn.common.errors import UserError
 from freelearn.common.formats import true_minus
-from freelearn.discovery.fits.journal import Journal
+from freelearn.discovery.fits import journal
 from freelearn.discovery.residuals.suspects import Suspect
 from freelearn.discovery.search.search import search
 from freelearn.physics.models.build import load_model
@@ -183,29 +185,37 @@ def test_what_the_library_does_not_hold_is_written(tmp_path):
     assert (tmp_path / written["file"]).is_file()
 
 
-def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit(tmp_path, monkeypatch):
-    add, made, most = Journal.add, [], [math.inf]
+@pytest.fixture
+def ticking(monkeypatch):
+    """The journal's clock goes on with each fit, however long that takes: what was made is kept every few fits."""
+    ticks = count(0.0, 0.4 * journal.SECONDS)
+    monkeypatch.setattr(journal, "time", SimpleNamespace(monotonic=lambda: next(ticks)))
 
-    def counted(journal, asked, ending):
+
+@pytest.mark.usefixtures("ticking")
+def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit(tmp_path, monkeypatch):
+    add, made, most = journal.Journal.add, [], [math.inf]
+
+    def counted(self, asked, ending):
         if len(made) == most[0]:
             raise KeyboardInterrupt
         made.append(asked)
-        add(journal, asked, ending)
+        add(self, asked, ending)
 
-    monkeypatch.setattr(Journal, "add", counted)
-    two = FRICTION | {"force_offset": {"force": 1.0}}
-    whole = run(table(two), tmp_path / "whole", QUICK)
+    monkeypatch.setattr(journal.Journal, "add", counted)
+    two = table(FRICTION | {"force_offset": {"force": 1.0}}, samples=(3,), share=0.1)
+    whole = run(two, tmp_path / "whole", QUICK)
     fits = len(made)
     made.clear()
     most[0] = fits // 2
     with pytest.raises(KeyboardInterrupt):
-        run(table(two), tmp_path / "stopped", QUICK)
+        run(two, tmp_path / "stopped", QUICK)
     assert not (tmp_path / "stopped" / "discovery.json").exists()
     kept = len(json.loads((tmp_path / "stopped" / "progress.json").read_text())["fits"])
     assert 3 < kept <= fits // 2
     most[0] = math.inf
     made.clear()
-    found = run(table(two), tmp_path / "stopped", QUICK)
+    found = run(two, tmp_path / "stopped", QUICK)
     assert len(made) == fits - kept
     assert not (tmp_path / "stopped" / "progress.json").exists()
     # All but where the table lies, and what follows from that.
@@ -213,6 +223,7 @@ def test_interrupted_it_goes_on_where_it_was_and_ends_the_same_to_the_last_digit
     assert set(found["effects"]) == {"friction_hysteresis", "force_offset"}
 
 
+@pytest.mark.usefixtures("ticking")
 def test_another_question_in_the_folder_of_an_interrupted_search_begins_anew(tmp_path):
     def stop(step, text):
         raise KeyboardInterrupt
