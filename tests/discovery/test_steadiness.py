@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from linear_bed import SHORT, bench
 
 from freelearn.data.accuracy import PAPER
 from freelearn.data.logs import session_clock
@@ -12,6 +13,7 @@ from freelearn.discovery.fits.prepare import Question, prepare
 from freelearn.discovery.referee.case import FAIL, PASS, Case
 from freelearn.discovery.referee.referee import Referee
 from freelearn.discovery.referee.steadiness import steadiness
+from freelearn.discovery.search.search import search
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.simulated_logs import log
 
@@ -78,6 +80,19 @@ def test_the_two_ends_are_those_of_what_drifts():
 def test_a_wall_that_warms_as_it_is_worked_is_neither_gain_nor_relaxation(claimed):
     check = checks({"warming": {"share": 0.02}}, claimed)["with work"]
     assert check.result == FAIL
+
+
+def test_a_table_without_a_time_is_asked_in_the_order_of_its_rows():
+    """A gain that rises by three percent, most of it at first: what is left looked like nothing."""
+
+    def rising(states, loads):
+        share = np.arange(len(loads)) % 120 / 120
+        return loads * np.stack([1 + 0.03 * (1 - np.exp(-5 * share)), np.ones(len(loads))], axis=1)
+
+    found = search(bench(51, **SHORT, extra=rising).question(["force_gain", "relaxation"]))
+    (check,) = [c for c in found.referee.failed if c.name == "steady over the session"]
+    assert "the gain of the force is 0.98" in check.says
+    assert found.verdict == "unexplained"
 
 
 def test_one_recording_has_no_session_beside_its_own_time():
