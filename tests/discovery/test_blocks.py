@@ -142,6 +142,19 @@ def test_a_jump_is_told_in_words_and_is_no_drift():
     assert findings.effects == []
 
 
+@pytest.mark.parametrize(
+    ("seed", "extra"),
+    [(112, jump(160, 240, 0, 6 * NOISE[0])), (115, scaled(160, 240, 1, 1.15))],
+    ids=["zero", "scale"],
+)
+def test_an_effect_that_only_mended_a_jump_is_in_no_answer(seed, extra):
+    """An offset, or cross-talk, was named for it before the block was found."""
+    tried = ["force_gain", "force_offset", "sensor_crosstalk", "pressure_gain", "friction_hysteresis", "moment_gain"]
+    findings = search(bench(seed, **SHORT, extra=extra).question([DRIFT, *tried]))
+    assert [s.rows for s in findings.suspects] == [tuple(range(160, 240))]
+    assert (findings.effects, findings.classes, findings.verdict) == ([], [], "unexplained")
+
+
 @pytest.mark.parametrize("sigmas", [5, 20, 100])
 def test_a_drift_stays_a_drift(sigmas):
     findings = search(bench(2, **SHORT, extra=drift(sigmas)).question([DRIFT, "friction_hysteresis"]))
