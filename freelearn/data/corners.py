@@ -14,9 +14,10 @@ import torch
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
 
-# How far off the straight line a corner has to be, in standard deviations of the pressure's noise; share of the turn by
-# which two slopes on one side of it may differ: a curve bends by half of it.
-OFF, STRAIGHT = 1.0, 0.25
+# How far off the straight line a corner has to be, in standard deviations of the pressure's noise (of one, corners that
+# the noise had moved let a dead time stand beside a warm gas); share of the turn by which two slopes on one side of it
+# may differ: a curve bends by half of it.
+OFF, STRAIGHT = 3.0, 0.25
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
 
