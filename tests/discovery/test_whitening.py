@@ -65,10 +65,10 @@ def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity, fou
     np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), stated, rtol=1e-12)
 
 
-def test_under_a_doubt_readings_weigh_alike_and_a_place_takes_nothing_of_the_misfit(sensitivity, found):
+def test_about_a_model_far_off_readings_weigh_alike_and_a_place_takes_nothing(sensitivity, found):
     """Of usual precision one: errors as stated and the doubt, each reading by itself; one that slipped is gone."""
     usual, doubt = replace(found, weight=found.reading), torch.tensor([0.2, 3e-3], dtype=torch.float64)
-    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, usual, doubt=doubt)
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, usual, doubt=doubt, even=True)
     even = replace(found, reading=torch.ones_like(found.reading), position=0.0)
     covariance = dense_covariance(sensitivity, even) + np.diag(doubt.square().repeat(ROWS).numpy())
     root = root_of(whiten)
@@ -79,7 +79,7 @@ def test_under_a_doubt_readings_weigh_alike_and_a_place_takes_nothing_of_the_mis
     )
     z = usual.z.clone()
     z[4, 1] = 100.0
-    slipped = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, replace(usual, z=z), doubt=doubt)
+    slipped = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, replace(usual, z=z), doubt=doubt, even=True)
     white = slipped(torch.ones(ROWS, 2, dtype=torch.float64))
     assert float(white[4, 1]) == 0.0
     assert float(white[4, 0]) != 0.0

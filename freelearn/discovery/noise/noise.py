@@ -104,8 +104,8 @@ class Noise:
     informative: Tensor
     scatter: Scatter
 
-    def whitener(self, doubt: Tensor | None = None, of: Tensor | None = None) -> Whitener:
-        """Of all rows, or of some, (n,) int64. doubt: as for a Whitener."""
+    def whitener(self, doubt: Tensor | None = None, of: Tensor | None = None, even: bool = False) -> Whitener:
+        """Of all rows, or of some, (n,) int64. doubt, even: as for a Whitener."""
         rows, scatter = self.rows, self.scatter
         sensitivity, informative = self.sensitivity, self.informative
         if of is not None:
@@ -113,7 +113,7 @@ class Noise:
         state, bed = torch.as_tensor(rows.state), rows.states.bed
         return Whitener(
             sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, informative, doubt,
-            clock_of(rows.states),
+            clock_of(rows.states), even,
         )  # fmt: skip
 
 
@@ -137,9 +137,9 @@ class Whitener:
 
     Where the scatter is known, every reading counts with its own precision: L is divided by its root, so that a reading
     that slipped becomes zero and takes no part in its state's position error. Where the model is known to be wrong by
-    some amount in every reading, that adds to its variance: else digits that it cannot have would decide; readings that
-    did not slip weigh alike then, see `Scatter.even`. Of errors with a memory, L takes off what a recording's earlier
-    readings let expect, see `memory`.
+    some amount in every reading, that adds to its variance: else digits that it cannot have would decide; where it is
+    far off readings that did not slip weigh alike, see `Scatter.even`. Of errors with a memory, L takes off what a
+    recording's earlier readings let expect, see `memory`.
     """
 
     def __init__(
@@ -153,13 +153,14 @@ class Whitener:
         told: Tensor | None = None,
         doubt: Tensor | None = None,
         clock: Tensor | None = None,
+        even: bool = False,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
         default: a push on a tube that hangs loose does not, see Readings.informative_mask. doubt: (2,) SI, standard
         deviation by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a
-        memory."""
+        memory. even: see Scatter.even; for a model that is far off."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)
@@ -174,7 +175,8 @@ class Whitener:
         self.scattered = _scattered(own, position, scatter, present)
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
         self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
-        weigh = scatter if scatter is None or doubt is None else scatter.even()
+        self.even = even
+        weigh = scatter.even() if scatter is not None and even else scatter
         counts = present if weigh is None else present & (weigh.reading > LEAST)
         # A reading that does not count tells nothing of the other one of its row.
         both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
@@ -246,7 +248,7 @@ class Whitener:
         part.lean, part.own, part.scatter = self.lean[rows], self.own[rows], self.scatter
         part.variance, part.shared = self.variance[rows], self.shared[rows]
         part.present, part.told, part.places = self.present[rows], self.told[rows], self.places[rows]
-        part.scattered = self.scattered[rows]
+        part.scattered, part.even = self.scattered[rows], self.even
         part.doubt, part.counts = self.doubt, self.counts[rows]
         part.filter = None if self.filter is None else self.filter.part(rows)
         return part

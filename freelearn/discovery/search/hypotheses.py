@@ -174,6 +174,18 @@ class Hypotheses:
                 watch(self.best)
         return self.best
 
+    def descend(self, effects: Sequence[str]) -> Hypothesis:
+        """From a set to the most probable of its neighbors, again and again, until none is more probable."""
+        nothing = self.found[frozenset()]
+        now = self.fit(effects, none_vector(self.build(effects), nothing.fit), nothing.fit)
+        while True:
+            if now.key not in self.expanded:
+                self.expand(now)
+            next_to = max((h for h in self.found.values() if len(h.key ^ now.key) == 1), key=lambda h: h.evidence)
+            if next_to.evidence <= now.evidence:
+                return now
+            now = next_to
+
     def expand(self, hypothesis: Hypothesis) -> None:
         """Looks at the set's neighbors: one effect more, one less, two more where no single one promises anything."""
         self.expanded.add(hypothesis.key)

@@ -33,6 +33,7 @@ from freelearn.discovery.thresholds import (
     HARDLY,
     INADEQUATE,
     LEAST_WRONG,
+    MANY,
     MENDED,
     MOST_LOWERED,
     REFITTED,
@@ -41,6 +42,7 @@ from freelearn.discovery.thresholds import (
     SETTLED,
     SETTLINGS,
     STEADY,
+    TIES,
     WORSE,
     WRONG_BY,
 )
@@ -48,6 +50,9 @@ from freelearn.physics.chain.dead_load import PLACE
 from freelearn.physics.chain.prediction import Status
 
 Told = Callable[[Hypothesis], None]
+# What goes wrong most often in a laboratory: zeros, and what a drawing says of the actuator.
+ZEROS = ("length_offset", "twist_offset", "pressure_offset", "force_offset", "moment_offset")
+TOLERANCES = ("fiber_misalignment", "end_clamps", "wall_thickness", "end_taper", "length_offset")
 
 
 @dataclass(frozen=True)
@@ -66,14 +71,14 @@ def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambd
     """Looks at sets of effects on top of the first model. told: of each set that is the best so far."""
     view = _View(prepared, noise, told)
     now = view.begin(fit)
-    return view.lowered(now, 2 * view.wrong_by(now.best))
+    return view.usual(view.lowered(now, 2 * view.wrong_by(now.best)))
 
 
 def continued(prepared: Prepared, before: Explored, odds: dict[str, float], complete: bool) -> tuple[Explored, bool]:
     """The same with effects beside the library among the candidates, and whether these may be part of an answer. odds:
     theirs. complete: whether the library's answer is one. Where it is none, and what was written takes hardly anything
     off what it leaves, the best written effect alone joins the library's sets."""
-    view = _View(prepared, before.noise, lambda h: None, before.share)
+    view = _View(prepared, before.noise, lambda h: None, before.share, before.whiten.even)
     known = before.hypotheses
     if view.scouting:
         kept = known.worth_keeping(REFITTED)
@@ -109,10 +114,11 @@ def _joined(before: Explored, now: Hypotheses) -> Explored:
 class _View:
     """The rows that are looked at now, and the noise in them. scouting: whether these are some of the rows, or every
     evaluation is one step from the places measured; scouted: whether it was so at first. share: under which sets were
-    looked at last; tried: the best ones that were looked at under the noise alone."""
+    looked at last; even: whether readings weigh alike, because the best set is far off; tried: the best ones that were
+    looked at under the noise alone."""
 
-    def __init__(self, prepared: Prepared, noise: Noise, told: Told, share: float = 0.0) -> None:
-        self.prepared, self.noise, self.told, self.share = prepared, noise, told, share
+    def __init__(self, prepared: Prepared, noise: Noise, told: Told, share: float = 0.0, even: bool = False) -> None:
+        self.prepared, self.noise, self.told, self.share, self.even = prepared, noise, told, share, even
         self.some = scouted(prepared.rows)
         self.scouting = self.scouted = self.some is not None or prepared.rows.states.bed is DEAD_LOAD
         self.rows: Rows = prepared.rows if self.some is None else prepared.rows[self.some]
@@ -173,7 +179,9 @@ class _View:
         further."""
         same, self.share = share == self.share, share
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
-        self.noise = self.prepared.noise(self._whole(before.best), self.noise.scatter)
+        whole = self._whole(before.best)
+        self.noise = self.prepared.noise(whole, self.noise.scatter)
+        self.even = self.far_off(replace(before.best, fit=whole))
         now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
         if same:
             # Under hardly another noise nothing else stands in for what does not any more.
@@ -206,6 +214,22 @@ class _View:
             now = self.moved(now, share)
         return Explored(now, self.noise, share, self._whitener(share))
 
+    def usual(self, known: Explored) -> Explored:
+        """Where many effects together, or none, were the answer: looked at also from what goes wrong most often, all of
+        it at once, which no path of single effects leads to."""
+        now = known.hypotheses
+        before = now.best
+        if not known.share and len(before.effects) <= MANY:
+            return known
+        begin("looking from zeros and tolerances")
+        for kind in (ZEROS, TOLERANCES):
+            if effects := [name for name in kind if name in now.library]:
+                now.descend(effects)
+        if now.best.evidence < before.evidence + TIES:
+            return known
+        now.explore(self.told, BEAM)
+        return self.lowered(now, known.share) if known.share else self.settled(now)
+
     def adequate(self, now: Hypotheses, times: float = 1.0) -> bool:
         """Whether the best set is right, as far as the noise and the doubt that it is looked at under go, or so many
         times as far."""
@@ -213,28 +237,42 @@ class _View:
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""
-        raw = best.fit.raw_residual
-        white = self._whitener(0.0)(raw if len(raw) == len(self.rows) else raw[self.some])
+        white = self._whitener(0.0)(self._seen(best))
         return float(white.square().sum()) / max(self.rows.readings.count, 1)
+
+    def far_off(self, best: Hypothesis) -> bool:
+        """Whether a set leaves so much that what stands out is its own misfit, rather than noise."""
+        return self.chi2(best) > HARDLY or self.misfit(best) > WORSE * self.floor(even=False)
 
     def wrong_by(self, best: Hypothesis) -> float:
         """The share of the largest loads by which a set is wrong beside what measuring makes."""
-        left, whiten = self.misfit(best), self._whitener(0.0)
-        floor = noise_floor(whiten.scattered, whiten.present & ~self._scatter().slipped, self.scale)
+        left = self.misfit(best)
         # How much of the misfit is noise is not known to the last digit.
-        return max(math.sqrt(max(left**2 - floor**2, 0.0)), LEAST_WRONG * left)
+        return max(math.sqrt(max(left**2 - self.floor(self.even) ** 2, 0.0)), LEAST_WRONG * left)
+
+    def floor(self, even: bool) -> float:
+        """What the noise leaves of a right model on the rows looked at, as a share of the largest loads; even: without
+        places that were elsewhere."""
+        whiten = self.noise.whitener(None, self.some, even)
+        variance = whiten.own.square() if even else whiten.scattered
+        return noise_floor(variance, whiten.counts & ~self._scatter().slipped, self.scale)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
         not count."""
         counts = self._whitener(0.0).counts & ~self._scatter().slipped
-        return relative_error((best.fit.raw_residual / self.scale).square(), counts)
+        return relative_error((self._seen(best) / self.scale).square(), counts)
+
+    def _seen(self, best: Hypothesis) -> Tensor:
+        """Residuals of the rows looked at, of a fit to these or to all."""
+        raw = best.fit.raw_residual
+        return raw if self.some is None or len(raw) == len(self.rows) else raw[self.some]
 
     def _scatter(self) -> Scatter:
         return self.noise.scatter if self.some is None else self.noise.scatter.of(self.some)
 
     def _whitener(self, share: float) -> Whitener:
-        return self.noise.whitener(share * self.scale if share else None, self.some)
+        return self.noise.whitener(share * self.scale if share else None, self.some, bool(share) and self.even)
 
     def _whole(self, best: Hypothesis) -> WhiteFit:
         """The set's model on all rows."""

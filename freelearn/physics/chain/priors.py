@@ -19,7 +19,11 @@ LEAST_SPANS = {"force": 1.0, "moment": 1e-3}
 
 
 def spans(rows: Rows) -> dict[str, float]:
-    """Largest force [N] and moment [N·m] of a table, which errors of sensors and mounts are in proportion to."""
+    """Largest force [N] and moment [N·m] of a table, which errors of sensors and mounts are in proportion to.
+
+    Under a dead load no sensor reads them: friction, and fittings and hoses that hang there unweighed, go by what the
+    pressure pushes with against the end, and by its moment at the bore's radius, where that is more than what is hung.
+    """
     states, readings = rows.states, rows.readings
     largest = dict(LEAST_SPANS)
     for number, quantity in enumerate(states.bed.readings):
@@ -29,6 +33,11 @@ def spans(rows: Rows) -> dict[str, float]:
     if states.bed is DEAD_LOAD:
         for name, load in (("force", states.force), ("moment", states.moment)):
             largest[name] = max(float(load.abs().max()), largest[name])
+        each = states.members or (states,)
+        thrusts = torch.stack([math.pi * m.inner_radius**2 * m.pressure.abs() for m in each])
+        radius = torch.stack([m.inner_radius for m in each])
+        largest["force"] = max(float(thrusts.sum(0).max()), largest["force"])
+        largest["moment"] = max(float((thrusts * radius).sum(0).max()), largest["moment"])
     return largest
 
 
