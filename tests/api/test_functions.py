@@ -132,5 +132,6 @@ def test_the_page_in_python_as_written(tmp_path):
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "force_pred_n_low" in done.stdout
-    assert done.stdout.startswith("Unexplained")
+    # Three effects leave the noise of this muscle, and so do others together.
+    assert done.stdout.startswith("Undecided")
     assert not list(tmp_path.iterdir())

@@ -39,6 +39,8 @@ Watch = Callable[[Step, str], None]
 SHOWN = 5
 # Sets that the next measurement of an undecided table has to split, and what one without effects is called.
 TOLD_RIVALS, NO_EFFECT = 3, "no effect"
+# The most probable sets that are asked what they predict, where nothing is claimed.
+HINTS = 4
 # Sets that the referee is asked about beside the one shown, where that does not stand.
 ASKED_AGAIN = 2
 # For one effect, all that the data cannot tell from it, itself first, each with the fit of the whole model.
@@ -221,8 +223,12 @@ def told_models(ending: Ending) -> list[ToldModel]:
 
 
 def predicts_best(ending: Ending) -> ToldModel | None:
-    """The set of the library's effects with the least held-out error, of those whose was asked."""
+    """The set of the library's effects with the least held-out error, of the most probable and all others asked."""
     hypotheses, made = ending.known.hypotheses, ending.models.made
+    probable = [h for h in hypotheses.ordered() if not h.key & set(hypotheses.odds)][:HINTS]
+    ahead([partial(ending.models.step, h) for h in probable])
+    for hypothesis in probable:
+        ending.models.step(hypothesis)
     proper = [key for key, step in made.items() if step.fit.proper and not key & set(hypotheses.odds)]
     if not proper:
         return None

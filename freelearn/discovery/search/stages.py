@@ -114,8 +114,8 @@ def _joined(before: Explored, now: Hypotheses) -> Explored:
 class _View:
     """The rows that are looked at now, and the noise in them. scouting: whether these are some of the rows, or every
     evaluation is one step from the places measured; scouted: whether it was so at first. share: under which sets were
-    looked at last; even: whether readings weigh alike, because the best set is far off; tried: the best ones that were
-    looked at under the noise alone."""
+    looked at last; even: whether readings weigh alike, because the best set was far off once; tried: the best ones that
+    were looked at under the noise alone."""
 
     def __init__(self, prepared: Prepared, noise: Noise, told: Told, share: float = 0.0, even: bool = False) -> None:
         self.prepared, self.noise, self.told, self.share, self.even = prepared, noise, told, share, even
@@ -181,7 +181,7 @@ class _View:
         begin("comparing sets of effects" + (f", to {100 * share:.2g} % of the largest loads" if share else ""))
         whole = self._whole(before.best)
         self.noise = self.prepared.noise(whole, self.noise.scatter)
-        self.even = self.far_off(replace(before.best, fit=whole))
+        self.even = self.even or self.far_off(replace(before.best, fit=whole))
         now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
         if same:
             # Under hardly another noise nothing else stands in for what does not any more.
