@@ -117,6 +117,14 @@ def test_two_effects_that_cancel_are_found_together(seed):
     assert values["lift.size"] - values["drop.size"] == pytest.approx(0, abs=4 * NOISE[0])
 
 
+def test_from_many_effects_at_once_the_search_descends_to_those_that_are_there():
+    """Of two effects that cancel no step from none leads to either; all four at once lead there."""
+    sets = looked_at(bench(1, **HOW, extra=hidden(3.0)).question(LIBRARY))
+    end = sets.descend(LIBRARY)
+    assert end.key == {"lift", "drop"}
+    assert all(end.evidence > h.evidence for h in sets.found.values() if h is not end)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_where_nothing_is_missing_nothing_is_more_probable(seed):
     sets = looked_at(bench(seed, **HOW).question(LIBRARY))

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 import torch
 
+from freelearn.data.beds import DEAD_LOAD
+from freelearn.data.rows import Readings, Rows
+from freelearn.data.states import States
 from freelearn.physics.chain.material import MATERIALS, material
 from freelearn.physics.chain.parameters import Prior
-from freelearn.physics.chain.priors import raw_prior
+from freelearn.physics.chain.priors import raw_prior, spans
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import MODELS, build_model
 from freelearn.physics.models.linear import Linear
@@ -82,6 +85,27 @@ def test_what_sensors_err_by_counts_in_the_largest_load():
     model = build_model("continuum", effects=["force_offset"])
     deviations = [float(raw_prior(model, {"force": n}).covariance[2, 2]) ** 0.5 for n in (10.0, 100.0)]
     assert deviations == pytest.approx([0.5, 5.0])
+
+
+def test_where_loads_are_hung_the_pressures_push_counts_too():
+    """A bore of 5 mm under 100 kPa pushes with 7.85 N, at a lever of 5 mm; three of them thrice that."""
+    one = torch.ones(3, dtype=torch.float64)
+    tube = {
+        "fiber_angle": 0.5 * one, "reference_length": 0.1 * one, "inner_radius": 5e-3 * one, "outer_radius": 6e-3 * one,
+        "length": 0.1 * one, "twist": 0 * one, "pressure": torch.tensor([0.0, -1e5, 5e4], dtype=torch.float64),
+        "sample": torch.ones(3, dtype=torch.int64), "direction": one,
+    }  # fmt: skip
+    hung = States(**tube, force=2 * one, moment=0 * one, bed=DEAD_LOAD)
+    readings, state = Readings.whole(torch.zeros(3, 2, dtype=torch.float64)), np.zeros(3, dtype=int)
+    thrust = np.pi * 5e-3**2 * 1e5
+    assert spans(Rows(hung, readings, state)) == pytest.approx({"force": thrust, "moment": thrust * 5e-3})
+    three = hung.replace(members=(States(**tube),) * 3)
+    assert spans(Rows(three, readings, state)) == pytest.approx({"force": 3 * thrust, "moment": 3 * thrust * 5e-3})
+    heavy = hung.replace(force=-30 * one, moment=one)
+    assert spans(Rows(heavy, readings, state)) == pytest.approx({"force": 30.0, "moment": 1.0})
+    # A force that is read is what it is.
+    pulled = Rows(States(**tube), Readings.whole(torch.tensor([[3.0, 0.01]] * 3, dtype=torch.float64)), state)
+    assert spans(pulled) == pytest.approx({"force": 3.0, "moment": 0.01})
 
 
 def test_each_actuator_of_a_block_has_a_strength_of_its_own_drawn_towards_a_common_one():
