@@ -115,11 +115,31 @@ def next_state(states: States, row: int, separates: list[str], expected_z: float
 
 
 def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
-    """Those states that would tell something, and a sentence for each pair of effects that none would split."""
+    """Those states that would tell something, and a sentence for each group of effects that none would split."""
     useful = [p for p in proposed if p.expected_z >= TELLING]
-    twins = [
-        f"no state within the bed's reach would tell {' from '.join(p.separates)} (by {p.expected_z:.1f} σ at most)"
-        for p in proposed
-        if p.expected_z < TELLING
-    ]
-    return useful, twins
+    twins = [p for p in proposed if p.expected_z < TELLING]
+    alike = {frozenset(p.separates): p.expected_z for p in twins}
+    groups = _alike([p.separates for p in twins])
+    within = {frozenset(pair) for group in groups for pair in combinations(group, 2)}
+    groups += [p.separates for p in twins if frozenset(p.separates) not in within]
+    return useful, [_twins(group, alike) for group in groups]
+
+
+def _alike(pairs: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Groups of effects of which any two are such a pair, each effect in the first that it fits in."""
+    groups, known = list[list[str]](), {frozenset(pair) for pair in pairs}
+    for name in dict.fromkeys(name for pair in pairs for name in pair):
+        fits = (group for group in groups if all(frozenset([name, other]) in known for other in group))
+        group = next(fits, None)
+        if group is None:
+            groups.append([name])
+        else:
+            group.append(name)
+    return [group for group in groups if len(group) > 1]
+
+
+def _twins(group: Sequence[str], pairs: Mapping[frozenset[str], float]) -> str:
+    most = max(pairs[frozenset(pair)] for pair in combinations(group, 2))
+    *others, last = group
+    each = f"{', '.join(others)} and {last} from each other" if len(others) > 1 else f"{others[0]} from {last}"
+    return f"no state within the bed's reach would tell {each} (by {most:.1f} σ at most)"
