@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -115,21 +115,27 @@ def next_state(states: States, row: int, separates: list[str], expected_z: float
 
 
 def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
-    """Those states that would tell something, and a sentence for each group of effects that none would split."""
+    """Those states that would tell something, and sentences of the effects that none would split, many in one."""
     useful = [p for p in proposed if p.expected_z >= TELLING]
-    twins = [p for p in proposed if p.expected_z < TELLING]
-    alike = {frozenset(p.separates): p.expected_z for p in twins}
-    groups = _alike([p.separates for p in twins])
-    within = {frozenset(pair) for group in groups for pair in combinations(group, 2)}
-    groups += [p.separates for p in twins if frozenset(p.separates) not in within]
-    return useful, [_twins(group, alike) for group in groups]
+    alike = {frozenset(p.separates): p.expected_z for p in proposed if p.expected_z < TELLING}
+    order = list(dict.fromkeys(name for p in proposed for name in p.separates))
+    sentences = []
+    for group in _alike(order, alike):
+        pairs = [frozenset(pair) for pair in combinations(group, 2)]
+        told = f"{_listed(group)} from each other" if len(group) > 2 else " from ".join(group)
+        sentences.append(_twins(told, [alike.pop(pair) for pair in pairs]))
+    for name in order:
+        if others := [other for other in order if frozenset([name, other]) in alike and other != name]:
+            most = [alike.pop(frozenset([name, other])) for other in others]
+            sentences.append(_twins(f"{name} from {_listed(others)}", most))
+    return useful, sentences
 
 
-def _alike(pairs: Sequence[Sequence[str]]) -> list[list[str]]:
+def _alike(order: Sequence[str], pairs: Collection[frozenset[str]]) -> list[list[str]]:
     """Groups of effects of which any two are such a pair, each effect in the first that it fits in."""
-    groups, known = list[list[str]](), {frozenset(pair) for pair in pairs}
-    for name in dict.fromkeys(name for pair in pairs for name in pair):
-        fits = (group for group in groups if all(frozenset([name, other]) in known for other in group))
+    groups = list[list[str]]()
+    for name in order:
+        fits = (group for group in groups if all(frozenset([name, other]) in pairs for other in group))
         group = next(fits, None)
         if group is None:
             groups.append([name])
@@ -138,8 +144,10 @@ def _alike(pairs: Sequence[Sequence[str]]) -> list[list[str]]:
     return [group for group in groups if len(group) > 1]
 
 
-def _twins(group: Sequence[str], pairs: Mapping[frozenset[str], float]) -> str:
-    most = max(pairs[frozenset(pair)] for pair in combinations(group, 2))
-    *others, last = group
-    each = f"{', '.join(others)} and {last} from each other" if len(others) > 1 else f"{others[0]} from {last}"
-    return f"no state within the bed's reach would tell {each} (by {most:.1f} σ at most)"
+def _listed(names: Sequence[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def _twins(told: str, sigmas: Sequence[float]) -> str:
+    return f"no state within the bed's reach would tell {told} (by {max(sigmas):.1f} σ at most)"

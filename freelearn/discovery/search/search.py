@@ -16,6 +16,7 @@ from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import ahead, kept
 from freelearn.discovery.fits.prepare import Prepared, Question, prepare, without
 from freelearn.discovery.fits.step import Candidate, Step
+from freelearn.discovery.fits.white_fit import refitted
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.referee.case import Case, Check
@@ -31,7 +32,7 @@ from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
-from freelearn.discovery.thresholds import EVEN, IDLE, MANY, MODELS_TOLD, MOST_ALIKE
+from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MANY, MODELS_TOLD, MOST_ALIKE
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -287,16 +288,31 @@ def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
     """The models from the first to the last, each with the effect more that lowers the error most."""
     hypotheses, final = ending.known.hypotheses, ending.final
     left = set(prepared.question.added(final.effects))
-    path = [hypotheses.found[frozenset()]]
-    while len(left) > 1:
-        tried = [hypotheses.joined(path[-1], name) for name in sorted(left)]
-        path.append(max(tried, key=lambda h: h.evidence))
-        left -= path[-1].key
     slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
-    ahead([partial(prepared.step, h.fit, final.whiten, slipped) for h in path])
-    steps = [prepared.step(h.fit, final.whiten, slipped) for h in path]
-    steps = [*steps, final] if left else [final]
-    return steps
+    now = hypotheses.found[frozenset()]
+    if not left:
+        return [final]
+    steps = [prepared.step(now.fit, final.whiten, slipped)]
+    while len(left) > 1:
+        tried = [hypotheses.joined(now, name) for name in sorted(left)]
+        jobs = [partial(_on_the_way, prepared, ending, h, slipped) for h in tried]
+        ahead(jobs)
+        made = [job() for job in jobs]
+        least = min(range(len(made)), key=lambda i: made[i].E_heldout)
+        now = tried[least]
+        steps.append(made[least])
+        left -= now.key
+    return [*steps, final]
+
+
+def _on_the_way(prepared: Prepared, ending: Ending, hypothesis: Hypothesis, slipped: Tensor | None) -> Step:
+    """A set that lacks some effects of the last. Weighed by digits that it cannot have it would follow the few most
+    exact readings: it counts as wrong by what it leaves."""
+    fit, whiten = hypothesis.fit, ending.final.whiten
+    if whiten.doubt is None and fit.chi2 > INADEQUATE * whiten.count:
+        whiten = ending.known.noise.whitener(prepared.error(fit.raw_residual, slipped) * prepared.scale, even=True)
+        fit = refitted(fit, prepared.rows, whiten)
+    return prepared.step(fit, whiten, slipped)
 
 
 def candidates(
