@@ -32,8 +32,8 @@ def session_clock(table: pd.DataFrame) -> np.ndarray:
     """Time since the first row of each row's sample, (N,) s, of a log. Where a run's stamps begin before the run before
     it ended, its sample's runs are laid end to end: what passed between them is not told.
 
-    >>> session_clock(pd.DataFrame({"sample": [3] * 4, "run": [1, 1, 2, 2], "time_s": [0.0, 1.0, 0.0, 2.0]})).tolist()
-    [0.0, 1.0, 2.0, 4.0]
+    >>> session_clock(pd.DataFrame({"sample": [3] * 4, "run": [1, 1, 2, 2], "time_s": [0.0, 1.0, 0.0, 1.0]})).tolist()
+    [0.0, 1.0, 2.0, 3.0]
     """
     time, run, sample = table[TIME].to_numpy(np.float64), run_numbers(table), table["sample"].to_numpy()
     clock = np.empty(len(table))

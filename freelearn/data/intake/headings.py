@@ -109,7 +109,7 @@ def heading(name: str, unit: str = "") -> Heading:
     """What a heading says. unit: of a row of units, where the file has one.
 
     >>> heading("P48_kPa")
-    Heading(quantity='pressure_kpa', unit='kPa', confidence='sure')
+    Heading(quantity='pressure_kpa', unit='kPa', confidence='sure', signal='')
     >>> heading("Load (lbs in)").quantity
     'moment_nmm'
     >>> heading("F_std").quantity

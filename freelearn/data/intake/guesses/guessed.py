@@ -189,3 +189,10 @@ class Guess:
         """The column of the table that a chosen one becomes."""
         several = column.name in self.pressures
         return pressure_column(self.pressures.index(column.name) + 1) if several else column.column
+
+
+def with_nan(content: Any) -> Any:
+    """What was JSON, with the numbers of columns that had none (the range of a text) as they were."""
+    if isinstance(content, dict):
+        return {k: math.nan if v is None and k in ("low", "high", "began") else with_nan(v) for k, v in content.items()}
+    return [with_nan(one) for one in content] if isinstance(content, list) else content

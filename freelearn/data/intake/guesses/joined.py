@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from pydantic import TypeAdapter
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.guess import column_guess, guess_table
-from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess, with_nan
 from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
 from freelearn.data.intake.guesses.places import of_folder, of_lengths, of_recordings, together
 from freelearn.data.intake.readers.cells import POINTS, NoTable
@@ -200,16 +199,7 @@ class Guessed:
     @classmethod
     def from_plain(cls, content: dict[str, Any]) -> Guessed:
         """The same again. Raises ValueError where it is none."""
-        return _adapter().validate_python(_with_nan(content))
-
-
-def _with_nan(content: Any) -> Any:
-    """The same with the range of a text as it was."""
-    if isinstance(content, dict):
-        return {
-            k: math.nan if v is None and k in ("low", "high", "began") else _with_nan(v) for k, v in content.items()
-        }
-    return [_with_nan(one) for one in content] if isinstance(content, list) else content
+        return _adapter().validate_python(with_nan(content))
 
 
 @lru_cache(maxsize=1)

@@ -126,7 +126,7 @@ def spread_evenly(time: np.ndarray) -> np.ndarray | None:
     """Rounded times (N,) as those of rows that were taken evenly, anew where they fall; None where no even spacing
     rounds to them.
 
-    >>> spread_evenly(np.array([3.0, 4.0, 4.0, 5.0, 5.0, 6.0])).tolist()
+    >>> spread_evenly(np.array([3.0, 4.0, 4.0, 5.0, 5.0, 6.0])).round(9).tolist()
     [3.0, 3.5, 4.0, 4.5, 5.0, 5.5]
     """
     spread = []

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.guess import column_guess
-from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess
+from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess, with_nan
 from freelearn.data.intake.headings import heading
 from freelearn.data.intake.readers.cells import POINTS
 from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
@@ -68,7 +68,7 @@ def plain_tests(tests: Sequence[RubberGuess]) -> list[Any]:
 
 def tests_of(content: list[Any]) -> list[RubberGuess]:
     """The tests in plain values. Raises ValueError."""
-    return TypeAdapter(list[RubberGuess]).validate_python(content)
+    return TypeAdapter(list[RubberGuess]).validate_python(with_nan(content))
 
 
 def looks_like_rubber(found: Guess) -> bool | None:
