@@ -94,8 +94,9 @@ def cores() -> int:
     ...     cores()
     1
     """
-    # Where a process cannot be copied, or where torch cannot differentiate in a copy (it has a thread for each GPU).
-    if sys.platform != "linux" or torch.cuda.is_available():
+    # Where a process cannot be copied, where torch cannot differentiate in a copy (it has a thread for each GPU), or
+    # where it shares its work among threads, which a copy lacks and would wait for without end (OMP_NUM_THREADS=2).
+    if sys.platform != "linux" or torch.cuda.is_available() or torch.get_num_threads() > 1:
         return 1
     asked = _most.get() or os.environ.get(CORES, "")
     there = len(os.sched_getaffinity(0))
