@@ -83,7 +83,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="default: the plan's, in outputs")
     arguments = parser.parse_args()
     out = arguments.out or OUT[arguments.plan]
-    jobs = [job for job in plans[arguments.plan](arguments.seeds) if arguments.only in ("", job["kind"])]
+    every = plans[arguments.plan](arguments.seeds)
+    kinds = sorted({job["kind"] for job in every})
+    if arguments.only not in ("", *kinds):
+        parser.error(
+            f"--only {arguments.only}: the plan {arguments.plan} has no such kind; choose from {', '.join(kinds)}"
+        )
+    jobs = [job for job in every if arguments.only in ("", job["kind"])]
     jobs = some(jobs, arguments.most)
     out.mkdir(parents=True, exist_ok=True)
     todo = [job for job in jobs if not done(job, out)]
