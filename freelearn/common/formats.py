@@ -1,9 +1,10 @@
-"""How numbers stand in cells and sentences: true minus signs, a dash for what is not known."""
+"""How numbers and names stand in cells and sentences: true minus signs, a dash for what is not known."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 DASH = "–"
@@ -117,6 +118,16 @@ def sentence(text: str) -> str:
     """
     name = "_" in text.split(" ")[0]
     return f"{text if name else text[0].upper() + text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence.
+
+    >>> listed(["a"]), listed(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def true_minus(text: str) -> str:

@@ -117,14 +117,13 @@ class Noise:
         )  # fmt: skip
 
 
-def _scattered(own: Tensor, position: Tensor, scatter: Scatter | None, present: Tensor) -> Tensor:
-    """Variances (N, 2) of readings as they were found to scatter, the place that a state's rows share in them. own
-    (N, 2), position (N, 2, 2): as stated."""
-    if scatter is not None:
-        present = present & (scatter.reading > LEAST)
-        own = own / scatter.reading
-        position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
-    return torch.where(present, own + position.square().sum(-1).nan_to_num(0.0, 0.0, 0.0), 0.0)
+def _found(own: Tensor, position: Tensor, present: Tensor, scatter: Scatter | None) -> tuple[Tensor, Tensor, Tensor]:
+    """Variances (N, 2) and position errors (N, 2, 2) that were stated, as rows were found to scatter, and which of the
+    readings that are present count."""
+    if scatter is None:
+        return own, position, present
+    position = position * (scatter.position / scatter.state.sqrt())[:, None, None]
+    return own / scatter.reading, position, present & (scatter.reading > LEAST)
 
 
 class Whitener:
@@ -170,20 +169,18 @@ class Whitener:
         self.states = int(self.state.max()) + 1 if len(state) else 0
         by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
         own, position = _parts(sensitivity, accuracy, bed, self.told)
-        self.doubt = doubt
-        # Variance of every reading as it was found to scatter, (N, 2); zero of readings that do not count.
-        self.scattered = _scattered(own, position, scatter, present)
+        self.doubt, self.even = doubt, even
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
         self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
-        self.even = even
         weigh = scatter.even() if scatter is not None and even else scatter
-        counts = present if weigh is None else present & (weigh.reading > LEAST)
+        found = _found(own, position, present, scatter)
+        # Variance of every reading as it was found to scatter, (N, 2); zero of readings that do not count.
+        self.scattered = torch.where(found[2], found[0] + found[1].square().sum(-1).nan_to_num(0.0, 0.0, 0.0), 0.0)
+        own, position, counts = _found(own, position, present, weigh) if even else found
         # A reading that does not count tells nothing of the other one of its row.
         both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
         if weigh is not None:
-            own = own / weigh.reading
             both = torch.where(counts.all(-1), both / weigh.reading.prod(-1).sqrt(), 0.0)
-            position = position * (weigh.position / weigh.state.sqrt())[:, None, None]
         # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
         self.own, self.counts = own.sqrt(), counts
         if doubt is not None:

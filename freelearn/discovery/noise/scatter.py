@@ -41,8 +41,6 @@ FEWEST_STATES = SHARING * FEWEST_BINS
 # Residuals are counted as typically so many deviations of a channel's noise at most. Of a model that is farther off,
 # more digits of one channel would decide against the other, and nothing about the model.
 HOPELESS = 30.0
-# A weight below which nothing is known of what a reading's precision would be.
-LEAST_WEIGHT = 1e-12
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 
 
@@ -84,8 +82,8 @@ class Scatter:
     def even(self) -> Scatter:
         """All readings that did not slip with the usual precision, and nothing that a state's rows share: what stands
         out of a model that is far off is its misfit, which must neither count for less nor be given to the places."""
-        usual = self.reading / self.weight.clamp_min(LEAST_WEIGHT)
-        return replace(self, reading=torch.where((self.weight > 0) & ~self.slipped, usual, 0.0), position=0.0)
+        right = (self.weight > 0) & ~self.slipped
+        return replace(self, reading=torch.where(right, self.reading / self.weight, 0.0), position=0.0)
 
     @property
     def slipped(self) -> Tensor:

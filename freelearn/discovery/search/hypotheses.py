@@ -176,8 +176,7 @@ class Hypotheses:
 
     def descend(self, effects: Sequence[str]) -> Hypothesis:
         """From a set to the most probable of its neighbors, again and again, until none is more probable."""
-        nothing = self.found[frozenset()]
-        now = self.fit(effects, none_vector(self.build(effects), nothing.fit), nothing.fit)
+        now = self.joined(self.found[frozenset()], *effects)
         while True:
             if now.key not in self.expanded:
                 self.expand(now)
@@ -243,9 +242,9 @@ class Hypotheses:
         known = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector, strict=True))
         return Asked(names, torch.stack([known[label] for label in self.build(names).labels()]), hypothesis.fit)
 
-    def joined(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
-        """The set with one effect more, from where that does nothing."""
-        names = (*hypothesis.effects, name)
+    def joined(self, hypothesis: Hypothesis, *more: str) -> Hypothesis:
+        """The set with one or more effects more, from where these do nothing."""
+        names = (*hypothesis.effects, *more)
         known = self.found.get(frozenset(names))
         return known or self.fit(names, none_vector(self.build(names), hypothesis.fit), hypothesis.fit)
 

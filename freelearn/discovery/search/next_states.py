@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import torch
 
+from freelearn.common.formats import listed
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import ELONGATION, FORCE, KPA, MOMENT, TWIST, bed_of
 from freelearn.data.columns import members_in, pressure_column
@@ -122,12 +123,12 @@ def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
     sentences = []
     for group in _alike(order, alike):
         pairs = [frozenset(pair) for pair in combinations(group, 2)]
-        told = f"{_listed(group)} from each other" if len(group) > 2 else " from ".join(group)
+        told = f"{listed(group)} from each other" if len(group) > 2 else " from ".join(group)
         sentences.append(_twins(told, [alike.pop(pair) for pair in pairs]))
     for name in order:
         if others := [other for other in order if frozenset([name, other]) in alike and other != name]:
             most = [alike.pop(frozenset([name, other])) for other in others]
-            sentences.append(_twins(f"{name} from {_listed(others)}", most))
+            sentences.append(_twins(f"{name} from {listed(others)}", most))
     return useful, sentences
 
 
@@ -142,11 +143,6 @@ def _alike(order: Sequence[str], pairs: Collection[frozenset[str]]) -> list[list
         else:
             group.append(name)
     return [group for group in groups if len(group) > 1]
-
-
-def _listed(names: Sequence[str]) -> str:
-    *others, last = names
-    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _twins(told: str, sigmas: Sequence[float]) -> str:

@@ -288,19 +288,17 @@ def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
     """The models from the first to the last, each with the effect more that lowers the error most."""
     hypotheses, final = ending.known.hypotheses, ending.final
     left = set(prepared.question.added(final.effects))
-    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
-    now = hypotheses.found[frozenset()]
     if not left:
         return [final]
+    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
+    now = hypotheses.found[frozenset()]
     steps = [prepared.step(now.fit, final.whiten, slipped)]
     while len(left) > 1:
         tried = [hypotheses.joined(now, name) for name in sorted(left)]
         jobs = [partial(_on_the_way, prepared, ending, h, slipped) for h in tried]
         ahead(jobs)
-        made = [job() for job in jobs]
-        least = min(range(len(made)), key=lambda i: made[i].E_heldout)
-        now = tried[least]
-        steps.append(made[least])
+        step, now = min(((job(), h) for job, h in zip(jobs, tried, strict=True)), key=lambda pair: pair[0].E_heldout)
+        steps.append(step)
         left -= now.key
     return [*steps, final]
 

@@ -31,13 +31,12 @@ def spans(rows: Rows) -> dict[str, float]:
             size = float(readings.value[:, number].abs().max())
             largest[quantity.name] = max(size, largest[quantity.name])
     if states.bed is DEAD_LOAD:
-        for name, load in (("force", states.force), ("moment", states.moment)):
-            largest[name] = max(float(load.abs().max()), largest[name])
         each = states.members or (states,)
-        thrusts = torch.stack([math.pi * m.inner_radius**2 * m.pressure.abs() for m in each])
         radius = torch.stack([m.inner_radius for m in each])
-        largest["force"] = max(float(thrusts.sum(0).max()), largest["force"])
-        largest["moment"] = max(float((thrusts * radius).sum(0).max()), largest["moment"])
+        push = math.pi * radius**2 * torch.stack([m.pressure.abs() for m in each])
+        loads = {"force": (states.force, push.sum(0)), "moment": (states.moment, (push * radius).sum(0))}
+        for name, both in loads.items():
+            largest[name] = max(largest[name], *(float(load.abs().max()) for load in both))
     return largest
 
 

@@ -8,6 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
+from freelearn.common.formats import listed
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.guessed import NO, Clock, ColumnGuess, Guess
 from freelearn.data.intake.headings import time_unit
@@ -185,5 +186,4 @@ def _where(found: Guess, clock: Clock) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    shown = [repr(name) for name in names]
-    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+    return listed([repr(name) for name in names])

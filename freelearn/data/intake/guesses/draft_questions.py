@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from freelearn.common.formats import listed
 from freelearn.data.beds import BEDS, Bed
 from freelearn.data.intake.guesses.answers import HELD_AT, Question
 from freelearn.data.intake.guesses.clock_spans import clock_open, shift_key
@@ -147,7 +148,7 @@ def bed_in_words(bed: Bed) -> str:
     """
     imposed, read = ([q.name for q in part] for part in (bed.imposed, bed.measured))
     verb = "was" if len(read) == 1 else "were"
-    return f"{', '.join(imposed[:-1])} and {imposed[-1]} were set, {' and '.join(read)} {verb} read"
+    return f"{listed(imposed)} were set, {' and '.join(read)} {verb} read"
 
 
 def _design(found: Guess, joined: DesignGuess | None, answers: Answers) -> Iterator[Question]:
