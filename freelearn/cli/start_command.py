@@ -19,7 +19,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
-from freelearn.data.intake.guesses.places import of_files, of_folder
+from freelearn.data.intake.guesses.places import not_together, of_files
 from freelearn.data.intake.guesses.recordings_found import EVERY
 from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.readers.raw_table import RawTable
@@ -89,7 +89,7 @@ class _Start:
             laid = None
         if len(self.raws) > 1 and laid is None:
             if self.inside is not None:
-                self._refuse_strangers()
+                self._refuse_strangers(self.inside)
             return self._rubber()
         found, joined, cells = (laid[0], None, laid[1]) if laid else self._guessed(self.design)
         interview = ActuatorInterview(self.ask, self._tell, first=found, raw=cells, joined=joined)
@@ -101,11 +101,11 @@ class _Start:
                 rubber = interview.sure(RUBBER)
         return self._rubber() if rubber else self._actuator(interview)
 
-    def _refuse_strangers(self) -> None:
-        """Raises UserError where the files of a folder are neither recordings nor tests of rubber."""
+    def _refuse_strangers(self, folder: Path) -> None:
+        """Raises UserError where the files of the folder, which are no recordings, are no tests of rubber either."""
         strangers = [raw for raw in self.raws if looks_like_rubber(guess_and_table(raw)[0]) is False]
-        if strangers and self.inside is not None:
-            of_folder(self.inside)
+        if strangers:
+            raise not_together(folder, [raw.relative_to(folder).as_posix() for raw in self.raws])
 
     def asks(self, run: Path) -> Next:
         """What the file asks of a fitted run, as a table of questions."""
@@ -207,12 +207,16 @@ class _Start:
         """The file, or the folder of several whose channels are joined by time."""
         return self.inside or (self.raws[0].parent if self.raws[1:] else self.raws[0])
 
+    def _named(self) -> Path:
+        """What was named: the folder, or the first of the files."""
+        return self.inside or self.raws[0]
+
     def _kept(self) -> Path:
         """Where the answers are kept."""
-        return self.recipe or self.folder / f"{stem_of(self.inside or self.raws[0])}_recipe.yaml"
+        return self.recipe or self.folder / f"{stem_of(self._named())}_recipe.yaml"
 
     def _table(self) -> Path:
-        return self.folder / f"{stem_of(self.inside or self.raws[0])}_table.csv"
+        return self.folder / f"{stem_of(self._named())}_table.csv"
 
     def _keep(self, interview: Interview) -> None:
         self._kept().parent.mkdir(parents=True, exist_ok=True)
@@ -242,8 +246,5 @@ class _Start:
         if self.begun:
             self._keep(interview)
             return f"{asks} fill in the TODOs of the recipe {self._kept()}, then: {self._again()}"
-        words = [
-            option("data.path", self.inside or self.raws[0]),
-            *([option("design", self.design)] if self.design else []),
-        ]
+        words = [option("data.path", self._named()), *([option("design", self.design)] if self.design else [])]
         return f"{asks} draft a recipe to edit with {command_line(program('intake'), words)}"

@@ -161,7 +161,7 @@ def provenance(
         "plateaus": _plateaus(recipe),
         "state_tolerance": dict(recipe.state_tolerance),
         "rows": len(intake.table),
-        "files": [_of_file(recipe, file) for file in intake.files],
+        "files": [dict(file) for file in intake.files],
         "warnings": list(intake.warnings),
     }
 
@@ -175,10 +175,3 @@ def _plateaus(recipe: Recipe) -> dict[str, Any] | None:
         return None
     of = recipe.plateaus
     return {"of": dict(of.of), "settle": of.settle, "least": of.least}
-
-
-def _of_file(recipe: Recipe, file: Mapping[str, Any]) -> dict[str, Any]:
-    constants = next(
-        (dict(p.constants) for p in recipe.files if file["file"].endswith((p.name or p.label, p.label))), {}
-    )
-    return {**file, "constants": constants}

@@ -176,6 +176,7 @@ def _rows(recipe: Recipe, part: Part, sources: Mapping[str, bytes], tally: Tally
             "table_rows": len(table),
             "columns": rows.records,
             "samples": sample_names,
+            "constants": dict(part.constants),
         }
     )
     return table

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from raw_files import HEADER, RECIPE, ROWS, raw_text, taken
+from raw_files import HEADER, RECIPE, ROWS, raw_text, taken, taken_path
 
 from freelearn.data.beds import NMM
 from freelearn.data.intake.assemble import shared_values
@@ -256,3 +256,17 @@ def test_provenance_tells_every_conversion(tmp_path):
     assert told["recipe"]["content"].startswith("bed: kinematic")
     assert len(told["raw"][0]["sha256"]) == 64
     assert NMM == 1e-3
+
+
+def test_provenance_tells_each_files_constants_though_one_name_ends_as_another(tmp_path):
+    angles = {"1.csv": 20.0, "11.csv": 30.0}
+    (tmp_path / "raw").mkdir()
+    for name in angles:
+        (tmp_path / "raw" / name).write_text(raw_text())
+    listed = [
+        f"  - {{name: {n}, sample: {i}, constants: {{gamma_deg: {g}}}}}"
+        for i, (n, g) in enumerate(angles.items(), start=1)
+    ]
+    taken_path(tmp_path, tmp_path / "raw", changed("gamma_deg: 40, ", "") + "\n".join(["files:", *listed, ""]))
+    told = json.loads((tmp_path / "out" / "table_provenance.json").read_text())
+    assert {file["file"]: file["constants"]["gamma_deg"] for file in told["files"]} == angles

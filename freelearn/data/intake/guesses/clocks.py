@@ -61,6 +61,12 @@ def with_times(raw: RawTable, columns: Sequence[ColumnGuess]) -> list[ColumnGues
     return out
 
 
+def time_of(raw: RawTable, column: ColumnGuess) -> np.ndarray | None:
+    """The times of a column's rows (N,), in its unit, those of dates in seconds; NaN where blank; None where there are
+    none. Raises UserError where one of several dates is none."""
+    return raw.seconds(column.name) if column.dates else raw.most_numbers(column.name)
+
+
 def _dates(raw: RawTable, column: ColumnGuess) -> np.ndarray | None:
     """Seconds of a column of dates or times of day that are not all one, (N,), NaN where blank; None where the cells
     are no dates."""

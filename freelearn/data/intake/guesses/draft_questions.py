@@ -25,6 +25,7 @@ from freelearn.data.intake.guesses.left_open import (
     of_each,
     open_design,
     quantities_given,
+    rows_likely,
 )
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recordings_found import label_of
@@ -119,8 +120,8 @@ def _recordings(found: Guess, answers: Answers) -> Iterator[Question]:
     if named:
         options += ((COLUMN, f"samples in the order of time, of the recordings that {named.name!r} names: a log"),)
     options += ((NO, "readings that stand for themselves, such as averages at rest"),)
-    likely = NO if not found.log.likely else COLUMN if named else DERIVE
-    yield Question(RUN, "The file has a time. What are its rows?", "choice", "", options, likely, "the rows are")
+    text, likely = "The file has a time. What are its rows?", rows_likely(found)
+    yield Question(RUN, text, "choice", "", options, likely, "the rows are")
 
 
 def _bed(found: Guess, answers: Answers) -> Iterator[Question]:

@@ -74,7 +74,6 @@ def guess_and_table(
     else:
         tables, unread = _sheets(content, name, tuple(names))
         placed = [(Place("", one.name), one.table, one.found) for one in tables]
-        laid = None
         if by_time and not wanted:
             laid = of_recordings(name, [(place, table) for place, table, _ in placed]) or together(name, placed)
         readings = {one.name: _readings(one.found) for one in tables}

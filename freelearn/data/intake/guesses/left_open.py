@@ -25,14 +25,20 @@ RECORDED, ONE, EACH = "recorded", "one", "each"
 SAME_SIZES = "same_sizes"
 
 
+def rows_likely(found: Guess) -> str:
+    """How the recordings of a log are likely told; NO where the rows do not look like one."""
+    if found.log is None or not found.log.likely:
+        return NO
+    return DERIVE if found.of(RUN) is None else COLUMN
+
+
 def recordings_said(found: Guess, answers: Answers) -> str | None:
     """How the recordings of a log are told; None where the table is to be none."""
     plateaus = next((doubt for doubt in found.doubts if doubt.key == PLATEAUS), None)
     averaged = plateaus is not None and answers.get(PLATEAUS, plateaus.proposed) == YES
     if found.log is None or found.of("time_s") is None or averaged:
         return None
-    likely = NO if not found.log.likely else DERIVE if found.of(RUN) is None else COLUMN
-    said = str(answers.get(RUN, likely))
+    said = str(answers.get(RUN, rows_likely(found)))
     return None if said == NO or (said == COLUMN and found.of(RUN) is None) else said
 
 

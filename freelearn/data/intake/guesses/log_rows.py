@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from freelearn.data.intake.guesses.clocks import of_one_clock
+from freelearn.data.intake.guesses.clocks import of_one_clock, time_of
 from freelearn.data.intake.guesses.guessed import Guess, Log
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.readers.raw_table import RawTable
@@ -24,7 +24,7 @@ def log_of(raw: RawTable, found: Guess) -> Log | None:
     column = found.of("time_s")
     if column is None or len(raw) < FEWEST:
         return None
-    time = raw.seconds(column.name) if column.dates else raw.most_numbers(column.name)
+    time = time_of(raw, column)
     if time is None:
         return None
     time = time[np.isfinite(time)]

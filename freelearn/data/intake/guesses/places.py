@@ -71,13 +71,12 @@ def of_lengths(content: bytes, name: str) -> Laid | None:
     if not is_matlab(content, name):
         return None
     matrices = matrices_of(content, name)
-    alike = {key: [k for k in matrices if matrices[k] == matrices[key]] for key in matrices}
     tables = []
     for key, (width, quantity) in matrices.items():
-        names = tuple(f"{quantity.rpartition('_')[0] or 'column'} {i}" for i in range(1, width + 1))
-        place = Place("", "", (key,), names if alike[key][1:] else ())
-        if alike[key][1:]:
-            tables.append((place, raw_table(content, name, Reading(variables=(key,), names=names))))
+        if list(matrices.values()).count((width, quantity)) > 1:
+            names = tuple(f"{quantity.rpartition('_')[0] or 'column'} {i}" for i in range(1, width + 1))
+            table = raw_table(content, name, Reading(variables=(key,), names=names))
+            tables.append((Place("", "", (key,), names), table))
     if laid := of_recordings(name, tables):
         return laid
     readings = lengths_of(content, name)
@@ -105,7 +104,7 @@ def of_files(paths: Sequence[Path], folder: Path | None = None) -> Laid | None:
             tables.append((Place(name), raw_table(content, name)))
         except UserError:
             unread.append(name)
-    laid = of_recordings(f"{folder.name}", tables) or _channels_of(tables)
+    laid = of_recordings(folder.name, tables) or _channels_of(tables)
     if laid is None or not unread:
         return laid
     note = f"{folder.name}: no tables, and not used: {', '.join(map(repr, unread))}."
@@ -117,7 +116,12 @@ def of_folder(folder: Path) -> Laid:
     names = table_files(folder)
     if laid := of_files([folder / name for name in names], folder):
         return laid
-    raise UserError(
+    raise not_together(folder, names)
+
+
+def not_together(folder: Path, names: Sequence[str]) -> UserError:
+    """What to say of a folder whose files do not belong together."""
+    return UserError(
         f"{folder}: its tables ({', '.join(names[:MOST_NAMED])}) are neither recordings of one form nor channels with "
         "a time each: name the files that belong together, or one of them."
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from freelearn.data.intake.guesses.clocks import time_of
 from freelearn.data.intake.guesses.guessed import NO, PLATEAUS, YES, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.joined_channels import GAP
@@ -105,12 +106,12 @@ def _stamps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
     column = found.of("time_s")
     if column is None or found.log is None:
         return
-    time = raw.seconds(column.name) if column.dates else raw.most_numbers(column.name)
-    if time is None or not np.isfinite(time).all() or 2 * (np.diff(time) == 0).sum() < len(time):
-        return
-    if spread_evenly(time) is None:
+    time = time_of(raw, column)
+    if time is None or not np.isfinite(time).all():
         return
     twice = int((np.diff(time) == 0).sum())
+    if 2 * twice < len(time) or spread_evenly(time) is None:
+        return
     text = (
         f"{column.name!r} is in {twice} rows that of the row before. Were the rows taken evenly, and is their time "
         "only rounded?"
@@ -146,7 +147,7 @@ def _gaps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
         if not blank.any() or blank.all():
             continue
         text = f"Column {column.name!r} is blank on line {few([raw.lines[row] for row in np.flatnonzero(blank)])}. "
-        between = _between(raw, found, column)
+        between = _between(raw, found, column, blank)
         options: tuple[tuple[str, str], ...] = (
             ("rows", "unknown: leave those rows out"),
             ("above", "as in the row above"),
@@ -155,7 +156,7 @@ def _gaps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
         # Many blanks below each value are a table as people write it.
         likely = "above" if not blank[0] and 2 * blank.sum() > len(blank) else None
         # Of a log whose channels have rows of their own none stands for those below it.
-        likely = "between" if between and _apart(raw, found, column) else likely
+        likely = "between" if between and _apart(raw, found, blank) else likely
         above = {"columns": {column.column: {"fill": "above"}}}
         changes: dict[str, Mapping[str, Any]] = {"rows": {"drop": [{column.name: "blank"}]}, "above": above}
         changes |= {"between": {"between": {column.column: between}}} if between else {}
@@ -164,29 +165,26 @@ def _gaps(raw: RawTable, found: Guess) -> Iterator[Doubt]:
         yield Doubt(key, text + "What is it there?", short, options, likely, column.meant, changes, rows=True)
 
 
-def _between(raw: RawTable, found: Guess, column: ColumnGuess) -> float | None:
+def _between(raw: RawTable, found: Guess, column: ColumnGuess, blank: np.ndarray) -> float | None:
     """The longest gap between readings of a channel that a straight line may bridge [s]; None where they have no time
-    whose unit is known."""
+    whose unit is known. blank: where the channel has no reading, (N,) bool."""
     clock = found.of("time_s")
     if clock is None or found.clocks or column.name in found.pressures or column.column not in STATE:
         return None
-    time = raw.seconds(clock.name) if clock.dates else raw.most_numbers(clock.name)
-    values = raw.most_numbers(column.name)
-    if time is None or values is None or not (clock.dates or clock.unit) or not np.isfinite(time).all():
+    time = time_of(raw, clock)
+    if time is None or not (clock.dates or clock.unit) or not np.isfinite(time).all():
         return None
-    steps = np.diff(time[np.isfinite(values)])
+    steps = np.diff(time[~blank])
     if len(steps) < LEAST_READINGS or steps.min() <= 0:
         return None
     return float(f"{GAP * (1.0 if clock.dates else conversion(clock.unit, 's').factor) * np.median(steps):.3g}")
 
 
-def _apart(raw: RawTable, found: Guess, column: ColumnGuess) -> bool:
-    """Whether a channel is mostly blank where the loads were read."""
+def _apart(raw: RawTable, found: Guess, blank: np.ndarray) -> bool:
+    """Whether a channel is mostly blank where the loads were read. blank: where it is, (N,) bool."""
     reads = [raw.most_numbers(c.name) for c in found.measured if c.column in READINGS]
     there = np.isfinite([values for values in reads if values is not None]).any(axis=0)
-    return (
-        bool(there.any()) and float(np.isnan(numbers(raw.columns[column.name], raw.style).values[there]).mean()) > 0.5
-    )
+    return bool(there.any()) and float(blank[there].mean()) > 0.5
 
 
 def _plateaus(raw: RawTable, found: Guess) -> Iterator[Doubt]:

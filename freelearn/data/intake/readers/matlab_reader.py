@@ -78,9 +78,9 @@ def _numpy(content: bytes) -> dict[str, Any]:
 
 
 def _of_numpy(value: np.ndarray) -> Any:
-    if value.dtype.names is None:
+    names = value.dtype.names
+    if names is None:
         return value.reshape(-1, 1) if value.ndim < 2 else value
-    names = value.dtype.names or ()
     structure = np.empty((1, 1), dtype=[(key, object) for key in names])
     for key in names:
         structure[0, 0][key] = np.asarray(value[key]).reshape(-1, 1)

@@ -13,6 +13,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes
 from freelearn.data.intake.readers.cells import Grid
 from freelearn.data.intake.readers.grid_table import table_of
+from freelearn.data.intake.readers.matlab_reader import NUMPY
 from freelearn.data.intake.readers.matlab_table import matlab_table, structures_of
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.readers.sheets import (
@@ -28,7 +29,7 @@ from freelearn.data.intake.recipes.recipe import Reading, Recipe
 
 # A laboratory's file, whatever its format, as a table of text; what cannot be read says what to do instead.
 
-HDF, NUMPY = b"\x89HDF", b"\x93NUMPY"
+HDF = b"\x89HDF"
 EXPORT = "export the table as CSV, or save it as .xlsx"
 # First bytes → what such a file is and what to do.
 REFUSED = (
@@ -188,7 +189,7 @@ def table_files(folder: Path) -> list[str]:
     """Names of the files in a folder that may hold tables, in order; where there are none, those in the folders inside
     it, test1/force.csv. Raises UserError where there is none."""
     inside = _inside(folder)
-    deeper = [path for one in inside if one.is_dir() and not one.name.startswith(".") for path in _inside(one)]
+    deeper = (path for one in inside if one.is_dir() and not one.name.startswith(".") for path in _inside(one))
     found = [path for path in inside if _may_hold(path)] or [path for path in deeper if _may_hold(path)]
     names = sorted((path.relative_to(folder).as_posix() for path in found), key=in_natural_order)
     if not names:
