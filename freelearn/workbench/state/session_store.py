@@ -18,6 +18,7 @@ from freelearn.discovery.residuals.residual_summary import NO_HINT
 from freelearn.workbench.state.question import Question, stored_csv
 
 Run = dict[str, Any]
+# What a search says of a remaining misfit in which it sees nothing.
 _Nothing = Annotated[dict[str, Any], Len(0, 0)]
 
 
