@@ -58,7 +58,7 @@ durations: setup
 	$(PYTEST) --record-durations
 
 # The wheel, built and run in an empty folder of a fresh environment.
-installed: setup
+installed:
 	.ci/installed $(PYTHON)
 
 # Known vulnerabilities of the packages that are used.

@@ -42,12 +42,15 @@ def inverses(actuator: Actuator) -> list[Function]:
     known = [name_of(quantity) for quantity in (*bed.measured, *bed.state)]
     told = [i for i, port in enumerate(actuator.answered) if port.name in known]
     count = len(actuator.states.members)
-    if not count:
-        return [_one(actuator, i) for i in told]
     if count > MOST:
         return []
     both = [tuple(told)] if len(told) == 2 and count > 1 else []
-    return [_several(actuator, given) for given in (*both, *((i,) for i in told))]
+    return [inverse(actuator, given) for given in (*both, *((i,) for i in told))]
+
+
+def inverse(actuator: Actuator, given: tuple[int, ...]) -> Function:
+    """The least pressures for some of its answers, by their numbers: of an actuator alone for one of them."""
+    return _several(actuator, given) if actuator.states.members else _one(actuator, *given)
 
 
 def _one(actuator: Actuator, given: int) -> Function:

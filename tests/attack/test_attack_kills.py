@@ -17,7 +17,7 @@ from attack_kills import ARM, contents, differing, events, leftovers
 from closed_forms import SHORT, synthetic
 from conftest import ROOT
 from forked_commands import Commands
-from hidden_tables import table
+from hidden_tables import FEW, among, table
 from nightly import EVERY, chosen
 from small_runs import make_csv
 
@@ -120,7 +120,7 @@ COMMANDS: dict[str, Callable[[Attacked], list[str]]] = {
         "train", *a.measured, "train=all", "effects=[force_offset]", f"fits={a.out}/fits", f"hydra.run.dir={a.out}/run",
     ],
     "sweep": lambda a: [*SWEEP, *a.measured, f"fits={a.out}/fits", f"hydra.sweep.dir={a.out}/sweep"],
-    "discover": lambda a: ["discover", *a.hidden, f"hydra.run.dir={a.out}/run"],
+    "discover": lambda a: ["discover", *a.hidden, among(*FEW, "length_compliance"), f"hydra.run.dir={a.out}/run"],
     "predict": lambda a: ["predict", f"run={a.fitted}", f"data.path={a.questions}", f"hydra.run.dir={a.out}/run"],
     "plan": lambda a: [
         "plan", f"run={a.fitted}", "rows=4", "goal=narrow", "parameter=C1", "figures=false",

@@ -222,8 +222,8 @@ def test_every_set_means_those_that_have_test_rows(csv, tmp_path):
 
 @pytest.mark.slow
 def test_the_command_itself(csv, commands, tmp_path):
-    asked = ["fits=null", "train=sample3", "data=csv", f"data.path={csv}", f"hydra.run.dir={tmp_path / 'good'}"]
-    line = [sys.executable, "train.py", *asked]
+    asked = ["fits=null", "figures=false", "train=sample3", "data=csv", f"data.path={csv}"]
+    line = [sys.executable, "train.py", *asked, f"hydra.run.dir={tmp_path / 'good'}"]
     good = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert good.returncode == 0, good.stderr
     assert "C1" in good.stdout
@@ -243,28 +243,18 @@ def test_an_output_folder_that_cannot_be_written(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_interrupted_run_leaves_no_results(tmp_path):
+def test_an_interrupted_run_leaves_no_results(commands, tmp_path):
     folder = tmp_path / "run"
-    line = [sys.executable, "train.py", "model=mlp", "fit=adam", "fit.max_epochs=100000", f"hydra.run.dir={folder}"]
-    process = subprocess.Popen(
-        line,
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ},
-        # Tests that run in the background of a shell inherit that interrupts are ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    process = commands.start("train", "model=mlp", "fit=adam", "fit.max_epochs=100000", f"hydra.run.dir={folder}")
     deadline = time.time() + 120
     while not list(folder.glob("events*")) and time.time() < deadline:
-        time.sleep(0.2)
-    time.sleep(2)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode != 0
-    assert "interrupted" in errors
-    assert "Traceback" not in errors
+        time.sleep(0.1)
+    time.sleep(1)
+    os.kill(process, signal.SIGINT)
+    ended = commands.wait(process)
+    assert ended.status != 0
+    assert "interrupted" in ended.err
+    assert "Traceback" not in ended.err
     assert not (folder / "results.json").exists()
 
 

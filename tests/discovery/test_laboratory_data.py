@@ -87,7 +87,8 @@ def test_slipped_readings_change_no_answer_and_neither_does_leaving_them_out(hid
         assert all(abs(values[name] - others[name]) < 0.7 * errors[name] for name in values)
 
 
-@pytest.mark.parametrize("hidden", [*HIDDEN, "outside"])
+# An accuracy is stated before the library is looked through: what is written beyond it takes three times as long.
+@pytest.mark.parametrize("hidden", usually(*HIDDEN, nightly=["outside"]))
 @pytest.mark.parametrize("seed", usually(1, nightly=[2]))
 def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed):
     extra = outside("cogging", 8.0) if hidden == "outside" else None

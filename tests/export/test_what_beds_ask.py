@@ -9,6 +9,7 @@ from exported import run_of
 from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.export.actuator import Actuator
 from freelearn.export.functions import Functions
+from freelearn.export.inverse import inverse
 from freelearn.export.writers.c_file import compiler, run
 from freelearn.export.writers.c_source import c_source
 
@@ -80,7 +81,8 @@ def test_a_place_under_loads_carries_them(hung):
 
 def test_pressures_of_an_end_block_are_those_of_invert(tmp_path):
     fitted = run_of(tmp_path / "run", "continuum", "block")
-    functions, library = _library(fitted, tmp_path, lambda every: every.inverses)
+    # Of both loads: those of one alone are looked for in the same way.
+    functions, library = _library(fitted, tmp_path, lambda every: [inverse(every.loads.actuator, (0, 1))])
     generator = np.random.default_rng(0)
     state = generator.uniform([-2, -50, 5, 5, 5], [2, 50, 60, 60, 60], size=(12, 5))
     names = ["elongation_mm", "twist_deg", "pressure_1_kpa", "pressure_2_kpa", "pressure_3_kpa"]

@@ -11,6 +11,7 @@ import gc
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import traceback
@@ -126,6 +127,8 @@ def _become(request: dict[str, Any]) -> None:
     os.environ.update(request["env"])
     if request["largest"] is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest"], resource.RLIM_INFINITY))
+    # What a shell runs in its background inherits that interrupts are ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.argv = ["freelearn", *request["words"]]
 
 

@@ -81,11 +81,12 @@ def tab(browser, address):
 
 @pytest.fixture(scope="module")
 def hidden(work):
-    """One sample of the bed whose truth is the continuum model and friction, as a user's CSV."""
+    """Every third state of one sample of the bed whose truth is the continuum model and friction, as a user's CSV."""
     hide = ["data.hidden={friction_hysteresis:{force:3.0,moment:0.08}}", "data.seed=4"]
     table = load_table(settings(TrainSettings, hide).data).table
     path = work / "mine.csv"
-    table[table["sample"] == 3].to_csv(path, index=False)
+    table = table[table["sample"] == 3]
+    table[(table["step"] == 0).cumsum() % 3 == 0].to_csv(path, index=False)
     return path
 
 
@@ -133,8 +134,15 @@ def turn(tab, name):
 
 def faults(page):
     """What axe finds that keeps somebody from using the page; colors are looked at as they are before dark mode."""
-    found = Axe().run(page).response["violations"]
+    found = Axe().run(page, options={"resultTypes": ["violations"]}).response["violations"]
     return [(v["id"], [n["html"] for n in v["nodes"]]) for v in found if v["impact"] in ("serious", "critical")]
+
+
+def boxes(page, selector):
+    """Left, top, width and height of all that is visible of a kind, asked at once: each question looks through all
+    shadows of the page."""
+    asked = "all => all.map(e => e.getBoundingClientRect()).map(b => [b.x, b.y, b.width, b.height])"
+    return [box for box in page.locator(selector).evaluate_all(asked) if box[2] and box[3]]
 
 
 def drawn(page):
@@ -318,8 +326,8 @@ def test_nothing_is_cut_at_any_width(browser, copied):
     page.wait_for_function(f"({charts})().length === 6 && ({charts})().every(m => m.inner_width > 100)")
 
     def edges():
-        boxes = [box for chart in page.locator(".bk-Figure").all() if (box := chart.bounding_box())]
-        return min(box["x"] for box in boxes), max(box["x"] + box["width"] for box in boxes)
+        charts = boxes(page, ".bk-Figure")
+        return min(x for x, *_ in charts), max(x + width for x, _, width, _ in charts)
 
     for width in (1024, 1440, 2560):
         page.set_viewport_size({"width": width, "height": 900})
@@ -330,12 +338,15 @@ def test_nothing_is_cut_at_any_width(browser, copied):
             page.wait_for_timeout(100)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         assert edges()[0] >= 280
-        cut = "e => e.scrollWidth > e.clientWidth + 1"
-        texts = page.locator("p:visible, td:visible, label:visible, h2:visible").all()
-        assert not [text.inner_text() for text in texts if text.evaluate(cut)]
+        cut = "all => all.filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.innerText)"
+        texts = page.locator("p:visible, td:visible, label:visible, h2:visible")
+        assert texts.count() > 20
+        assert not texts.evaluate_all(cut)
         assert "invert" in page.evaluate("getComputedStyle(document.documentElement).filter")
-        drawn(page)
-        assert not faults(page)
+        # Names, roles and colors do not depend on the width: they are looked at where things are nearest to each other.
+        if width == 1024:
+            drawn(page)
+            assert not faults(page)
     (report,) = session.glob("train_*/report.html")
     page.goto(report.as_uri())
     assert not faults(page)
@@ -485,13 +496,11 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
         tab.get_by_label(re.compile(question)).select_option("no")
     assert not faults(tab)
     # No two of what can be chosen lie on each other.
-    boxes = [b for w in tab.locator("select:visible, input[type=text]:visible").all() if (b := w.bounding_box())]
-    for n, one in enumerate(boxes):
-        for other in boxes[n + 1 :]:
-            apart = [
-                one[a] + one[s] <= other[a] or other[a] + other[s] <= one[a]
-                for a, s in (("x", "width"), ("y", "height"))
-            ]
+    fields = boxes(tab, "select:visible, input[type=text]:visible")
+    assert len(fields) > 10
+    for n, one in enumerate(fields):
+        for other in fields[n + 1 :]:
+            apart = [one[a] + one[a + 2] <= other[a] or other[a] + other[a + 2] <= one[a] for a in (0, 1)]
             assert any(apart), (one, other)
     button(tab, "Make the table only").click()
     tab.get_by_text("pressure_kpa may be in psi").wait_for()
