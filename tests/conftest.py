@@ -94,7 +94,7 @@ def commands(tmp_path_factory):
         yield commands
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def once(tmp_path_factory):
     """A run and its functions, which several tests export: tracing and asking them takes the most time."""
     # Here, not above: exports are imported by their own tests alone.
