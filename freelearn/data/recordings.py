@@ -14,12 +14,13 @@ import torch
 from torch import Tensor
 
 from freelearn.common.vmapped import all_if_known
+from freelearn.data.linear_recurrence import linear_recurrence
 from freelearn.data.logs import TIME, run_numbers
+from freelearn.data.stops import stops
 
-# Recurrences along a log without a loop over its samples: their steps compose, so a tree of compositions does them.
-#
-# A tree of depth log₂ N computes all N states (Blelloch, Prefix sums and their applications, CMU-CS-90-190, 1990).
-# Of torch operations alone, so that every derivative follows.
+# Recurrences along a log without a loop over its samples: their steps compose. Those that are lines or clamps go block
+# beside block (see blocks); of pairs a tree of depth log₂ N computes all N states (Blelloch, Prefix sums and their
+# applications, CMU-CS-90-190, 1990), of torch operations alone, so that every derivative follows.
 
 Steps = tuple[Tensor, ...]
 Matrix = tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -81,12 +82,7 @@ def recurred(factor: Tensor, added: Tensor) -> Tensor:
     """
     if (one := STEPPING.get()) is not None:
         return one.recurred(factor, added)
-    factor, added = torch.broadcast_tensors(factor, added)
-
-    def compose(one: Steps, two: Steps) -> Steps:
-        return one[0] * two[0], two[0] * one[1] + two[1]
-
-    return scanned(compose, (factor, added))[1]
+    return linear_recurrence(factor, added)
 
 
 def stopped(signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
@@ -101,31 +97,7 @@ def stopped(signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
     if (one := STEPPING.get()) is not None:
         return one.stopped(signal, low, high)
     signal, low, high = torch.broadcast_tensors(signal, low, high)
-    # Where it was clamped last tells all: from there on z moves with x. So derivatives need no scan.
-    with torch.no_grad():
-        x, floor, roof = signal.detach(), low.detach(), high.detach()
-        z = _clamped(x.diff(dim=0, prepend=x[:1]), floor, roof)
-        place = torch.arange(len(x), device=x.device).reshape(-1, *[1] * (x.ndim - 1)).expand_as(x)
-        down, up = z <= floor, z >= roof
-        last = torch.where(down | up, place, torch.zeros_like(place)).cummax(0).values
-    bound = torch.where(down, low, high)
-    moved: Tensor = signal - signal.gather(0, last) + bound.gather(0, last)
-    return moved
-
-
-def _clamped(moved: Tensor, low: Tensor, high: Tensor) -> Tensor:
-    """z with zₙ = min(max(zₙ₋₁ + dₙ, lowₙ), highₙ), z before the first sample 0."""
-
-    def compose(one: Steps, two: Steps) -> Steps:
-        (shift, low, high), (more, floor, roof) = one, two
-        return shift + more, _between(low + more, floor, roof), _between(high + more, floor, roof)
-
-    shift, low, high = scanned(compose, (moved, low, high))
-    return _between(shift, low, high)
-
-
-def _between(value: Tensor, low: Tensor, high: Tensor) -> Tensor:
-    return torch.minimum(torch.maximum(value, low), high)
+    return stops(signal, low, high, (1.0,), None)
 
 
 def turned(matrix: Matrix, added: tuple[Tensor, Tensor]) -> Steps:

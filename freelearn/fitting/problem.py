@@ -15,7 +15,7 @@ from freelearn.data.error import load_scale
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.data.warm_start import Near
-from freelearn.physics.chain.history import log_jacobian
+from freelearn.physics.chain.log_derivatives import log_jacobian
 from freelearn.physics.chain.model import BLOCK, Bound, Model
 from freelearn.physics.chain.priors import RawPrior, raw_prior, spans
 

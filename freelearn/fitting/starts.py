@@ -207,8 +207,10 @@ def _grid(model: Model[Any], rows: Rows, axes: Mapping[str, Tensor]) -> Tensor:
     # All candidates in one batch: every row once for each, with the candidate's values.
     row = torch.arange(len(some)).repeat(len(candidates))
     values = model.physical(candidates.repeat_interleave(len(some), dim=0))
+    # Of a log as it is at rest: that tells the decades, and to a few rows' history belong all samples before them.
+    of = model.steady if model.remembers(some.states) else model.chain
     with torch.no_grad():
-        predicted = model.chain(some.states[row], values).loads
+        predicted = of(some.states[row], values).loads
     # The logarithm bounds what a reading that slipped can do (Cauchy's loss).
     misses = some.readings[row].missed(predicted) / scale
     costs = misses.square().log1p().reshape(len(candidates), -1).sum(-1)

@@ -15,7 +15,7 @@ from freelearn.data.columns import Columns
 from freelearn.data.logs import run_numbers
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
-from freelearn.physics.chain.history import by_inputs, log_jacobian, shifted
+from freelearn.physics.chain.log_derivatives import by_inputs, log_jacobian, shifted
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.queries.answers import columns_of
 from freelearn.queries.inverse.asker import Answered, Asker

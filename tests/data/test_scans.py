@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 import torch
 
+from freelearn.data.blocks import BLOCKS
 from freelearn.data.recordings import followed, recurred, stopped, turned
+from freelearn.data.stops import stops
+
+# With blocks of one sample, of two, of several, the last of which are not full.
+COUNTS = [1, 2, 3, 4, 5, 8, 13, 1000, BLOCKS, BLOCKS + 1, 2 * BLOCKS + 3, 5 * BLOCKS - 4]
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13, 1000])
+@pytest.mark.parametrize("count", COUNTS)
 def test_a_recurrence_is_the_loops(count):
     generator = np.random.default_rng(count)
     factor, added = generator.uniform(0, 1, count), generator.normal(size=count)
@@ -18,7 +23,7 @@ def test_a_recurrence_is_the_loops(count):
     np.testing.assert_allclose(recurred(torch.tensor(factor), torch.tensor(added)), expected, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13, 1000])
+@pytest.mark.parametrize("count", COUNTS)
 def test_a_stop_is_the_loops(count):
     """With bounds that move, and that close now and then, where it begins anew."""
     generator = np.random.default_rng(count)
@@ -48,6 +53,79 @@ def test_the_derivative_of_a_stop_is_that_of_differences():
         step = torch.zeros(3, dtype=torch.float64)
         step[k] = 1e-6
         torch.testing.assert_close(forward[:, k], (of(at + step) - of(at - step)) / 2e-6, rtol=1e-6, atol=1e-8)
+
+
+def elements(count):
+    """A signal of two columns with bounds that stay, of three sizes, begun anew now and then."""
+    generator = np.random.default_rng(count)
+    signal = generator.normal(size=(count, 2)).cumsum(0)
+    return signal, np.array([-0.7, -0.4]), np.array([0.9, 0.6]), (0.3, 1.0, 2.5), generator.uniform(size=count) < 0.02
+
+
+def held_one_by_one(signal, low, high, ratios, anew):
+    """Mean of the stops, sample by sample."""
+    z, found = np.zeros((len(ratios), 2)), np.zeros_like(signal)
+    for n, x in enumerate(signal):
+        for i, ratio in enumerate(ratios):
+            z[i] = 0.0 if anew[n] else np.clip(z[i] + (x - signal[n - 1] if n else 0.0), ratio * low, ratio * high)
+        found[n] = z.mean(0)
+    return found
+
+
+@pytest.mark.parametrize("count", [1, 7, 2 * BLOCKS + 3])
+def test_elements_with_bounds_that_stay_are_the_loops(count):
+    signal, low, high, ratios, anew = elements(count)
+    found = stops(*map(torch.tensor, (signal, low[None], high[None])), ratios, torch.tensor(anew))
+    np.testing.assert_allclose(found, held_one_by_one(signal, low, high, ratios, anew), rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_derivatives_of_elements_are_those_of_the_loop(moving):
+    """Forward and backward through several blocks, and of a batch of signals, against differences of the loop."""
+    signal, low, high, ratios, anew = elements(2 * BLOCKS + 3)
+    x, bottom, top = (torch.tensor(each) for each in (signal, low[None], high[None]))
+    if moving:
+        bottom, top = bottom.expand_as(x), top.expand_as(x)
+
+    def of(scale):
+        return stops(scale[0] * x, scale[1] * bottom, scale[2] * top, ratios, torch.tensor(anew))
+
+    at, step = np.array([1.1, 0.9, 0.7]), 1e-6
+    forward = torch.func.jacfwd(of)(torch.tensor(at))
+    weights = torch.tensor(np.random.default_rng(0).normal(size=x.shape))
+    backward = torch.func.grad(lambda scale: (weights * of(scale)).sum())(torch.tensor(at))
+    batch = torch.func.vmap(of)(torch.tensor(np.array([at, 2 * at])))
+    torch.testing.assert_close(backward, torch.einsum("nc,nck->k", weights, forward))
+    for k, unit in enumerate(np.eye(3)):
+        ahead, behind = (
+            held_one_by_one(a * signal, b * low, c * high, ratios, anew)
+            for a, b, c in (at + step * unit, at - step * unit)
+        )
+        # But for the few samples at which something is clamped in between.
+        differs = np.abs(forward[..., k].numpy() - (ahead - behind) / (2 * step)) > 1e-6
+        assert differs.mean() < 1e-3
+    np.testing.assert_allclose(batch[1], of(torch.tensor(2 * at)), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [4, 2 * BLOCKS + 3])
+def test_derivatives_of_a_recurrence_are_those_of_differences(count):
+    """By factors that columns share and by what is added, forward, backward, and of a batch."""
+    generator = np.random.default_rng(count)
+    factor, added = (torch.tensor(generator.uniform(size=(count, columns))) for columns in (1, 3))
+
+    def of(scale):
+        return recurred(scale[0] * factor, scale[1] * added)
+
+    at = torch.tensor([0.9, 1.3], dtype=torch.float64)
+    forward = torch.func.jacfwd(of)(at)
+    weights = torch.tensor(generator.normal(size=added.shape))
+    torch.testing.assert_close(
+        torch.func.grad(lambda scale: (weights * of(scale)).sum())(at), torch.einsum("nc,nck->k", weights, forward)
+    )
+    for k in range(2):
+        step = 1e-6 * torch.eye(2, dtype=torch.float64)[k]
+        torch.testing.assert_close(forward[..., k], (of(at + step) - of(at - step)) / 2e-6, rtol=1e-6, atol=1e-8)
+    torch.testing.assert_close(torch.func.vmap(of)(torch.stack([at, at / 2]))[1], of(at / 2))
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 64, 301])

@@ -17,7 +17,7 @@ from freelearn.data.states import States
 from freelearn.discovery.noise.memory import Filter
 from freelearn.discovery.noise.scatter import Scatter, clock_of
 from freelearn.discovery.noise.shapes import both_loads
-from freelearn.physics.chain.history import shifted
+from freelearn.physics.chain.log_derivatives import shifted
 from freelearn.physics.chain.model import BLOCK, Model
 
 # Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in

@@ -1,14 +1,13 @@
 """The chain along a log: what effects of the history carry from sample to sample of whole recordings.
 
 pressure (and hung loads) → `supply`, `wall` undone → the chain of every sample by itself → `wall`, `loads` carried →
-sensors → `readings` carried. Only the steady middle is costly, and it knows no time: so a fit's derivatives take it
-row by row, in reverse, and go through the rest forward.
+sensors → `readings` carried. Only the steady middle is costly, and it knows no time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
 
 import torch
 from torch import Tensor
@@ -23,8 +22,6 @@ from freelearn.physics.chain.raw_vector import Values
 
 # Rows of the steady chain at once (as chain has them).
 BLOCK = 4096
-# Samples times derivatives that are carried along at once.
-TOGETHER = 3_000_000
 
 
 class Chain(Protocol):
@@ -72,151 +69,14 @@ def along(chain: Chain, states: States, values: Values) -> Prediction:
     return Prediction(now.loads + (every.loads - before.loads)[place], now.status)
 
 
-def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
-    """∂loads/∂vector of rows of a log as they were recorded, at a raw vector (p,): (N, 2, p)."""
-    assert states.recording is not None
-    assert states.place is not None
-    recording, place = states.recording.around(states.place)
-    size = len(vector)
-    unit = torch.eye(size, dtype=vector.dtype, device=vector.device)
-
-    def head(v: Tensor) -> Tensor:
-        return torch.stack(_supplied(chain, recording, chain.physical(v)), dim=-1)
-
-    inputs = head(vector)
-    # Of all parameters those of the effects before the wall alone move what it balances.
-    before = tuple(f"{effect.name}." for effect in (*chain.history["supply"], *chain.history["wall"]))
-    moving = [i for i, label in enumerate(chain.labels()) if label.startswith(before)] if before else []
-    by_head = _pushed(head, vector, unit, moving) if moving else None
-    loads, rates, lost = _steady_rates(chain, recording.states, inputs, vector, by_head)
-
-    def tail(of: Tensor, v: Tensor) -> Tensor:
-        return _carried(chain, recording, of, chain.physical(v), lost)
-
-    def column(rate: Tensor, along: Tensor) -> Tensor:
-        rate_of: Tensor = torch.func.jvp(tail, (loads, vector), (rate, along))[1]
-        return rate_of[place]
-
-    # All at once, so that what no derivative changes is made once; on long logs a few at a time, for the memory.
-    some = max(1, TOGETHER // len(recording))
-    columns: Tensor = torch.func.vmap(column, in_dims=(2, 0), out_dims=2, chunk_size=some)(rates, unit)
-    return columns
-
-
-@torch.no_grad()
-def shifted(chain: Chain, states: States, values: Values) -> Tensor:
-    """∂readings/∂ what a whole recording is shifted by, in either quantity of a kinematic state, of rows of a log:
-    (N, 2, 2). What is steady would be another value at every row, which a wall or friction carries on."""
-    assert states.recording is not None
-    assert states.place is not None
-    recording, place = states.recording.around(states.place)
-    supplied = torch.stack(_supplied(chain, recording, values), dim=-1)
-    whole, by, lost = _steady_by_inputs(chain, recording.states, supplied, values)
-    by = by[:, :, :2]
-
-    first, second, *others = recording.states.inputs()
-
-    def tail(of: Tensor, shift: Tensor) -> Tensor:
-        moved = recording.states.with_inputs([first + shift[0], second + shift[1], *others])
-        return _carried(chain, Recording(moved, recording.run, recording.time), of, values, lost)
-
-    still, unit = whole.new_zeros(2), torch.eye(2, dtype=whole.dtype)
-    columns = [torch.func.jvp(tail, (whole, still), (by[:, :, i], unit[i]))[1] for i in range(2)]
-    return torch.stack(columns, dim=-1)[place]
-
-
-@torch.no_grad()
-def by_inputs(chain: Chain, recording: Recording[States], values: Values, samples: Tensor, quantity: int) -> Tensor:
-    """∂readings/∂ one input of some samples of one recording, as its other samples stay: (M, 2, n).
-
-    samples: (n,) int64; quantity: which of States.inputs. What the chain knows of a row besides (the direction in which
-    its pressure went) stays.
-    """
-    inputs = torch.stack(recording.states.inputs(), dim=-1)
-
-    def moved(x: Tensor) -> Recording[States]:
-        return Recording(recording.states.with_inputs(x.unbind(-1)), recording.run, recording.time)
-
-    def head(x: Tensor) -> Tensor:
-        return torch.stack(_supplied(chain, moved(x), values), dim=-1)
-
-    def tail(of: Tensor, x: Tensor) -> Tensor:
-        return _carried(chain, moved(x), of, values, lost)
-
-    loads, by, lost = _steady_by_inputs(chain, recording.states, head(inputs), values)
-    places = torch.arange(len(recording), device=inputs.device)
-
-    def column(sample: Tensor) -> Tensor:
-        unit = (places == sample).to(inputs.dtype)
-        pushed = torch.stack([unit if i == quantity else 0 * unit for i in range(inputs.shape[1])], dim=-1)
-        supplied: Tensor = torch.func.jvp(head, (inputs,), (pushed,))[1]
-        rate = (by @ supplied[..., None])[..., 0]
-        shown: Tensor = torch.func.jvp(tail, (loads, inputs), (rate, pushed))[1]
-        return shown
-
-    some = max(1, TOGETHER // len(recording))
-    columns: Tensor = torch.func.vmap(column, out_dims=2, chunk_size=some)(samples)
-    return columns
-
-
-def _steady_by_inputs(chain: Chain, states: States, inputs: Tensor, values: Values) -> tuple[Tensor, Tensor, Tensor]:
-    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂inputs (M, 2, i): zero where it has none;
-    whether it has no equilibrium (M,) bool."""
-    loads, rates, lost = [], [], []
-    for rows in torch.arange(len(states), device=inputs.device).split(BLOCK):
-        with torch.enable_grad():
-            at = inputs[rows].detach().requires_grad_()
-            found = _before_sensors(chain, states[rows].with_inputs(at.unbind(-1)), values)
-            each = [torch.autograd.grad(f.sum(), at, retain_graph=True)[0] for f in found.loads.unbind(-1)]
-        loads.append(found.loads.detach())
-        lost.append(found.status == Status.NO_EQUILIBRIUM)
-        rates.append(torch.stack(each, dim=1).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0))
-    return torch.cat(loads), torch.cat(rates), torch.cat(lost)
-
-
-def _pushed(head: Callable[[Tensor], Tensor], vector: Tensor, unit: Tensor, moving: Sequence[int]) -> Tensor:
-    """∂head/∂vector, (M, inputs, p), of a head that only these entries move."""
-    each = {i: torch.func.jvp(head, (vector,), (unit[i],))[1] for i in moving}
-    still = torch.zeros_like(each[moving[0]])
-    return torch.stack([each.get(i, still) for i in range(len(vector))], dim=-1)
-
-
-def _steady_rates(
-    chain: Chain, states: States, inputs: Tensor, vector: Tensor, by_head: Tensor | None
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Loads (M, 2) of every sample by itself at inputs (M, i), and ∂loads/∂vector (M, 2, p), also by way of these;
-    whether it has no equilibrium (M,) bool."""
-    loads, rates, lost = [], [], []
-    for rows in torch.arange(len(states), device=vector.device).split(BLOCK):
-        with torch.enable_grad():
-            copies = vector.detach().expand(len(rows), -1).clone().requires_grad_()
-            at = inputs[rows].detach().requires_grad_()
-            own = states[rows].with_inputs(at.unbind(-1))
-            found = _before_sensors(chain, own, chain.physical(copies))
-            each = [
-                torch.autograd.grad(f.sum(), (copies, at), retain_graph=True, materialize_grads=True)
-                for f in found.loads.unbind(-1)
-            ]
-        by_copies = torch.stack([c for c, _ in each], dim=1)
-        if by_head is not None:
-            by_inputs = torch.stack([i for _, i in each], dim=1).nan_to_num(nan=0.0)
-            by_copies = by_copies + by_inputs @ by_head[rows]
-        loads.append(found.loads.detach())
-        rates.append(by_copies)
-        lost.append(found.status == Status.NO_EQUILIBRIUM)
-    return torch.cat(loads), torch.cat(rates), torch.cat(lost)
-
-
 def measured_along(chain: Chain, recording: Recording[States], values: Values) -> Prediction:
     """What the bed measures at every sample of the recordings."""
-    supplied = recording.states.with_inputs(_supplied(chain, recording, values))
-    found = _blocks(chain, supplied, values)
-    return Prediction(
-        _carried(chain, recording, found.loads, values, found.status == Status.NO_EQUILIBRIUM), found.status
-    )
+    found = _blocks(chain, recording.states.with_inputs(supplied(chain, recording, values)), values)
+    lost = found.status == Status.NO_EQUILIBRIUM
+    return Prediction(carried(chain, recording, found.loads, values, lost), found.status)
 
 
-def _supplied(chain: Chain, recording: Recording[States], values: Values) -> list[Tensor]:
+def supplied(chain: Chain, recording: Recording[States], values: Values) -> list[Tensor]:
     """What each actuator's wall balances: the bed's inputs, (M,) each, in the order of States.inputs."""
     states = recording.states
     first, second, *pressures = states.inputs()
@@ -231,40 +91,68 @@ def _supplied(chain: Chain, recording: Recording[States], values: Values) -> lis
     return [first, second, *pressures]
 
 
-def _carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:
+def carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:
     """What the sensors show (M, 2), from the steady loads (M, 2) before them, or the places under a dead load.
 
     lost: samples without an equilibrium (M,) bool. There what is carried stays as it was, so that samples after them
     are not lost too."""
-    lost = lost | ~loads.isfinite().all(-1)
+    lost = without(loads, lost)
     if all_if_known(~lost):
         return _shown(chain, recording, loads, values)
-    stays = (lost & ~recording.first)[:, None].to(loads.dtype)
-    shown = _shown(chain, recording, recurred(stays, torch.where(lost[:, None], 0.0, loads)), values)
+    shown = _shown(chain, recording, bridged(recording, loads, lost), values)
     return torch.where(lost[:, None], loads, shown)
 
 
+def without(loads: Tensor, lost: Tensor) -> Tensor:
+    """Samples whose steady loads (M, 2) are not carried on: those without an equilibrium, or not finite, (M,) bool."""
+    return lost | ~loads.isfinite().all(-1)
+
+
+def bridged(recording: Recording[States], loads: Tensor, lost: Tensor) -> Tensor:
+    """Loads (M, 2) that stay as they were where they are lost (M,) bool."""
+    stays = (lost & ~recording.first)[:, None].to(loads.dtype)
+    return recurred(stays, torch.where(lost[:, None], 0.0, loads))
+
+
+class Stage(NamedTuple):
+    """One step of the way from the steady loads (M, 2) to what is shown. effect: whose it is; None: the sensors'."""
+
+    effect: HistoryEffect[Any] | None
+    of: Callable[[Tensor, Values], Tensor]
+
+
+def stages(chain: Chain, recording: Recording[States]) -> list[Stage]:
+    """From the steady loads before the sensors, or the places under a dead load, to what is shown, in order."""
+
+    def carry(effect: HistoryEffect[Any]) -> Stage:
+        return Stage(effect, lambda loads, values: effect.carry(loads, recording, effect.own(values)))
+
+    def sense(loads: Tensor, values: Values) -> Tensor:
+        return chain.sensed(chain.evaded(loads, recording.states, values), recording.states, values)
+
+    readings = [carry(effect) for effect in chain.history["readings"]]
+    if recording.states.bed is DEAD_LOAD:
+        return readings
+    before = [carry(effect) for name in ("wall", "loads") for effect in chain.history[name]]
+    return [*before, Stage(None, sense), *readings]
+
+
 def _shown(chain: Chain, recording: Recording[States], loads: Tensor, values: Values) -> Tensor:
-    if recording.states.bed is not DEAD_LOAD:
-        for name in ("wall", "loads"):
-            for effect in chain.history[name]:
-                loads = effect.carry(loads, recording, effect.own(values))
-        loads = chain.sensed(chain.evaded(loads, recording.states, values), recording.states, values)
-    for effect in chain.history["readings"]:
-        loads = effect.carry(loads, recording, effect.own(values))
+    for stage in stages(chain, recording):
+        loads = stage.of(loads, values)
     return loads
 
 
-def _before_sensors(chain: Chain, states: States, values: Values) -> Prediction:
+def before_sensors(chain: Chain, states: States, values: Values) -> Prediction:
     """The steady chain, without what comes after all that is carried."""
     return chain.steady(states, values) if states.bed is DEAD_LOAD else chain.straight(states, values)
 
 
 def _blocks(chain: Chain, states: States, values: Values) -> Prediction:
     if len(states) <= BLOCK:
-        return _before_sensors(chain, states, values)
+        return before_sensors(chain, states, values)
     parts = [
-        _before_sensors(chain, states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)
+        before_sensors(chain, states[slice(i, i + BLOCK)], values) for i in range(0, len(states), BLOCK)
     ]  # fmt: skip
     return Prediction(torch.cat([p.loads for p in parts]), torch.cat([p.status for p in parts]))
 

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from freelearn.data.recordings import STEPPING, Recording, recurred, stopped, turned
 from freelearn.data.states import States
+from freelearn.data.stops import stops
 
 # No lag is shorter [s]; below it nothing is left of one.
 SHORTEST = 1e-9
@@ -65,6 +66,9 @@ def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor
     signal: x (M, c). low ≤ 0 ≤ high, (M, c) or (c,): mean thresholds of the elements, beyond which they slip. At a
     recording's first sample they hold nothing.
     """
+    if STEPPING.get() is None:
+        bounds = [bound.expand(len(signal) if bound.ndim > 1 else 1, signal.shape[1]) for bound in (low, high)]
+        return stops(signal, bounds[0], bounds[1], THRESHOLDS, recording.first)
     ratio = torch.tensor(THRESHOLDS, dtype=signal.dtype, device=signal.device)
     free = ~recording.first[:, None, None]
     floor, roof = (torch.where(free, bound[..., None] * ratio, 0.0) for bound in (low, high))
