@@ -1,5 +1,6 @@
 """The commands round the work: doctor, clean, completion."""
 
+import gc
 import os
 import shutil
 import subprocess
@@ -60,3 +61,7 @@ COMP_WORDS=({" ".join(words)}); COMP_CWORD={len(words) - 1}; COMP_LINE='{line}';
 _freelearn; printf '%s\\n' "${{COMPREPLY[@]}}" """
     done = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, check=True, timeout=20)
     assert offers in done.stdout.split()
+
+
+def test_what_a_command_loads_is_seldom_looked_through_for_garbage():
+    assert gc.get_threshold()[0] > 10_000

@@ -6,7 +6,7 @@ import json
 import beds
 import numpy as np
 import pytest
-from exported import HISTORY, VALUES, log_run, sampled
+from exported import HISTORY, VALUES, already, log_run, sampled
 from fitted_folders import folder_of
 
 import freelearn
@@ -120,8 +120,9 @@ def written(to, many, folder):
 
 @needs_compiler
 def test_an_export_of_a_log_tells_its_state_and_holds(many, tmp_path):
-    fitted, _ = many
-    found = fitted.export(tmp_path / "arm.c")
+    fitted, functions = many
+    with already(functions):
+        found = fitted.export(tmp_path / "arm.c")
     assert found.held
     content = json.loads((tmp_path / "export.json").read_text())
     step = content["functions"][0]

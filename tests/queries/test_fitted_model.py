@@ -70,9 +70,10 @@ def test_what_is_no_run_is_said_in_a_sentence(tmp_path):
         freelearn.load(tmp_path)
 
 
-def test_importing_the_package_loads_nothing_heavy():
+def test_importing_the_package_loads_nothing_heavy_and_leaves_the_collector_of_garbage_as_it_is():
     import subprocess
     import sys
 
-    code = "import sys, freelearn; print(sorted({'torch', 'pandas', 'lightning'} & set(sys.modules)))"
+    code = "import gc, sys; before = gc.get_threshold(); import freelearn; assert gc.get_threshold() == before; "
+    code += "print(sorted({'torch', 'pandas', 'lightning'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
