@@ -107,8 +107,12 @@ def bounded_least_squares(
     side = np.where(high == 0, -1.0, 1.0)
     gram, slopes = gram * side * side[:, None], slopes * side
     bounded = (low == 0) | (high == 0)
-    solve = _faces if bounded.sum() <= MOST_FACES else _one_by_one
-    x = solve(gram, slopes, bounded)
+    x = np.linalg.solve(gram, slopes.T).T
+    # Where no bound is overstepped, none counts.
+    beyond = (x[:, bounded] < 0).any(1)
+    if beyond.any():
+        solve = _faces if bounded.sum() <= MOST_FACES else _one_by_one
+        x[beyond] = solve(gram, slopes[beyond], bounded)
     gain = (x * (2 * slopes - x @ gram)).sum(1)
     return x * side / length, gain
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 import torch
+from scipy.linalg import block_diag
 from scipy.special import chdtrc
 from torch import Tensor
 
@@ -114,17 +116,39 @@ class Ranking:
 
     def pairs(self, most: int) -> list[tuple[tuple[str, str], float]]:
         """The most promising pairs, with what both together would add, the best first."""
-        found = []
-        for one, other in combinations(self.parts.values(), 2):
-            cross = self._cross(one, other)
-            gram = np.block([[one.gram, cross], [cross.T, other.gram]])
-            slope, low, high = (np.concatenate([getattr(p, n) for p in (one, other)]) for n in ("slope", "low", "high"))
-            prior = np.zeros_like(gram)
-            prior[: len(one.slope), : len(one.slope)] = one.size**2 * one.covariance
-            prior[len(one.slope) :, len(one.slope) :] = other.size**2 * other.covariance
+        found: list[tuple[tuple[str, str], float]] = []
+        # Bounds only lower what a pair adds: those that cannot be among the best need not be asked about theirs.
+        for (one, other), most_added in self._unbounded():
+            if len(found) >= most and most_added < found[-1][1]:
+                break
             names = (one.trial.effect, other.trial.effect)
-            found.append((names, _evidence(gram, slope, low, high, prior)[0] + log_odds(names, self.odds)))
-        return sorted(found, key=lambda pair: -pair[1])[:most]
+            slope, low, high = (np.concatenate([getattr(p, n) for p in (one, other)]) for n in ("slope", "low", "high"))
+            gram, prior = self._gram(one, other), block_diag(one.prior, other.prior)
+            added = _evidence(gram, slope, low, high, prior)[0] + log_odds(names, self.odds)
+            found = sorted([*found, (names, added)], key=lambda pair: -pair[1])[:most]
+        return found
+
+    def _unbounded(self) -> list[tuple[tuple[_Part, _Part], float]]:
+        """All pairs and what each would add if no parameter had a bound, the best first: all at once, each effect's
+        matrices made as large as the largest by an unknown that changes nothing."""
+        parts = list(self.parts.values())
+        if len(parts) < 2:
+            return []
+        slope = np.concatenate([*(part.slope for part in parts), [0.0]])
+        gram, covariance = block_diag(self._products, 0.0), block_diag(*(part.prior for part in parts), 1.0)
+        own = np.full((len(parts), max(len(part.slope) for part in parts)), len(slope) - 1)
+        for number, place in enumerate(self._places.values()):
+            own[number, : place.stop - place.start] = np.arange(place.start, place.stop)
+        one, other = np.triu_indices(len(parts), 1)
+        places = np.hstack([own[one], own[other]])
+        across, down = places[:, :, None], places[:, None, :]
+        # The unknown that changes nothing stands there several times, each time for itself.
+        apart = (across == len(slope) - 1) & (np.arange(places.shape[1])[:, None] != np.arange(places.shape[1]))
+        gram, covariance, slope = gram[across, down], np.where(apart, 0.0, covariance[across, down]), slope[across]
+        gain = (slope * np.linalg.solve(gram + np.linalg.inv(covariance), slope)).sum((1, 2))
+        odds = np.array([log_odds([part.trial.effect], self.odds) for part in parts])
+        added = 0.5 * gain - 0.5 * _occam(gram, covariance) + odds[one] + odds[other]
+        return [((parts[one[k]], parts[other[k]]), float(added[k])) for k in np.argsort(-added, kind="stable")]
 
     def cosines(self) -> tuple[list[str], np.ndarray]:
         """The effects and the largest cosine between the traces of each two, (k, k): one for what cannot be told
@@ -137,10 +161,25 @@ class Ranking:
             table[i, j] = table[j, i] = np.linalg.norm(roots[names[i]] @ cross @ roots[names[j]], 2)
         return names, table.clip(0, 1)
 
+    @cached_property
+    def _products(self) -> np.ndarray:
+        """Products of all effects' columns, cleared of what the fit absorbs: those of one after the other's."""
+        columns, shared = (torch.cat([getattr(p, n) for p in self.parts.values()], 1) for n in ("columns", "shared"))
+        return (columns.T @ columns - shared.T @ self.inverse @ shared).numpy()
+
+    @cached_property
+    def _places(self) -> dict[str, slice]:
+        ends = np.cumsum([len(part.slope) for part in self.parts.values()])
+        each = zip(self.parts.items(), ends, strict=True)
+        return {name: slice(int(end) - len(part.slope), int(end)) for (name, part), end in each}
+
     def _cross(self, one: _Part, other: _Part) -> np.ndarray:
         """Products of two effects' columns, cleared of what the fit absorbs."""
-        cross: np.ndarray = (one.columns.T @ other.columns - one.shared.T @ self.inverse @ other.shared).numpy()
-        return cross
+        return self._products[self._places[one.trial.effect], self._places[other.trial.effect]]
+
+    def _gram(self, one: _Part, other: _Part) -> np.ndarray:
+        cross = self._cross(one, other)
+        return np.block([[one.gram, cross], [cross.T, other.gram]])
 
     def _start(self, part: _Part) -> Tensor:
         """The raw vector with the effect moved, to which the fit's own parameters give way to first order."""
@@ -173,6 +212,11 @@ class _Part:
         mean = math.log(sum(math.exp(t[0] - best[0]) for t in tried) / len(tried))
         self.evidence, self.step, self.size = best[0] + mean + odds, best[1], best[2]
 
+    @property
+    def prior(self) -> np.ndarray:
+        """Covariance (k, k) of the coefficients beforehand, of the best size."""
+        return np.asarray(self.size**2 * self.covariance)
+
 
 def sqrtm(gram: np.ndarray) -> np.ndarray:
     """The symmetric root of a positive semidefinite matrix (k, k)."""
@@ -187,9 +231,14 @@ def _evidence(
     """Rise of the log-probability by a bounded step of k coefficients with a prior, and that step (k,)."""
     precision = np.linalg.inv(covariance)
     steps, gains = bounded_least_squares(gram + precision, slope[None], low, high)
+    return 0.5 * float(gains[0]) - 0.5 * float(_occam(gram, covariance)), steps[0]
+
+
+def _occam(gram: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Twice the logarithm of how much wider the prior is than what the rows leave of it: matrices (…, k, k) → (…)."""
     root = np.linalg.cholesky(covariance)
-    occam = np.linalg.slogdet(np.eye(len(slope)) + root.T @ gram @ root)[1]
-    return 0.5 * float(gains[0]) - 0.5 * float(occam), steps[0]
+    inner = np.eye(gram.shape[-1]) + root.swapaxes(-1, -2) @ gram @ root
+    return np.asarray(np.linalg.slogdet(inner)[1])
 
 
 def signs(model: Model, label: str) -> tuple[float, float]:

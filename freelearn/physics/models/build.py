@@ -78,7 +78,8 @@ def build_model(
         )
     kind = MODELS[name]
     model = kind(effects=make_effects(effects, kind.family, samples or (), name, members))
-    model.set_values(values or {})
+    if values:
+        model.set_values(values)
     model.learn(known or Known())
     return model
 
