@@ -10,7 +10,8 @@ from first_step import first_step
 from linear_bed import bench, student
 
 from freelearn.data.accuracy import PAPER, Accuracy
-from freelearn.discovery.referee.case import PASS, Case
+from freelearn.discovery.referee.black_box import MATTERS, SUSPECT_MATTERS, black_box
+from freelearn.discovery.referee.case import FAIL, PASS, Case
 from freelearn.discovery.referee.residual_patterns import stated
 from freelearn.records.verdict_words import noise_notes
 
@@ -82,3 +83,22 @@ def test_a_check_that_passes_beyond_its_threshold_says_that_it_is_noise():
     assert force.figure > force.threshold
     assert force.says.endswith("noise, no misfit.")
     assert "misfit" not in moment.says
+
+
+def test_where_readings_scatter_more_than_was_stated_less_of_a_misfit_is_let_pass():
+    """A twentieth of what is left is a function of the pressure: it may pass beside noise that is as it was said, and
+    not where the noise is thrice that, which may be more of the same."""
+    true = replace(PAPER, force=0.09, moment=1.8e-3)
+
+    def extra(s, loads):
+        p = 2 * s.pressure.numpy()[:, None] / float(s.pressure.max()) - 1
+        return loads + 0.55 * (5 * p**3 - 3 * p) / 2 * [0.09, 1.8e-3]
+
+    made, results = bench(4, states=40, true=true, extra=extra), {}
+    for stated_accuracy in (true, PAPER):
+        prepared, step = first_step(made.question(accuracy=stated_accuracy))
+        case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, stated_accuracy, prepared.fold)
+        check = black_box(case)[0]
+        assert SUSPECT_MATTERS < check.figure < MATTERS
+        results[stated_accuracy] = check.result, check.says.endswith("it would be let pass.")
+    assert results == {true: (PASS, False), PAPER: (FAIL, True)}

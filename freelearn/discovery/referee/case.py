@@ -20,6 +20,8 @@ Result = Literal["pass", "fail", "cannot_tell"]
 PASS: Result = "pass"
 FAIL: Result = "fail"
 CANNOT: Result = "cannot_tell"
+# Factor by which calibration certificates differ from what is true; beyond it the rows themselves have to show it.
+CERTIFIED = 1.5
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,13 @@ class Case:
         """Readings that count, (N, 2) bool: those that are there and did not slip."""
         scatter = self.whiten.scatter
         return self.whiten.told if scatter is None else self.whiten.told & self.whiten.counts & ~scatter.slipped
+
+    @cached_property
+    def scatters_more(self) -> bool:
+        """Whether readings of a kind scatter more than was stated: their sensor is worse, or the model."""
+        if self.whiten.scatter is None:
+            return False
+        return bool((self.whiten.scatter.deviations > CERTIFIED)[self.present.any(0)].any())
 
     @cached_property
     def states(self) -> int:

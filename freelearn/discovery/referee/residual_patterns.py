@@ -10,7 +10,7 @@ from freelearn.data.bed_accuracy import sensors, shared
 from freelearn.data.beds import Quantity
 from freelearn.discovery.noise.memory import Memory
 from freelearn.discovery.noise.scatter import MAD, clock_of
-from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
+from freelearn.discovery.referee.case import CANNOT, CERTIFIED, FAIL, PASS, Case, Check
 
 # What residuals look like in the order of measuring, in rising and falling pressure, level by level; and bands.
 
@@ -86,8 +86,6 @@ def _bands(case: Case, raw: torch.Tensor) -> Check:
 
 # Is the accuracy that the user states what the rows need?
 
-# Factor by which calibration certificates differ from what is true; beyond it the rows themselves have to show it.
-CERTIFIED = 1.5
 # Share of the scatter that must be there from each row to the next, where it is scatter and no misfit.
 ROUGH = 0.6
 # Factor beyond which errors of places count as a misfit, and errors that a sensor makes for a while.
