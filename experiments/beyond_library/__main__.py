@@ -5,6 +5,8 @@ nothing with the search, and judges what it proposes: the error on fresh states 
 whether place, inputs and form are right. --half open: 18 kinds that whoever writes the search may look at; sealed: the
 18 others, for one look at the end. Control sets hide nothing, or one effect of the library.
 
+--pairs hides two at once.
+
 Each round (--seeds) has every kind at every size and 50 control sets; the full plan has 4 rounds. Writes a line of
 results.jsonl in --out for each data set; with --resume those that are there are kept.
 """
@@ -19,7 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from beyond_library.plan import HALVES, ROUNDS, SIZES, plan
+from beyond_library.plan import HALVES, ROUNDS, SIZES, pairs, plan
 from hidden_effects.plan import some
 from rich.progress import track
 
@@ -48,6 +50,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python experiments/beyond_library", description=__doc__.split("\n")[0])
     parser.add_argument("--half", choices=HALVES, default="open")
     parser.add_argument("--seeds", type=int, default=1, help=f"rounds of the plan; {ROUNDS} are the full one")
+    parser.add_argument("--pairs", action="store_true", help="two at once: kinds, or a kind and an effect of the library")
     parser.add_argument("--sizes", default=",".join(map(str, SIZES)), help="σ after refitting C1 and C2: 8,15,30")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--some", type=int, help="stop after this many data sets, spread over the plan")
@@ -55,9 +58,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="default: outputs/beyond_library/HALF")
     parser.add_argument("--resume", action="store_true", help="keep the data sets that are done")
     arguments = parser.parse_args()
-    out = arguments.out or Path("outputs/beyond_library") / arguments.half
+    planned = pairs if arguments.pairs else plan
+    out = arguments.out or Path("outputs/beyond_library") / (arguments.half + "_pairs" * arguments.pairs)
     sizes = [int(size) for size in arguments.sizes.split(",")]
-    jobs = [job for job in plan(arguments.half, arguments.seeds, sizes) if arguments.only in job["key"]]
+    jobs = [job for job in planned(arguments.half, arguments.seeds, sizes) if arguments.only in job["key"]]
     jobs = some(jobs, arguments.some)
     out.mkdir(parents=True, exist_ok=True)
     path = out / "results.jsonl"
@@ -74,9 +78,13 @@ def main() -> None:
             done[result["key"]] = result
             file.write(json.dumps(result, allow_nan=False) + "\n")
             file.flush()
-    from beyond_library.report import report
+    from beyond_library.report import report, report_pairs
 
-    report([done[job["key"]] for job in jobs], arguments.half)
+    results = [done[job["key"]] for job in jobs]
+    if arguments.pairs:
+        report_pairs(results)
+    else:
+        report(results, arguments.half)
     print(f"files: {out}")
 
 

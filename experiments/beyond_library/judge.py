@@ -18,7 +18,7 @@ from beyond_library.forms import equivalent, family
 from beyond_library.fresh import Fresh, fresh
 from beyond_library.kind import Kind
 from beyond_library.make import Made, make
-from beyond_library.plan import kind_of
+from beyond_library.plan import kinds_of
 from rich.console import Console
 
 from freelearn.api.settings.configuration import settings
@@ -42,11 +42,13 @@ CLASS = 2
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a search said. model: with all that it found, None where it failed; before: with nothing added. proposals:
-    as in discovery.json; of each at least port, where, inputs, form, formula and twins."""
+    """What a search said. model: with all that it found, None where it failed; before: with nothing added. classes: of
+    each effect all that may stand in for it. proposals: as in discovery.json; of each at least port, where, inputs,
+    form, formula and twins."""
 
     verdict: str
     effects: list[str]
+    classes: list[list[str]]
     proposals: list[dict]
     model: Model | None
     before: Model | None
@@ -70,14 +72,15 @@ def searched(table: pd.DataFrame, accuracy: Mapping[str, float], seed: int) -> O
             found = discover(asked, Path(folder), Console(file=io.StringIO()))
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
-        return Outcome("failed", [], [], None, None, time.perf_counter() - began, reason=reason)
+        return Outcome("failed", [], [], [], None, None, time.perf_counter() - began, reason=reason)
     finally:
         # What one search wrote must not be in the library of the next one.
         for name in set(EFFECTS) - known:
             with suppress(KeyError):
                 del EFFECTS[name]
     content, steps = found.content, found.findings
-    said = content["verdict"], list(content["effects"]), list(content.get("proposals") or [])
+    classes = [list(members) for members in content["classes"]]
+    said = content["verdict"], list(content["effects"]), classes, list(content.get("proposals") or [])
     seconds = time.perf_counter() - began
     return Outcome(*said, steps.final.fit.model, steps.steps[0].fit.model, seconds, dict(content["error"]))
 
@@ -85,28 +88,40 @@ def searched(table: pd.DataFrame, accuracy: Mapping[str, float], seed: int) -> O
 def judged(job: dict) -> dict:
     """Makes a data set, has it searched, and judges the answer: the entry with its results, all JSON."""
     torch.set_num_threads(1)
-    kind = kind_of(job)
-    made = make(job, kind)
+    kinds = kinds_of(job)
+    made = make(job, kinds)
     outcome = searched(made.table, made.told, job["seed"] % 1000)
     result = job | {
-        "group": kind.group if kind else ("library" if job["effect"] else "nothing"),
+        "group": kinds[0].group if kinds else ("library" if job["effect"] else "nothing"),
         "reached": made.reached,
         "possible": made.possible,
-        "amount": made.truth.amount,
-        "shape": dict(made.truth.shape),
+        "hidden": [{"kind": h.kind.name, "amount": h.amount, "shape": dict(h.shape)} for h in made.truth.hidden],
         "rows": len(made.table),
         "slips": made.slips,
         "verdict": outcome.verdict,
         "effects": outcome.effects,
+        "classes": outcome.classes,
         "proposals": outcome.proposals,
         "error": outcome.error,
         "reason": outcome.reason,
         "seconds": outcome.seconds,
     }
     result |= misses(made, outcome, job["seed"])
-    result |= places(outcome.proposals, kind, made.truth.shape) if kind else {}
-    plain: dict = _plain(result)
+    if len(made.truth.hidden) == 1:
+        result |= places(outcome.proposals, kinds[0], made.truth.hidden[0].shape)
+    plain: dict = _plain(result | {"parts": parts(outcome, made)})
     return plain
+
+
+def parts(outcome: Outcome, made: Made) -> dict[str, bool]:
+    """Whether each part of what is hidden was found: a kind by a proposal, or a hint, at its place with its inputs, an
+    effect by its name or in a class."""
+    found = {
+        h.kind.name: any(places([each], h.kind, h.shape)["inputs_right"] for each in outcome.proposals)
+        for h in made.truth.hidden
+    }
+    listed = set(outcome.effects).union(*outcome.classes)
+    return found | {name: name in listed for name in made.truth.effects}
 
 
 def misses(made: Made, outcome: Outcome, seed: int) -> dict:

@@ -14,6 +14,7 @@ from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT
 
 HALVES: dict[str, tuple[Kind, ...]] = {"open": kinds_open.KINDS, "sealed": kinds_sealed.KINDS}
 LIBRARY = (*UNIT, *BRAIDED, *MOVED)
+UNITS = list(UNIT)
 SIZES = (8, 15, 30)
 # Control sets of each round: with nothing hidden, and with one effect of the library.
 FREE, NAMED = 20, 30
@@ -21,9 +22,10 @@ FREE, NAMED = 20, 30
 ROUNDS = 4
 
 
-def kind_of(job: dict) -> Kind | None:
-    """The kind that a data set hides."""
-    return next((kind for kind in HALVES[job["half"]] if kind.name == job["kind"]), None)
+def kinds_of(job: dict) -> list[Kind]:
+    """The kinds that a data set hides."""
+    names = {job["kind"], job.get("beside")}
+    return [kind for kind in HALVES[job["half"]] if kind.name in names]
 
 
 def plan(half: str, rounds: int, sizes: Sequence[int]) -> list[dict]:
@@ -44,6 +46,24 @@ def plan(half: str, rounds: int, sizes: Sequence[int]) -> list[dict]:
             counts[name] = counts.get(name, 0) + 1
             key = f"{name}/{counts[name]}"
             jobs.append({"key": key, "half": half, "kind": kind, "effect": effect, "size": size, **_measured(key)})
+    return jobs
+
+
+def pairs(half: str, rounds: int, sizes: Sequence[int]) -> list[dict]:
+    """Every kind of a half once a round and size beside another one, at another place, and once beside an effect of the
+    library; energies beside other kinds alone."""
+    jobs = []
+    for number in range(rounds):
+        generator = np.random.default_rng([number, 2040])
+        for size in sizes:
+            for kind in HALVES[half]:
+                others = [o for o in HALVES[half] if (o.port, o.where) != (kind.port, kind.where)]
+                other, effect = str(generator.choice([o.name for o in others])), str(generator.choice(UNITS))
+                hidden = [{"beside": other, "effect": None}]
+                hidden += [{"beside": None, "effect": effect}] if kind.port != "energy" else []
+                for second in hidden:
+                    key = f"{half}/{kind.name}+{second['beside'] or second['effect']}/{size}/{number}"
+                    jobs.append({"key": key, "half": half, "kind": kind.name, "size": size} | second | _measured(key))
     return jobs
 
 

@@ -12,6 +12,8 @@ from rich.table import Table
 
 # Targets: fresh error over the floor and how often, extrapolated error, and seconds.
 GOAL, EXTRAPOLATED, SECONDS = 1.2, 2.0, 60.0
+# What is claimed of a table, and times the floor beyond which fresh states refute it.
+CLAIMS, REFUTED = ("adequate", "named", "class", "proposed"), 2.0
 
 
 def report(results: list[dict], half: str) -> None:
@@ -32,6 +34,43 @@ def report(results: list[dict], half: str) -> None:
     if half == "open":
         for line in _answers(results):
             console.print(line, markup=False, soft_wrap=True)
+
+
+def report_pairs(results: list[dict]) -> None:
+    """Prints how often both parts of what is hidden were found, and what claims are worth on fresh states."""
+    console = Console(width=160)
+    possible = [r for r in results if r["possible"]]
+    if not possible:
+        console.print("no data sets")
+        return
+    table = _table(f"{len(possible)} data sets, two at once", ["what", "of", "rate %", "target"])
+
+    def row(what: str, good: list[bool], target: str = "") -> None:
+        if good:
+            table.add_row(what, str(len(good)), f"{100 * np.mean(good):.0f}", target)
+
+    for name, chosen in (("two kinds", [r for r in possible if r["beside"]]), ("a kind beside an effect", [
+        r for r in possible if r["effect"]
+    ]), ("all", possible)):  # fmt: skip
+        row(f"{name}: both parts found", [all(r["parts"].values()) for r in chosen], "≥ 60")
+        row(f"{name}: one part at least", [any(r["parts"].values()) for r in chosen])
+        row(f"{name}: fresh error ≤ {GOAL} × floor", [_ratio(r) <= GOAL for r in chosen])
+        claims = [r for r in chosen if r["verdict"] in CLAIMS]
+        row(f"{name}: claims that fresh states refute (> {REFUTED:g} × floor)", [_ratio(r) > REFUTED for r in claims], "0")
+    row("the effect, by its name or in a class", [r["parts"][r["effect"]] for r in possible if r["effect"]])
+    for verdict in (*CLAIMS, "undecided", "unexplained", "failed"):
+        row(f"verdict {verdict}", [r["verdict"] == verdict for r in possible])
+    console.print(table)
+    for r in possible:
+        told = [f"{p.get('where')} {p.get('form')} of {', '.join(p.get('inputs') or ())}" for p in r["proposals"]]
+        found = ", ".join(f"{name} {'✓' if right else '✗'}" for name, right in r["parts"].items())
+        said = "; ".join(["/".join(group) for group in r["classes"]] + told)
+        console.print(f"  {r['key']}: {found} → {r['verdict']}: {said}, {_ratio(r):.2f} floors", markup=False, soft_wrap=True)
+
+
+def _ratio(r: dict) -> float:
+    value = r.get("fresh", {}).get("ratio")
+    return np.inf if value is None else float(value)
 
 
 def _flat(r: dict) -> dict:

@@ -19,55 +19,76 @@ INVARIANT = {"i1": 3.0, "i2": 3.0, "i4": 1.0}
 
 
 @dataclass(frozen=True)
-class Truth:
-    """material: C1, C2 [Pa]. Hidden is a kind with its shape, at `amount` units, or effects of the library in the
-    forms of the literature, or nothing."""
+class Hidden:
+    """A kind with its shape, at `amount` units."""
 
-    material: tuple[float, float]
-    kind: Kind | None = None
+    kind: Kind
     shape: Mapping[str, float] = field(default_factory=dict)
     amount: float = 0.0
+
+    def value(self, inputs: Mapping[str, Array]) -> Array:
+        """What the kind adds, in SI."""
+        value = self.kind.function(inputs, self.shape)
+        return np.asarray(self.amount * self.shape.get("sign", 1.0) * self.kind.unit * value)
+
+    def at(self, *ports: str) -> bool:
+        """Whether it is at one of these ports."""
+        return self.amount != 0 and self.kind.port in ports
+
+
+@dataclass(frozen=True)
+class Truth:
+    """material: C1, C2 [Pa]. hidden: kinds of physics that are in no library. effects: of the library, in the forms of
+    the literature; not beside an energy, whose tube knows none."""
+
+    material: tuple[float, float]
+    hidden: tuple[Hidden, ...] = ()
     effects: Effects = field(default_factory=dict)
 
     def loads(self, s: States) -> tuple[Array, Array]:
         """Force [N] and moment [N·m] that the cells show without noise, (N, 2), and equilibrium, (N,)."""
-        if self.kind is None or self.amount == 0:
-            return bed_loads(s, *self.material, self.effects, None, literature.on_the_rig)
         with np.errstate(over="ignore", invalid="ignore"):
-            shown, balanced = self._acting(self.kind, s)
+            shown, balanced = self._shown(s)
         return shown, np.asarray(balanced & np.isfinite(shown).all(1))
 
-    def _acting(self, kind: Kind, s: States) -> tuple[Array, Array]:
-        port, where = kind.port, kind.where
-        if port == "energy":
-            return tube.loads(s, *self.material, self._psi)
-        if port in ("boundary", "geometry"):
-            name = FIELD.get(where, where)
-            return self._bare(s | {name: s[name] + self._value(_inputs(s))})
-        loads, balanced = self._bare(s)
-        if where == "both":
-            return loads - self._slopes(s), balanced
+    def _shown(self, s: States) -> tuple[Array, Array]:
+        loads, balanced = self._borne(s)
+        pulls = sum((_slopes(each, s) for each in self.hidden if each.at("parallel") and _both(each)), 0 * loads)
         inputs = _inputs(s) | {"force": loads[:, 0] / ONE["force"], "moment": loads[:, 1] / ONE["moment"]}
-        added = self._value(inputs) * (-s["direction"] if port == "dissipation" else 1.0)
-        first = where in ("force", "axial")
-        return loads + np.stack([added, 0 * added] if first else [0 * added, added], axis=1), balanced
+        loads = loads - pulls
+        for each in self.hidden:
+            if each.at("parallel", "dissipation", "measurement") and not _both(each):
+                added = each.value(inputs) * (-s["direction"] if each.kind.port == "dissipation" else 1.0)
+                loads[:, 0 if each.kind.where in ("force", "axial") else 1] += added
+        return loads, balanced
 
-    def _bare(self, s: States) -> tuple[Array, Array]:
-        return bed_loads(s, *self.material, {}, None, literature.on_the_rig)
+    def _borne(self, s: States) -> tuple[Array, Array]:
+        """By the tube, where it really is, as it really is."""
+        inputs = _inputs(s)
+        for each in self.hidden:
+            if each.at("boundary", "geometry"):
+                name = FIELD.get(each.kind.where, each.kind.where)
+                s = s | {name: s[name] + each.value(inputs)}
+        energies = [each for each in self.hidden if each.at("energy")]
+        if not energies:
+            return bed_loads(s, *self.material, self.effects, None, literature.on_the_rig)
 
-    def _value(self, inputs: Mapping[str, Array]) -> Array:
-        """What the kind adds, in SI."""
-        assert self.kind is not None
-        value = self.kind.function(inputs, self.shape)
-        return np.asarray(self.amount * self.shape.get("sign", 1.0) * self.kind.unit * value)
+        def psi(invariants: Mapping[str, Array]) -> Array:
+            shown = {name: (value - INVARIANT[name]) / ONE[name] for name, value in invariants.items()}
+            return np.asarray(sum(each.value(shown) for each in energies))
 
-    def _psi(self, invariants: Mapping[str, Array]) -> Array:
-        return self._value({name: (value - INVARIANT[name]) / ONE[name] for name, value in invariants.items()})
+        return tube.loads(s, *self.material, psi)
 
-    def _slopes(self, s: States) -> Array:
-        """∂V/∂(l, φ) of a parallel element's potential, (N, 2)."""
-        moved = (s | {"length": s["length"] + 1j * STEP}, s | {"twist": s["twist"] + 1j * STEP})
-        return np.stack([self._value(_inputs(each)).imag / STEP for each in moved], axis=1)
+
+def _both(hidden: Hidden) -> bool:
+    """Whether it is a potential of length and twist."""
+    return hidden.kind.where == "both"
+
+
+def _slopes(hidden: Hidden, s: States) -> Array:
+    """∂V/∂(l, φ) of a parallel element's potential, (N, 2)."""
+    moved = (s | {"length": s["length"] + 1j * STEP}, s | {"twist": s["twist"] + 1j * STEP})
+    return np.stack([hidden.value(_inputs(each)).imag / STEP for each in moved], axis=1)
 
 
 def _inputs(s: States) -> dict[str, Array]:
