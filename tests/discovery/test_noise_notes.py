@@ -11,7 +11,8 @@ from linear_bed import bench, student
 
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.discovery.referee.black_box import MATTERS, SUSPECT_MATTERS, black_box
-from freelearn.discovery.referee.case import FAIL, PASS, Case
+from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case
+from freelearn.discovery.referee.levels import levels_left_out
 from freelearn.discovery.referee.residual_patterns import stated
 from freelearn.records.verdict_words import noise_notes
 
@@ -102,3 +103,21 @@ def test_where_readings_scatter_more_than_was_stated_less_of_a_misfit_is_let_pas
         assert SUSPECT_MATTERS < check.figure < MATTERS
         results[stated_accuracy] = check.result, check.says.endswith("it would be let pass.")
     assert results == {true: (PASS, False), PAPER: (FAIL, True)}
+
+
+@pytest.mark.parametrize(("times", "result"), [(1.0, PASS), (2.5, CANNOT), (8.0, FAIL)])
+def test_places_that_few_states_do_not_tell_of_may_be_what_a_length_left_out_is_off_by(times, result):
+    """Of eight lengths nothing says how well they were set: an error that twice the usual one explains is no misfit."""
+    made = bench(5, states=8, samples=(1,), true=replace(PAPER, length=times * PAPER.length, twist=times * PAPER.twist))
+    prepared, step = first_step(made.question(accuracy=PAPER))
+    case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, PAPER, prepared.fold)
+    assert case.places_assumed
+    checks = {check.name: check for check in levels_left_out(case)[0]}
+    assert checks["each elongation left out"].result == result
+    assert ("set some twice" in checks["each elongation left out"].says) == (result == CANNOT)
+
+
+def test_many_states_tell_how_well_places_were_set():
+    prepared, step = first_step(bench(5, states=60).question())
+    case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, PAPER, prepared.fold)
+    assert not case.places_assumed

@@ -56,7 +56,7 @@ class Scatter:
     the stated one; zero for a reading that slipped. variances: of the smooth shapes, to go on from. lifted (2,):
     factors by which the errors count as larger in `reading`, because the model is far off, see HOPELESS. weight (N, 2):
     precision of a reading's own error, in units of what is usual. memory: of the errors of a log, None where there is
-    none.
+    none. assumed: whether position is what the readings' scale lets expect, of too few states to tell.
     """
 
     like: Accuracy
@@ -73,6 +73,7 @@ class Scatter:
     lifted: Tensor
     weight: Tensor
     memory: Memory | None = None
+    assumed: bool = True
 
     def of(self, rows: Tensor) -> Scatter:
         """That of some of the rows alone, (n,) int64: to weigh them by, not to go on from."""
@@ -240,7 +241,8 @@ def _updated(
     moved = torch.cat([part.moved for part in parts])
     precision = (tails.freedom + 2) / (tails.freedom + moved) if np.isfinite(tails.freedom) else torch.ones_like(moved)
     position = expected = expected_places(scale * tails.deviation, told)
-    if max(sample.states for sample in samples) >= FEWEST_STATES:
+    assumed = max(sample.states for sample in samples) < FEWEST_STATES
+    if not assumed:
         total = float((precision * moved).sum()) + 2 * PRIOR_STATES * (expected / now.position) ** 2
         position = now.position * (total / (2 * len(moved) + 2 * PRIOR_STATES)) ** 0.5
     at = 0
@@ -251,5 +253,5 @@ def _updated(
     variances = tuple(sample.variance for sample in samples)
     return replace(
         now, scale=scale, position=position, growth=growth, tails=tails, z=z, smooth=smooth, good=good,
-        reading=reading, state=state, variances=variances, weight=weight,
+        reading=reading, state=state, variances=variances, weight=weight, assumed=assumed,
     )  # fmt: skip

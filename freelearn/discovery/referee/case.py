@@ -73,6 +73,11 @@ class Case:
             return False
         return bool((self.whiten.scatter.deviations > CERTIFIED)[self.present.any(0)].any())
 
+    @property
+    def places_assumed(self) -> bool:
+        """Whether the errors of places are what is usual beside such readings, because too few states show them."""
+        return self.whiten.scatter is not None and self.whiten.scatter.assumed
+
     @cached_property
     def states(self) -> int:
         """How many kinematic states there are."""
@@ -97,11 +102,12 @@ class Case:
         right = self.present if of is None else self.present & of[:, None]
         return relative_error((raw / self.scale).square(), right)
 
-    def expected(self, of: Tensor, without: Tensor | None = None) -> float:
+    def expected(self, of: Tensor, without: Tensor | None = None, places: float = 1.0) -> float:
         """The E that noise and what is not known of the parameters would make on some rows, (N,) bool.
 
-        without: covariance (p, p) of a fit that did not see them."""
-        variance = self.noise
+        without: covariance (p, p) of a fit that did not see them. places: times that errors of places are as large as
+        they were found to be."""
+        variance = self.noise + (places**2 - 1) * torch.where(self.present, self.whiten.places.square().sum(-1), 0.0)
         if without is not None:
             by = self.fit.raw_jacobian
             variance = variance + torch.einsum("ncp,pq,ncq->nc", by, without, by).clamp_min(0)
