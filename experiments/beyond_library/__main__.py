@@ -50,7 +50,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python experiments/beyond_library", description=__doc__.split("\n")[0])
     parser.add_argument("--half", choices=HALVES, default="open")
     parser.add_argument("--seeds", type=int, default=1, help=f"rounds of the plan; {ROUNDS} are the full one")
-    parser.add_argument("--pairs", action="store_true", help="two at once: kinds, or a kind and an effect of the library")
+    parser.add_argument("--pairs", action="store_true", help="two at once: kinds, or a kind and an effect")
     parser.add_argument("--sizes", default=",".join(map(str, SIZES)), help="σ after refitting C1 and C2: 8,15,30")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--some", type=int, help="stop after this many data sets, spread over the plan")

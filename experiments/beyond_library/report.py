@@ -49,23 +49,23 @@ def report_pairs(results: list[dict]) -> None:
         if good:
             table.add_row(what, str(len(good)), f"{100 * np.mean(good):.0f}", target)
 
-    for name, chosen in (("two kinds", [r for r in possible if r["beside"]]), ("a kind beside an effect", [
-        r for r in possible if r["effect"]
-    ]), ("all", possible)):  # fmt: skip
+    twice, beside = ([r for r in possible if r[name]] for name in ("beside", "effect"))
+    for name, chosen in {"two kinds": twice, "a kind beside an effect": beside, "all": possible}.items():
         row(f"{name}: both parts found", [all(r["parts"].values()) for r in chosen], "≥ 60")
         row(f"{name}: one part at least", [any(r["parts"].values()) for r in chosen])
         row(f"{name}: fresh error ≤ {GOAL} × floor", [_ratio(r) <= GOAL for r in chosen])
         claims = [r for r in chosen if r["verdict"] in CLAIMS]
-        row(f"{name}: claims that fresh states refute (> {REFUTED:g} × floor)", [_ratio(r) > REFUTED for r in claims], "0")
-    row("the effect, by its name or in a class", [r["parts"][r["effect"]] for r in possible if r["effect"]])
+        refuted = [_ratio(r) > REFUTED for r in claims]
+        row(f"{name}: claims that fresh states refute (> {REFUTED:g} × floor)", refuted, "0")
+    row("the effect, by its name or in a class", [r["parts"][r["effect"]] for r in beside])
     for verdict in (*CLAIMS, "undecided", "unexplained", "failed"):
         row(f"verdict {verdict}", [r["verdict"] == verdict for r in possible])
     console.print(table)
     for r in possible:
         told = [f"{p.get('where')} {p.get('form')} of {', '.join(p.get('inputs') or ())}" for p in r["proposals"]]
         found = ", ".join(f"{name} {'✓' if right else '✗'}" for name, right in r["parts"].items())
-        said = "; ".join(["/".join(group) for group in r["classes"]] + told)
-        console.print(f"  {r['key']}: {found} → {r['verdict']}: {said}, {_ratio(r):.2f} floors", markup=False, soft_wrap=True)
+        said = f"{r['verdict']}: " + "; ".join(["/".join(group) for group in r["classes"]] + told)
+        console.print(f"  {r['key']}: {found} → {said}, {_ratio(r):.2f} floors", markup=False, soft_wrap=True)
 
 
 def _ratio(r: dict) -> float:

@@ -201,7 +201,7 @@ def _check(left: LeftOut) -> Check:
         what = ", more than noise and what is not known of the parameters make"
         if left.model > left.most_placed:
             return Check(name, FAIL, left.model, left.most, says(what))
-        what += f", but no more than places off by {CERTIFIED:g} times what is usual beside such readings: set some twice"
+        what += f", but no more than places off by {CERTIFIED:g} times what is usual: set some twice"
         return Check(name, CANNOT, left.model, left.most, says(what))
     what = ", as far as the other rows know the parameters"
     # Beyond the outermost levels any model may be far off; between them a claim has to hold.

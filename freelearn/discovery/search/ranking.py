@@ -165,7 +165,7 @@ class Ranking:
     def _products(self) -> np.ndarray:
         """Products of all effects' columns, cleared of what the fit absorbs: those of one after the other's."""
         columns, shared = (torch.cat([getattr(p, n) for p in self.parts.values()], 1) for n in ("columns", "shared"))
-        return (columns.T @ columns - shared.T @ self.inverse @ shared).numpy()
+        return np.asarray(columns.T @ columns - shared.T @ self.inverse @ shared)
 
     @cached_property
     def _places(self) -> dict[str, slice]:
