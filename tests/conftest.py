@@ -101,7 +101,7 @@ def once(tmp_path_factory):
     from exported import linear
 
     from freelearn.export.actuator import Actuator
-    from freelearn.export.functions import Functions
+    from freelearn.export.actuator_functions import Functions
 
     fitted = linear(tmp_path_factory.mktemp("once") / "run")
     return fitted, Functions(Actuator.from_fitted(fitted))

@@ -16,7 +16,7 @@ from benchmark.common import ROOT, Report
 import freelearn
 from freelearn.data.states import States
 from freelearn.export.actuator import Actuator
-from freelearn.export.functions import Functions
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.writers.c_file import compiler
 from freelearn.export.writers.onnx_file import answered, opened
 from freelearn.physics.models.build import build_model

@@ -12,8 +12,7 @@ from beyond_library.truth import Hidden, Truth
 from hidden_effects.make import NOISE, SILENT, sized
 
 from freelearn.testing.reference import literature
-from freelearn.testing.reference.laboratory import LOADS, Laboratory, protocol, random_actuators, slip
-from freelearn.testing.reference.total_energy import MM, state_of
+from freelearn.testing.reference.laboratory import Laboratory, measure_loads, random_actuators
 
 Actuators = dict[int, tuple[float, float, float, float]]
 # How near to the size asked for a hidden thing has to be, and how many actuators are tried until it is.
@@ -88,32 +87,6 @@ def _sized(
 def measured(
     laboratory: Laboratory, actuators: Actuators, truth: Truth, accuracy: Mapping[str, float], seed: int
 ) -> tuple[pd.DataFrame, int]:
-    """A measurement table and how many of its readings are wrong; rows without an equilibrium are marked as buckled.
-
-    As freelearn.testing.reference.laboratory.measure, of a truth. accuracy: one standard deviation, the table's units.
-    """
-    table = protocol(laboratory, actuators, np.random.default_rng([seed, 1]))
-    generator = np.random.default_rng([seed, 2])
-    states = np.cumsum(table["step"].to_numpy() == 0) - 1
-
-    def noise(name: str, size: int) -> np.ndarray:
-        if np.isinf(laboratory.tails):
-            return np.asarray(accuracy[name] * generator.normal(size=size))
-        unit = generator.standard_t(laboratory.tails, size) * np.sqrt((laboratory.tails - 2) / laboratory.tails)
-        return np.asarray(accuracy[name] * unit)
-
-    actual = table.copy()
-    for name in ("elongation_mm", "twist_deg"):
-        actual[name] += noise(name, int(states[-1]) + 1)[states]
-    imposed = {name: value for name, value in state_of(actual).items() if name in ("length", "twist")}
-    loads, balanced = truth.loads(state_of(table) | imposed)
-    table["pressure_kpa"] += noise("pressure_kpa", len(table))
-    deviation = {}
-    for name, load in zip(LOADS, (loads[:, 0], loads[:, 1] / MM), strict=True):
-        share = np.abs(load) / max(float(np.abs(load[balanced]).max(initial=0.0)), 1e-12)
-        grown = 1 + laboratory.growth * np.nan_to_num(np.minimum(share, 1.0))
-        deviation[name] = accuracy[name] * grown
-        table[name] = load + noise(name, len(table)) * grown
-    table["buckled"] = (~balanced).astype(int)
-    table, slips = slip(table, laboratory.slipped, laboratory.kinds, deviation, [seed, 3])
+    """A measurement table and how many of its readings are wrong. accuracy: one standard deviation in its units."""
+    table, slips, _, _ = measure_loads(laboratory, actuators, truth.loads, accuracy, seed)
     return table, len(slips)

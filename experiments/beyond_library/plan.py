@@ -8,7 +8,7 @@ from zlib import crc32
 import numpy as np
 from beyond_library import kinds_open, kinds_sealed
 from beyond_library.kind import Kind
-from hidden_effects.settings import settings
+from hidden_effects.plan import settings
 
 from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT
 

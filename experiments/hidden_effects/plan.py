@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
-from hidden_effects.settings import settings
 
+from freelearn.testing.reference.laboratory import KINDS
 from freelearn.testing.reference.truths import BRAIDED, MOVED, OUTSIDE, UNIT
 
 SAMPLES = (2, 3, 4, 5, 6, 7, 8)
@@ -22,6 +22,8 @@ LIKE_MOVED = {
     "off_axis": ("twist_offset", "moment_gain", "sensor_crosstalk", "fiber_misalignment"),
     "viscoelasticity": ("length_offset", "relaxation", "sensor_drift", "stress_softening"),
 }
+# Laboratories whose noise is normal, that have slips, and that are odd in another way.
+NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
 
 def clean(seeds: int) -> list[dict]:
@@ -119,6 +121,25 @@ def moves(seeds: int) -> list[dict]:
             s["seed"] = int(generator.integers(1 << 30))
             sets.append(s | {"noise": 1.0, "laboratory": settings(protocol, generator)})
     return numbered(sets)
+
+
+def settings(protocol: str, generator: np.random.Generator) -> dict:
+    """How a laboratory measures, drawn at random: arguments of Laboratory that are not its own; all JSON."""
+    chosen: dict = {"order": "sorted"} if protocol == "sorted" else {}
+    if protocol == "short":
+        chosen |= {"states": int(generator.integers(6, 41)), "pressures": int(generator.integers(3, 9)), "falling": 0}
+    tails, slipped, growth, misstated = (generator.random() for _ in range(4))
+    if tails > NORMAL_SHARE:
+        chosen["tails"] = 4.0
+    if slipped < SLIPPED_SHARE:
+        chosen["slipped"] = float(generator.choice([0.002, 0.01, 0.01, 0.03]))
+        if generator.random() < ODD_SHARE:
+            chosen["kinds"] = list(KINDS)
+    if growth < ODD_SHARE:
+        chosen["growth"] = float(generator.uniform(1, 2))
+    if misstated < ODD_SHARE:
+        chosen["misstated"] = float(generator.choice([1 / 3, 3.0]))
+    return chosen
 
 
 def numbered(sets: list[dict]) -> list[dict]:

@@ -20,11 +20,8 @@ from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import TrainSettings
 from freelearn.api.tasks.preparation import estimated
 from freelearn.data.accuracy import Accuracy
-from freelearn.data.beds import BEDS
 from freelearn.data.columns import members_in, usable_rows
 from freelearn.data.rows import Rows
-from freelearn.data.table.measurement_table import read_table
-from freelearn.data.table.members_table import read_members
 from freelearn.discovery.fits.white_fit import evaluated
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
@@ -110,8 +107,7 @@ def taken_in(recipe: str, data: Path, out: Path) -> pd.DataFrame:
     each = next(s for s in SETS if s.recipe == recipe)
     command = [sys.executable, *each.commands(data.resolve(), out)[0]]
     subprocess.run(command, cwd=Path(__file__).resolve().parents[2], check=True, capture_output=True)
-    beside = each.members_table(out)
-    return read_table(each.table(out), BEDS[each.bed], read_members(beside) if beside else None).table
+    return each.read(out)
 
 
 def _states(table: pd.DataFrame, seed: int) -> np.ndarray:

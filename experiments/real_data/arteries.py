@@ -9,10 +9,8 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.data.beds import BEDS
 from freelearn.data.error import set_error
 from freelearn.data.rows import Rows
-from freelearn.data.table.measurement_table import read_table
 from freelearn.fitting.starts import starts
 from freelearn.physics.models.build import build_model
 
@@ -26,7 +24,7 @@ PAIRS = 4
 
 def arteries_table(chosen: RealSet, out: Path) -> Table:
     """C1 and C2 of each control and of the treated one beside it, by each of the models."""
-    table = read_table(chosen.table(out), BEDS[chosen.bed]).table
+    table = chosen.read(out)
     columns = [f"{name} {i + 1}" for name in ("C1", "C2") for i in range(PAIRS)]
     shown = Table("model", *columns, "E % of each", title="vessels: control → treated, kPa")
     for effects in MODELS:

@@ -15,10 +15,7 @@ from questions import PRESSURES
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.data.beds import BEDS
 from freelearn.data.rows import Rows
-from freelearn.data.table.measurement_table import read_table
-from freelearn.data.table.members_table import read_members
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import MODELS
 
@@ -42,8 +39,7 @@ Predict = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def free_end_table(chosen: RealSet, out: Path) -> Table:
     """RMSE of elongation and rotation, in and out of the fit: polynomials, the models of PHYSICAL, and repeats."""
-    beside = chosen.members_table(out)
-    table = read_table(chosen.table(out), BEDS[chosen.bed], read_members(beside) if beside else None).table
+    table = chosen.read(out)
     rows, pressures = Rows.from_table(table), table[list(PRESSURES)].to_numpy(float)
     pose, corner, tenth = rows.readings.value.numpy(), _corner(pressures), _tenths(len(table))
     heads = ("parameters", "all rows", "corner left out", "random tenths left out", "values")

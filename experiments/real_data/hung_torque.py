@@ -11,9 +11,7 @@ from left_out import fit
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.data.beds import BEDS
 from freelearn.data.rows import Rows
-from freelearn.data.table.measurement_table import read_table
 from freelearn.fitting.starts import starts
 from freelearn.physics.chain.model import Model
 from freelearn.physics.models.build import build_model
@@ -28,7 +26,7 @@ STARTS = 4
 
 def hung_torque_table(chosen: RealSet, out: Path) -> Table:
     """One column an angle. Root mean square errors in degrees (parameters, SI), or kPa (degrees) of an inverse."""
-    rows = Rows.from_table(read_table(chosen.table(out), BEDS[chosen.bed]).table)
+    rows = Rows.from_table(chosen.read(out))
     angle = (rows.states.fiber_angle * DEGREES).round().numpy()
     angles = np.unique(angle)
     shown = Table("", *(f"{a:g}°" for a in angles), title=f"{chosen.recipe}: degrees of twist")

@@ -12,10 +12,7 @@ from questions import Question
 from rich.table import Table
 from sets import RealSet
 
-from freelearn.data.beds import BEDS
 from freelearn.data.rows import Rows
-from freelearn.data.table.measurement_table import read_table
-from freelearn.data.table.members_table import read_members
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.starts import starts
@@ -27,8 +24,7 @@ TOLERANCE, DEGREE = 1e-10, 3
 
 def left_out_table(question: Question, chosen: RealSet, out: Path) -> Table:
     """One line a model, then a cubic polynomial, then what was published."""
-    beside = chosen.members_table(out)
-    table = read_table(chosen.table(out), BEDS[chosen.bed], read_members(beside) if beside else None).table
+    table = chosen.read(out)
     rows, parts = Rows.from_table(table), question.parts(table)
     names = sorted(set(parts), key=lambda words: [float(word) for word in words.split(", ")])
     unit = "% of the largest" if question.percent else " and ".join(name for _, name, _ in question.readings)

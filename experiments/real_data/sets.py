@@ -5,6 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
+
+from freelearn.data.beds import BEDS
+from freelearn.data.table.measurement_table import read_table
+from freelearn.data.table.members_table import read_members
+
 
 @dataclass(frozen=True)
 class RealSet:
@@ -23,6 +29,11 @@ class RealSet:
     def members_table(self, out: Path) -> Path | None:
         """The actuators of an end block, which it writes beside."""
         return out / f"{self.recipe}_members.csv" if self.members else None
+
+    def read(self, out: Path) -> pd.DataFrame:
+        """The table that it wrote."""
+        beside = self.members_table(out)
+        return read_table(self.table(out), BEDS[self.bed], read_members(beside) if beside else None).table
 
     def commands(self, data: Path, out: Path) -> list[list[str]]:
         """intake.py, then discover.py, as argument lists."""

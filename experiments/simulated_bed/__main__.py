@@ -19,8 +19,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 from search import Bed, search
-from summary import distance, judged
-from targets import TARGETS, WITHIN
+from summary import TARGETS, WITHIN, distance, judged
 from truth import DATA, SIZES, made, sizes
 
 from freelearn.api.tasks.loaded_table import load_table

@@ -16,7 +16,6 @@ from freelearn.api.fitted_run import FittedRun, copied
 from freelearn.api.run_plots import FoundPlots
 from freelearn.common.errors import UserError
 from freelearn.data.beds import bed_of
-from freelearn.data.columns import LEFT_OUT
 from freelearn.data.states import States
 from freelearn.export.certificate import Certificate
 from freelearn.physics.chain.model import Model
@@ -29,7 +28,7 @@ from freelearn.queries.curves.shown_states import pick_states
 from freelearn.queries.fitted_model import Answer
 from freelearn.records.discovery import Discovery
 from freelearn.records.run_files import RunFolder
-from freelearn.records.suspected_readings import mark
+from freelearn.records.suspected_readings import with_marks
 
 # Of a suspected reading: what tells its row in the tables of predictions.
 PLACE = ("sample", "step", "elongation_mm", "twist_deg", "pressure_kpa")
@@ -183,9 +182,7 @@ class Found:
         for suspect in (each for each in self.content["suspects"] if len(each["lines"]) == 1):
             same = [np.isclose(table[name], suspect[name]) for name in PLACE if suspect.get(name) is not None]
             marks[suspect["load"]] |= np.all(same, axis=0)
-        either = np.any(list(marks.values()), axis=0)
-        columns = {mark(q): marks[q.name] for q in bed_of(table).measured}
-        return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})
+        return with_marks(table, marks)
 
     @cached_property
     def state_curves(self) -> list[StateCurves]:

@@ -16,7 +16,7 @@ from freelearn.cli.command_line import ESTIMATED, command_line, option, program
 from freelearn.common.files import read_bytes, remove_unfinished, write_text
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.joined import guess_file
-from freelearn.data.intake.guesses.places import of_files
+from freelearn.data.intake.guesses.side_by_side import of_files
 from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.data.intake.rubber.rubber_questions import rubber_draft

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 from textwrap import wrap
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.guesses.answers import Question, answer, in_words
 from freelearn.data.intake.guesses.column_questions import meaning_of, said
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.draft_questions import questions
 from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import NO, YES, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
+from freelearn.data.intake.guesses.typed_answers import Question, answer, in_words
 from freelearn.data.intake.guesses.wanted import Actuators, wanted_draft, wanted_questions
 from freelearn.data.intake.laboratory_units import unit_of
 from freelearn.data.intake.readers.raw_table import RawTable

@@ -24,7 +24,7 @@ from freelearn.queries.curves.model_curves import state_curves
 from freelearn.queries.curves.shown_states import pick_states, places, state_title
 from freelearn.queries.fitted_model import FittedModel
 from freelearn.records.run_files import check_folder
-from freelearn.records.run_record import RunRecord, read_records
+from freelearn.records.sweep_records import RunRecord, read_records
 from freelearn.report.plots.canvas import save
 from freelearn.report.plots.curve_plots import curves
 from freelearn.report.plots.simple_plots import admissible, load_vectors

@@ -19,8 +19,8 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes, write_text
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.joined import DesignGuess, guess_and_table
-from freelearn.data.intake.guesses.places import not_together, of_files
 from freelearn.data.intake.guesses.recordings_found import EVERY
+from freelearn.data.intake.guesses.side_by_side import not_together, of_files
 from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber

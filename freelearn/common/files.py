@@ -16,8 +16,6 @@ from typing import BinaryIO
 
 from freelearn.common.errors import UserError, cannot_write
 
-# Files that are whole or absent.
-
 # Names of files that are being written, or try whether a folder can be written to: with the number of their process.
 UNFINISHED = re.compile(
     r"\.writable\.(?P<tried>\d+)|\..+\.(?P<written>\d+)\.(part|part\.csv|members\.csv|provenance\.json)"

@@ -15,9 +15,6 @@ DEG = math.pi / 180  # rad
 KPA = 1e3  # Pa
 NMM = 1e-3  # N·m
 
-
-# What a test bed imposes and what it measures, as data: the same chain serves every bed.
-
 # The column by which a table says its bed; without it the bed is kinematic.
 BED = "bed"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,15 @@ def pressure_column(member: int) -> str:
     'pressure_2_kpa'
     """
     return f"pressure_{member}_kpa"
+
+
+def pressure_columns(members: Iterable[int]) -> tuple[str, ...]:
+    """Those of an end block's members, or of an actuator alone.
+
+    >>> pressure_columns([])
+    ('pressure_kpa',)
+    """
+    return tuple(map(pressure_column, members)) or ("pressure_kpa",)
 
 
 def design_column(name: str, member: int) -> str:
@@ -156,7 +165,7 @@ class Columns:
     @property
     def pressures(self) -> tuple[str, ...]:
         """The imposed pressures."""
-        return tuple(pressure_column(i + 1) for i in range(self.members)) or ("pressure_kpa",)
+        return pressure_columns(range(1, self.members + 1))
 
     @property
     def imposed(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from freelearn.data.specimen_schema import (
 )
 from freelearn.data.specimen_tests import TIME, check_recordings, thinned, timed
 from freelearn.data.table.faults import Fault, TableError
-from freelearn.data.table.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
+from freelearn.data.table.records import columns_of, numbers_of, read_records, refuse_other_formats
 
 # Numbers of a specimen table that look wrong.
 
@@ -169,17 +169,13 @@ def _read(path: str, mode: str | None) -> pd.DataFrame:
     original = [name.strip() for name in records.header]
     sheared = "shear" in original and "stretch" not in original
     header = ["stretch" if sheared and name == "shear" else ALIASES.get(name, name) for name in original]
-    _refuse_other_formats(path, header)
+    required = [name for name in COLUMNS if name not in OPTIONAL]
+    refuse_other_formats(path, header, {*COLUMNS, *ALIASES}, required)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
-    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
-    odd = {fault.line for fault in faults}
-    kept = [(line, row) for line, row in zip(records.lines, records.rows, strict=True) if line not in odd]
-    text: dict[str, Sequence[str]] = {}
-    for place, name in enumerate(header):
-        text.setdefault(name, [row[place] for _, row in kept])
+    text, lines, faults = columns_of(records, header)
     # Only a file that has no column of modes is given one: what the file says is checked against the command.
-    frame = pd.DataFrame(index=pd.Index([line for line, _ in kept], dtype=np.int64))
+    frame = pd.DataFrame(index=pd.Index(lines, dtype=np.int64))
     for name in COLUMNS:
         if name in text:
             frame[name] = [mode_name(cell) for cell in text[name]] if name == "mode" else numbers_of(text[name])
@@ -212,10 +208,3 @@ def _complete(frame: pd.DataFrame) -> pd.DataFrame:
             frame.loc[own, "stretch_2"] = mode.across(frame.loc[own, "stretch"].to_numpy())
     frame.loc[frame["mode"].isin(["uniaxial", SHEAR]), "stress_2_mpa"] = np.nan
     return frame
-
-
-def _refuse_other_formats(path: str, header: Sequence[str]) -> None:
-    refuse_separators(path, header, {*COLUMNS, *ALIASES})
-    if not np.isnan(numbers_of(header)).any():
-        required = [name for name in COLUMNS if name not in OPTIONAL]
-        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(required)}.")

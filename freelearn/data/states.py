@@ -362,26 +362,20 @@ def _shown(table: pd.DataFrame, name: str) -> np.ndarray:
 
 def _memory(table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Every quantity of MEMORY, by name, each (N,) float64."""
-    sample, state, order = table["sample"].to_numpy(), kinematic_state(table), np.arange(len(table))
+    sample, first, order = table["sample"].to_numpy(), _first(kinematic_state(table)), np.arange(len(table))
+    now = severity(table)
+    # By sample: the number of each row, the largest severity so far, and the row before.
+    count, past, before = np.empty(len(table)), np.empty(len(table)), order.copy()
+    for number in np.unique(sample):
+        rows = np.flatnonzero(sample == number)
+        count[rows], past[rows] = np.arange(len(rows)), np.maximum.accumulate(now[rows])
+        before[rows[1:]] = rows[:-1]
     if "time_s" in table:
         time = table["time_s"].to_numpy(np.float64)
         clock = session_clock(table) if is_log(table) else time - time[_first(sample)]
-        dwell = time - time[_first(state)]
+        dwell = time - time[first]
     else:
-        rows_of_sample = np.empty(len(table))
-        for number in np.unique(sample):
-            rows = sample == number
-            rows_of_sample[rows] = np.arange(rows.sum())
-        clock, dwell = SECONDS_PER_ROW * rows_of_sample, SECONDS_PER_ROW * (order - _first(state))
-    now = severity(table)
-    past = np.empty(len(table))
-    for number in np.unique(sample):
-        rows = sample == number
-        past[rows] = np.maximum.accumulate(now[rows])
-    before, first = order.copy(), _first(state)
-    for number in np.unique(sample):
-        rows = np.flatnonzero(sample == number)
-        before[rows[1:]] = rows[:-1]
+        clock, dwell = SECONDS_PER_ROW * count, SECONDS_PER_ROW * (order - first)
     moved = [
         place[first] - place[before[first]]
         for place in (_shown(table, "elongation_mm") * MM, _shown(table, "twist_deg") * DEG)

@@ -15,7 +15,7 @@ from freelearn.data.logs import RUN, TIME, run_numbers
 from freelearn.data.states import States
 from freelearn.export.actuator import WORST, Actuator
 from freelearn.export.arithmetic.function import Function
-from freelearn.export.step import GIVEN, usual_step
+from freelearn.export.log_step import GIVEN, usual_step
 from freelearn.physics.chain.prediction import Prediction, Status
 
 # Random recordings and samples of each; of the run's own recordings the samples of one that are followed, and of all.

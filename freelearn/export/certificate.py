@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from freelearn.common.files import write_text
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.checks import Checks
 from freelearn.export.export_options import Options, versions
-from freelearn.export.functions import Functions
 from freelearn.export.round_trip import Written
 from freelearn.records.provenance import with_digests
 

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from freelearn.common.files import write_text
 from freelearn.common.formats import number
+from freelearn.export.actuator_functions import Functions, View
 from freelearn.export.certificate import PAGE, Certificate
 from freelearn.export.checks import Check
-from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import Reference
 from freelearn.report.html.html_page import ENVIRONMENT
 from freelearn.report.plots.canvas import finish, new_figure

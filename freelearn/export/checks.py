@@ -10,9 +10,9 @@ import numpy as np
 import torch
 
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions, View
 from freelearn.export.along import Along, Follow, Followed
 from freelearn.export.arithmetic.function import Function
-from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import ON_EDGE, STATES, Answers, Reference, Samples, Written
 from freelearn.physics.chain.prediction import Status
 
@@ -114,20 +114,7 @@ def _along(actuator: Actuator, step: Function, follow: Follow, limit: float) -> 
             continue
         ranges[name] = _span(want[name][settled])
         shares[name] = _shares(got[settled, i], want[name][settled], ranges[name])
-    every = np.stack(list(shares.values()), axis=1)
-    worst = x[settled][every.max(1).argmax()].tolist() if len(every) else []
-    found = Check(
-        function=step.name,
-        states=len(x),
-        on_edge=0,
-        settled=int(settled.sum()),
-        largest={n: float(v.max(initial=0.0)) for n, v in shares.items()},
-        ranges=ranges,
-        wrong=wrong,
-        limit=limit,
-        worst=dict(zip([p.name for p in step.given], worst, strict=False)),
-        shares=every,
-    )
+    found = _check(step.name, [p.name for p in step.given], x, settled, 0, shares, ranges, wrong, limit)
     far = Samples.from_actuator(actuator, [p.name for p in actuator.imposed]).outside
     first = [Followed(row[None], np.zeros(1), np.zeros(step.carried)) for row in far]
     return found, np.concatenate(follow(first))[:, place["inside"]] == 0
@@ -250,21 +237,36 @@ class _Trip:
     def _check(
         self, name: str, shares: dict[str, np.ndarray], ranges: dict[str, float], wrong: dict[str, int], limit: float
     ) -> Check:
-        every = np.stack(list(shares.values()), axis=1)
         x = self.samples.inside
-        worst = x[self.settled][every.max(1).argmax()].tolist() if len(every) else []
-        return Check(
-            function=name,
-            states=len(x),
-            on_edge=len(x) * ON_EDGE // STATES,
-            settled=int(self.settled.sum()),
-            largest={n: float(v.max(initial=0.0)) for n, v in shares.items()},
-            ranges=ranges,
-            wrong=wrong,
-            limit=limit,
-            worst=dict(zip(self.names, worst, strict=False)),
-            shares=every,
-        )
+        return _check(name, self.names, x, self.settled, len(x) * ON_EDGE // STATES, shares, ranges, wrong, limit)
+
+
+def _check(
+    name: str,
+    names: list[str],
+    x: np.ndarray,
+    settled: np.ndarray,
+    on_edge: int,
+    shares: dict[str, np.ndarray],
+    ranges: dict[str, float],
+    wrong: dict[str, int],
+    limit: float,
+) -> Check:
+    """names: of the inputs x (n, k). settled: (n,) bool. shares: of the settled states, by output."""
+    every = np.stack(list(shares.values()), axis=1)
+    worst = x[settled][every.max(1).argmax()].tolist() if len(every) else []
+    return Check(
+        function=name,
+        states=len(x),
+        on_edge=on_edge,
+        settled=int(settled.sum()),
+        largest={n: float(v.max(initial=0.0)) for n, v in shares.items()},
+        ranges=ranges,
+        wrong=wrong,
+        limit=limit,
+        worst=dict(zip(names, worst, strict=False)),
+        shares=every,
+    )
 
 
 def _span(values: np.ndarray) -> float:

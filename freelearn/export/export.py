@@ -14,11 +14,11 @@ import numpy as np
 
 from freelearn.common.errors import UserError, cannot_write
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.certificate import CERTIFICATE, Certificate, certificate
 from freelearn.export.certificate_page import write_page
 from freelearn.export.checks import checked
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions
 from freelearn.export.round_trip import Written
 from freelearn.export.writers.c_file import write_c
 from freelearn.export.writers.fmu_file import write_fmu
@@ -54,8 +54,6 @@ def doubts(fitted: FittedModel) -> list[str]:
         found.append(f"{which}: {', '.join(lost)}." if nothing else f"{which} {', '.join(lost)}.")
     return found
 
-
-# A fitted model for other software: the files of one format, and their certificate.
 
 Writer = Callable[[Functions, Path, Options], Written]
 WRITERS: dict[str, Writer] = {

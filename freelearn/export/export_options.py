@@ -11,8 +11,6 @@ from typing import Any
 
 from freelearn.common.errors import UserError, unknown
 
-# What an export is asked for.
-
 # By the ending of their file.
 FORMATS = {"onnx": ".onnx", "c": ".c", "fmu": ".fmu", "mujoco": ".xml", "table": ".nc"}
 # Error of a table, as a share of the range, unless another is asked for; and what none can be finer than.

@@ -9,7 +9,7 @@ import pandas as pd
 
 from freelearn.common.errors import UserError
 from freelearn.data.beds import BED, BEDS
-from freelearn.data.columns import DESIGN, SECOND, members_in, pressure_column
+from freelearn.data.columns import DESIGN, SECOND, members_in, pressure_column, pressure_columns
 from freelearn.data.table.log_tables import log_faults
 
 QUANTITIES = {q.column for bed in BEDS.values() for q in (*bed.state, *bed.readings)}
@@ -24,11 +24,13 @@ def as_numbers(table: pd.DataFrame, design: Sequence[str], members: Sequence[int
     twice = table.columns[table.columns.duplicated()]
     if len(twice):
         raise UserError(f"The column {twice[0]} appears {(table.columns == twice[0]).sum()} times: keep one.")
+    own = pressure_columns(members)
     strange = [pressure_column(m) for m in members_in(table.columns) if m not in members]
     if strange:
-        own = ", ".join(pressure_column(m) for m in members) or "pressure_kpa"
-        raise UserError(f"No actuator of the run has the pressure {strange[0]}: rename the column, it has {own}.")
-    known = {*QUANTITIES, *ORDER, *DESIGN, SECOND, *design, "pressure_kpa", *(pressure_column(m) for m in members)}
+        raise UserError(
+            f"No actuator of the run has the pressure {strange[0]}: rename the column, it has {', '.join(own)}."
+        )
+    known = {*QUANTITIES, *ORDER, *DESIGN, SECOND, *design, "pressure_kpa", *own}
     numbers = {name: _numbers(table[name], str(name)) for name in table if name in known}
     if "sample" in numbers and bool((numbers["sample"] % 1 != 0)[numbers["sample"].notna()].any()):
         raise UserError("A sample is no whole number: number the actuators 1, 2, …")

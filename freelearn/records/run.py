@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from freelearn.discovery.residuals.failures import Misfit
 
 
-# A model without and with its effects, on the rows that both answer.
-
-
 @dataclass(frozen=True)
 class Compared:
     """E of one test set (fractions) without and with the effects, whole kinematic states that neither fit saw.
@@ -59,9 +56,6 @@ def comparison_table(comparison: Mapping[str, Compared]) -> DisplayTable:
         title="Without and with the effects",
         caption="Whole kinematic states that neither fit saw; scored on the rows that both answer.",
     )
-
-
-# One run: a model, fitted on one training set and evaluated on test sets.
 
 
 @dataclass(frozen=True)

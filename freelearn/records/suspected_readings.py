@@ -21,8 +21,6 @@ from freelearn.data.table.records import mark_left_out
 from freelearn.discovery.residuals.suspects import Suspect
 from freelearn.records.provenance import Provenance
 
-# Readings that slipped, perhaps, as the user knows them: by their line in the table, in its units.
-
 # What only a dead load imposes.
 HUNG = tuple(quantity.column for quantity in DEAD_LOAD.state)
 
@@ -153,6 +151,11 @@ def flagged(table: pd.DataFrame, suspects: Sequence[Suspect]) -> pd.DataFrame:
     for suspect in suspects:
         if len(suspect.rows) == 1:
             marks[suspect.load][suspect.row] = True
+    return with_marks(table, marks)
+
+
+def with_marks(table: pd.DataFrame, marks: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """The table with its suspected readings marked and their rows left out. marks: of each quantity, (N,) bool."""
     either = np.any(list(marks.values()), axis=0)
     columns = {mark(q): marks[q.name] for q in bed_of(table).measured}
     return table.assign(**columns, **{LEFT_OUT: either.astype(np.int64)})

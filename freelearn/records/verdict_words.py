@@ -17,8 +17,6 @@ from freelearn.discovery.search.search import Findings
 from freelearn.discovery.thresholds import MOST_ALIKE
 from freelearn.records.written_effects import file_of
 
-# What a search found out about the noise, in words.
-
 # Stated noise that is wrong by more than this factor is said to be.
 WRONG_NOISE = 1.5
 # A scale estimated from so few readings may be off by more: by so many of its standard errors.

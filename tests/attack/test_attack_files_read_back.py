@@ -34,9 +34,8 @@ from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.physics.models.build import build_model, load_model, save_checkpoint
 from freelearn.physics.models.rubber import Rubber
 from freelearn.records.provenance import OTHERS, OWN
-from freelearn.records.run_record import read_records
 from freelearn.records.specimen_record import load_parameters, write_result
-from freelearn.records.sweep_records import collect
+from freelearn.records.sweep_records import collect, read_records
 
 # Damages of each file: in the usual tests, and where every attack is wanted.
 DAMAGES = 400 if EVERY else 60

@@ -17,7 +17,7 @@ from freelearn.common.errors import UserError
 from freelearn.fitting.uncertainty import Uncertainty
 from freelearn.physics.models.build import build_model
 from freelearn.records.estimates import Estimate, effect_notes, interval_notes, intervals_caption, parameter_table
-from freelearn.records.run_record import read_records
+from freelearn.records.sweep_records import read_records
 from freelearn.report.terminal.long_work import ProfileProgress
 
 PROFILE = "fit.intervals=profile"

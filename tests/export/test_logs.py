@@ -14,11 +14,11 @@ from freelearn.common.errors import UserError
 from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.data.columns import with_members
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.checks import checked
 from freelearn.export.export import WRITERS
 from freelearn.export.export_options import Options
-from freelearn.export.functions import Functions
-from freelearn.export.step import stepped
+from freelearn.export.log_step import stepped
 from freelearn.export.writers.c_file import compiled, compiler
 from freelearn.export.writers.c_source import c_source
 from freelearn.physics.effects.history.delays import DeadTime

@@ -6,10 +6,10 @@ from nightly import EVERY
 
 from freelearn.common.errors import UserError
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.checks import checked
 from freelearn.export.export import WRITERS
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions
 from freelearn.export.writers.c_file import compiler
 
 # What cannot be, by model, bed and format ("" for all), and a word of its sentence.

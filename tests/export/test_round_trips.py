@@ -13,9 +13,9 @@ from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.checks import checked
 from freelearn.export.export_options import Options
-from freelearn.export.functions import Functions
 from freelearn.export.inverse import inverse
 from freelearn.export.writers.c_file import compiler, run
 from freelearn.export.writers.c_source import c_source

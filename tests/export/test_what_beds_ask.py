@@ -8,7 +8,7 @@ from exported import run_of
 
 from freelearn.data.beds import DEG, KPA, MM, NMM
 from freelearn.export.actuator import Actuator
-from freelearn.export.functions import Functions
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.inverse import inverse
 from freelearn.export.writers.c_file import compiler, run
 from freelearn.export.writers.c_source import c_source

@@ -7,7 +7,7 @@ import pytest
 
 from freelearn.common.errors import UserError
 from freelearn.records.estimates import Estimate
-from freelearn.records.run_record import read_records
+from freelearn.records.sweep_records import read_records
 from freelearn.report.tables.sweep_tables import fitted_parameters, parameter_spread
 
 MEASURED = {"name": "csv", "simulated": False, "path": "t.csv", "sha256": "abc"}

@@ -16,7 +16,7 @@ import freelearn
 from freelearn.data.beds import BED
 from freelearn.data.columns import members_in, with_members
 from freelearn.export import export
-from freelearn.export.functions import Functions
+from freelearn.export.actuator_functions import Functions
 from freelearn.physics.models.build import build_model
 
 # Known to a hundredth each.

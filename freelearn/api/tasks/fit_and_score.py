@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from lightning import Callback
 
 
-# Fitting a model on one training set and evaluating it on test sets.
-
 # Makes what is told of a fit's epochs, once there is a fit to make: a kept one needs no Lightning.
 Progress = Callable[[], "Callback"]
 

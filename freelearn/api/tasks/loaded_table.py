@@ -22,8 +22,6 @@ from freelearn.physics.models.own_files import own_files
 from freelearn.physics.simulated_bed import Hidden, hidden_effects, simulate
 from freelearn.records.provenance import Provenance
 
-# The measurement table that a command's settings name.
-
 # Tables kept in memory, so that the jobs of a sweep in one process read or simulate each of them once.
 KEPT = 4
 

@@ -22,7 +22,7 @@ from freelearn.data.columns import Columns
 from freelearn.data.states import kinematic_state
 from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.questions import faults_of_given
-from freelearn.data.table.records import header_faults, numbers_of, odd_rows, read_records
+from freelearn.data.table.records import columns_of, numbers_of, read_records
 from freelearn.discovery.search.next_states import TELLING
 from freelearn.queries.next_measurements.candidates import Candidates, candidates, ordered
 from freelearn.queries.next_measurements.continuous_plan import Continuous, continuous
@@ -33,8 +33,6 @@ from freelearn.queries.next_measurements.views import Objective
 from freelearn.records.estimates import searched_estimates
 from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan, plan_table
 from freelearn.records.run_files import begin_results
-
-# A plan of the user's own, from its file.
 
 # What else of a row counts, where the file says it.
 NEEDED = ("sample", "step")
@@ -52,14 +50,14 @@ def read_plan(path: Path, measured: pd.DataFrame) -> pd.DataFrame:
         raise UserError(f"{path} lacks the columns {', '.join(lacking)}: a plan says where to measure.")
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header.")
-    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
+    cells, lines, faults = columns_of(records, header)
     if not faults:
-        cells = dict(zip(header, zip(*records.rows, strict=True), strict=True))
-        lines = pd.Index(records.lines, dtype=np.int64)
-        numbers = pd.DataFrame({name: numbers_of(cells[name]) for name in wanted}, index=lines)
+        numbers = pd.DataFrame(
+            {name: numbers_of(cells[name]) for name in wanted}, index=pd.Index(lines, dtype=np.int64)
+        )
         for name in wanted:
-            for i in np.flatnonzero(numbers[name].isna()):
-                faults.append(Fault(records.lines[i], name, cells[name][i], "is no number: say where to measure"))
+            for i in np.flatnonzero(numbers[name].isna()).tolist():
+                faults.append(Fault(lines[i], name, cells[name][i], "is no number: say where to measure"))
         faults = faults or faults_of_given(numbers, cells, records.header_line, wanted)
     if faults:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))

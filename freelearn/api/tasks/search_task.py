@@ -26,8 +26,6 @@ from freelearn.physics.chain.model import Model
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import build_model
 
-# What a search is about.
-
 
 @dataclass(frozen=True)
 class Task:

@@ -11,8 +11,6 @@ from freelearn.common.errors import UserError
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import Cell, Condition, Part, Recipe, Sample, Test
 
-# Which rows meet a condition of a recipe.
-
 
 def meets(condition: Condition, raw: RawTable, table: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
     """Rows that meet all tests, (N,) bool.

@@ -43,8 +43,6 @@ def term_to_dict(term: Term) -> Any:
     return term.column if term.column is not None else {"from": term.source, "unit": term.unit}
 
 
-# The quantities of one file's rows, as a recipe makes them.
-
 # No bed imposes or reads more in the table's units; beyond it float64 still counts, but something slipped.
 LARGEST = 1e12
 

@@ -15,8 +15,6 @@ def words_of(quantity: str, english: str) -> re.Pattern[str]:
     return re.compile("|".join(filter(None, (english, *(words.get(quantity, "") for words in WORDS_OF_LANGUAGES)))))
 
 
-# What a column's heading says: which quantity, in which unit.
-
 Confidence = Literal["sure", "likely", "unsure"]
 # No quantity of the table: half of it is the inner radius.
 INNER_DIAMETER = "inner_diameter"

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from freelearn.data.beds import BEDS
-from freelearn.data.columns import members_in, pressure_column
+from freelearn.data.columns import members_in, pressure_columns
 from freelearn.data.intake.readers.cells import is_blank
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import NEEDED_DESIGN
@@ -216,7 +216,7 @@ def _scattered(table: pd.DataFrame, bed: str) -> Iterator[str]:
 
 
 def _gauge(table: pd.DataFrame) -> Iterator[str]:
-    names = [pressure_column(i) for i in members_in(list(table.columns))] or ["pressure_kpa"]
+    names = pressure_columns(members_in(list(table.columns)))
     visit = (table["step"].diff().fillna(0) <= 0).cumsum().to_numpy()
     for name in names:
         lowest, vented = gauge_at_rest(table[name].to_numpy(dtype=np.float64), visit, len(names) == 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from freelearn.data.beds import BEDS
-from freelearn.data.columns import pressure_column
+from freelearn.data.columns import pressure_columns
 from freelearn.data.intake.recipes.recipe import NEEDED_DESIGN
 
 EXAMPLE = {
@@ -31,7 +31,7 @@ def template(bed: str, members: int = 0) -> str:
     ['force_n', 'buckled']
     """
     chosen = BEDS[bed]
-    pressures = [pressure_column(i) for i in range(1, members + 1)] or ["pressure_kpa"]
+    pressures = pressure_columns(range(1, members + 1))
     used = [quantity.column for quantity in (*chosen.imposed, *chosen.measured)]
     names = ["sample", *([] if members else NEEDED_DESIGN), "step"]
     for name in ("elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm", "outer_diameter_mm"):

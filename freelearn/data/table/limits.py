@@ -10,8 +10,6 @@ import pandas as pd
 from freelearn.data.columns import SECOND, members_in
 from freelearn.data.table.faults import Rule
 
-# What the design of an actuator must be.
-
 
 def design_rules() -> tuple[Rule, ...]:
     """The rules for the columns of the design, in a measurement table and in one of members."""

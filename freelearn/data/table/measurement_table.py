@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +26,14 @@ from freelearn.data.columns import (
 from freelearn.data.table.faults import TableError
 from freelearn.data.table.log_tables import log_faults, thinned
 from freelearn.data.table.plain_table import read_plain
-from freelearn.data.table.records import Records, header_faults, numbers_of, odd_rows, read_records, refuse_separators
+from freelearn.data.table.records import (
+    Records,
+    columns_of,
+    nearly_named,
+    numbers_of,
+    read_records,
+    refuse_other_formats,
+)
 from freelearn.data.table.row_suspicions import row_suspicions
 from freelearn.data.table.schema import faultless, find_faults
 from freelearn.data.table.unit_suspicions import unit_warnings
@@ -75,7 +81,8 @@ def read_table(
     lines = read.lines
     if wrong := log_faults(frame, lines, rate_hz is not None):
         raise TableError(path, wrong)
-    warnings = [*_near_optional(header, columns), *_unmeasured(header, columns)]
+    near = nearly_named(header, (*columns.blank, *OPTIONAL), columns.known)
+    warnings = [*near, *_unmeasured(header, columns)]
     if rate_hz is not None:
         frame, place, done = thinned(frame, rate_hz)
         lines, warnings = lines[place], [*warnings, *done]
@@ -112,20 +119,12 @@ def _careful(path: str | Path, bed: Bed, columns: Columns) -> _Read:
     """Any file, with every fault in one report."""
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    _refuse_other_formats(path, header, columns)
+    refuse_other_formats(path, header, columns.required, columns.listed)
     _refuse_other_bed(path, header, records, bed)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
 
-    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
-    odd = {fault.line for fault in faults}
-    lines = [line for line in records.lines if line not in odd]
-    rows = (row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd)
-    cells = zip(*rows, strict=True) if lines else [()] * len(header)
-    text: dict[str, Sequence[str]] = {}
-    for name, column in zip(header, cells, strict=True):
-        text.setdefault(name, column)
-
+    text, lines, faults = columns_of(records, header)
     known = [name for name in columns.known if name in text]
     columns_read = {name: numbers_of(_unmarked(text[name]) if name in BLANK_MARKS else text[name]) for name in known}
     numbers = pd.DataFrame(columns_read, index=pd.Index(lines, dtype=np.int64))
@@ -166,20 +165,3 @@ def _unmeasured(header: list[str], columns: Columns) -> list[str]:
     """A sentence where a bed measures less than it might."""
     absent = [name for name in columns.measured if name not in header]
     return [f"The table has no {name}: only the other readings are fitted and scored." for name in absent]
-
-
-def _refuse_other_formats(path: str | Path, header: list[str], columns: Columns) -> None:
-    refuse_separators(path, header, columns.required)
-    if not np.isnan(numbers_of(header)).any():
-        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(columns.listed)}.")
-
-
-def _near_optional(header: list[str], columns: Columns) -> list[str]:
-    """Warnings about columns whose names nearly are those of optional ones, which are therefore not used."""
-    warnings = []
-    for name in (*columns.blank, *OPTIONAL):
-        if name not in header:
-            further = [column for column in header if column not in columns.known]
-            for near in get_close_matches(name, further, n=1, cutoff=0.75):
-                warnings.append(f"Column {near!r} is kept but not used: rename it to {name} if that is meant.")
-    return warnings

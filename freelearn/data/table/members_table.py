@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from freelearn.common.errors import UserError
 from freelearn.data.columns import DESIGN, SECOND
 from freelearn.data.table.faults import Fault, Rule, TableError, faults_by_rules
 from freelearn.data.table.limits import design_rules, limit_rules
-from freelearn.data.table.records import header_faults, numbers_of, odd_rows, read_records
+from freelearn.data.table.records import columns_of, numbers_of, read_records
 from freelearn.data.table.schema import missing_column, number_rules
 
 # More would be no end block but a typing error.
@@ -26,12 +25,11 @@ def read_members(path: str | Path) -> pd.DataFrame:
     """
     records = read_records(path)
     header = [name.strip() for name in records.header]
-    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
+    text, _, faults = columns_of(records, header)
     if faults:
         raise TableError(path, faults)
     if not records.rows:
         raise UserError(f"{path} holds no members: add a row for each actuator below its header.")
-    text: dict[str, Sequence[str]] = dict(zip(header, zip(*records.rows, strict=True), strict=True))
     required = ("member", *DESIGN)
     known = (*required, SECOND)
     numbers = pd.DataFrame(

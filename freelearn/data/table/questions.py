@@ -15,7 +15,7 @@ from freelearn.data.beds import DIAMETER, ELONGATION, FORCE, MOMENT, TWIST
 from freelearn.data.columns import DESIGN, INTEGERS, OPTIONAL, SECOND, Columns
 from freelearn.data.table.faults import Fault, Rule, TableError, faults_by_rules
 from freelearn.data.table.limits import design_rules, limit_rules
-from freelearn.data.table.records import header_faults, numbers_of, odd_rows, read_records, refuse_separators
+from freelearn.data.table.records import columns_of, nearly_named, numbers_of, read_records, refuse_separators
 from freelearn.data.table.schema import RULES, number_rules
 
 # Two columns of places and two of loads, whatever the bed; the pressures join them.
@@ -49,13 +49,7 @@ def read_questions(path: str | Path, columns: Columns) -> Questions:
         )
     if not records.rows:
         raise UserError(f"{path} holds no rows: add a row for each question below its header.")
-    faults = [*header_faults(header, records.header_line), *odd_rows(records)]
-    odd = {fault.line for fault in faults}
-    lines = [line for line in records.lines if line not in odd]
-    rows = [row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd]
-    text: dict[str, Sequence[str]] = {}
-    for i, name in enumerate(header):
-        text.setdefault(name, [row[i] for row in rows])
+    text, lines, faults = columns_of(records, header)
     known = [name for name in dict.fromkeys(known_names) if name in text]
     numbers = pd.DataFrame({name: numbers_of(text[name]) for name in known}, index=pd.Index(lines, dtype=np.int64))
     faults += faults_of_given(numbers, text, records.header_line, known)
@@ -63,7 +57,7 @@ def read_questions(path: str | Path, columns: Columns) -> Questions:
         raise TableError(path, sorted(faults, key=lambda fault: fault.line))
     numbers = numbers.reset_index(drop=True)
     table = pd.DataFrame({name: numbers[name] if name in numbers else list(text[name]) for name in text})
-    return Questions(table, np.array(lines, dtype=np.int64), _unused(header, known, columns))
+    return Questions(table, np.array(lines, dtype=np.int64), nearly_named(header, (*columns.pressures, *ASKED), known))
 
 
 def faults_of_given(
@@ -83,13 +77,3 @@ def faults_of_given(
 def _of_given(rule: Rule) -> Rule:
     """The same rule for cells that are not blank."""
     return replace(rule, bad=lambda table: rule.bad(table) & table[rule.column].notna())
-
-
-def _unused(header: Sequence[str], known: Sequence[str], columns: Columns) -> list[str]:
-    """Sentences on columns whose names nearly are those of known ones."""
-    warnings = []
-    for name in (*columns.pressures, *ASKED):
-        if name not in header:
-            for near in get_close_matches(name, [n for n in header if n not in known], n=1, cutoff=0.75):
-                warnings.append(f"Column {near!r} is kept but not used: rename it to {name} if that is meant.")
-    return warnings

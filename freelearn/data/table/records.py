@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,6 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import BYTE_ORDER_MARK, read_text
 from freelearn.data.columns import LEFT_OUT
 from freelearn.data.table.faults import PLAIN, Fault
-
-# The fields of a CSV file as text, each row with its line in the file.
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 # No table has so many; names are compared with each other.
@@ -71,7 +70,40 @@ def refuse_separators(path: str | Path, header: Sequence[str], known: Collection
             raise UserError(f"{path} separates its columns by {name}: save it with commas and decimal points.")
 
 
-def header_faults(header: list[str], line: int) -> list[Fault]:
+def refuse_other_formats(path: str | Path, header: Sequence[str], known: Collection[str], usual: Iterable[str]) -> None:
+    """Raises UserError where a file has no header, or cuts its columns at anything but commas. usual: columns of a
+    whole file."""
+    refuse_separators(path, header, known)
+    if not np.isnan(numbers_of(header)).any():
+        raise UserError(f"{path} has no header: its first line must name the columns {', '.join(usual)}.")
+
+
+def nearly_named(header: Sequence[str], names: Iterable[str], known: Collection[str]) -> list[str]:
+    """Sentences on unknown columns that are called nearly as one of these names, which is absent."""
+    further = [column for column in header if column not in known]
+    return [
+        f"Column {near!r} is kept but not used: rename it to {name} if that is meant."
+        for name in names
+        if name not in header
+        for near in get_close_matches(name, further, n=1, cutoff=0.75)
+    ]
+
+
+def columns_of(records: Records, header: Sequence[str]) -> tuple[dict[str, Sequence[str]], list[int], list[Fault]]:
+    """The cells of each column (of several with one name those of the first), the lines of the rows that they stand in,
+    and the faults of the header and of all other rows. header: names in place of those in the file."""
+    faults = [*_header_faults(header, records.header_line), *_odd_rows(records)]
+    odd = {fault.line for fault in faults}
+    lines = [line for line in records.lines if line not in odd]
+    rows = (row for line, row in zip(records.lines, records.rows, strict=True) if line not in odd)
+    cells = zip(*rows, strict=True) if lines else [()] * len(header)
+    text: dict[str, Sequence[str]] = {}
+    for name, column in zip(header, cells, strict=True):
+        text.setdefault(name, column)
+    return text, lines, faults
+
+
+def _header_faults(header: Sequence[str], line: int) -> list[Fault]:
     """Faults of columns without a name, or with the name of another one."""
     faults, counts, seen = [], Counter(header), set[str]()
     for place, name in enumerate(header):
@@ -83,7 +115,7 @@ def header_faults(header: list[str], line: int) -> list[Fault]:
     return faults
 
 
-def odd_rows(records: Records) -> list[Fault]:
+def _odd_rows(records: Records) -> list[Fault]:
     """Faults of the rows whose values cannot be given to columns: too many, too few, or all blank."""
     faults, width = [], len(records.header)
     for line, row in zip(records.lines, records.rows, strict=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from freelearn.export.arithmetic.graph import INPUT, Graph, Node
+from freelearn.export.arithmetic.graph import INPUT, NOT_COMPUTED, Graph, Node
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,8 @@ class Function:
     @property
     def operations(self) -> int:
         """Numbers computed in one call, loops counted with all of their turns."""
-        return sum(self._turns(i) for i in self.graph.needed(self.nodes) if self._computed(i))
-
-    def _computed(self, i: int) -> bool:
-        return self.graph.nodes[i].operation not in ("constant", "input", "carried", "ended")
+        needed = self.graph.needed(self.nodes)
+        return sum(self._turns(i) for i in needed if self.graph.nodes[i].operation not in NOT_COMPUTED)
 
     def _turns(self, i: int) -> int:
         total, left, seen = 1, set(self.graph.within[i]), set[int]()

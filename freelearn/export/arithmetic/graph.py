@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 
 # Operations that are not arithmetic: a constant, an input, what a loop carries, and what it ends with.
 CONSTANT, INPUT, CARRIED, ENDED = "constant", "input", "carried", "ended"
+# None of these is computed when its turn comes.
+NOT_COMPUTED = (CONSTANT, INPUT, CARRIED, ENDED)
 
 
 def _divided(a: float, b: float) -> float:

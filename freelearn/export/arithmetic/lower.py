@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any
 
@@ -33,6 +33,9 @@ PLAIN = {
     "logical_and": "and", "bitwise_and": "and", "logical_or": "or", "bitwise_or": "or",
     "logical_not": "not", "bitwise_not": "not", "isfinite": "finite", "isnan": "isnan",
 }  # fmt: skip
+# Operations along some dimensions: on two numbers after the other to one, or to one for each of them.
+REDUCED = {"prod": "mul", "amax": "max", "amin": "min", "any": "or", "all": "and"}
+RUNNING = {"cumprod": "mul", "cumsum": "add"}
 # Operations that only move numbers about: done on the nodes' numbers in place of the numbers themselves.
 MOVES = {
     "view", "_unsafe_view", "reshape", "expand", "unsqueeze", "squeeze", "permute", "transpose", "t", "select", "slice",
@@ -103,10 +106,13 @@ class Lowering:
             return self._computed(node, target)
         if name in PLAIN:
             return self._plain(name, args, kwargs, str(target))
+        kwargs = {k: v for k, v in kwargs.items() if k not in ("dtype", "layout", "device", "pin_memory")}
+        if name in REDUCED:
+            return self._reduced(REDUCED[name], *args, **kwargs)
+        if name in RUNNING:
+            return self._running(RUNNING[name], *args, **kwargs)
         if (rule := getattr(self, f"_on_{name}", None)) is not None:
-            return rule(
-                *args, **{k: v for k, v in kwargs.items() if k not in ("dtype", "layout", "device", "pin_memory")}
-            )
+            return rule(*args, **kwargs)
         raise NotArithmetic(f"{target} of shape {tuple(node.meta['val'].shape)}")
 
     def _resolved(self, value: Any) -> Any:
@@ -227,13 +233,13 @@ class Lowering:
         x = self._each("where", self._each("isnan", x), float(nan or 0.0), x)
         return self._on_clamp(x, -most if neginf is None else neginf, most if posinf is None else posinf)
 
-    def _reduced(self, operation: str, x: Ids, dims: Any, keep: bool) -> Ids:
+    def _reduced(self, operation: str, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         every = range(x.ndim) if dims is None or dims == [] else [dims] if isinstance(dims, int) else dims
         every = sorted(d % x.ndim for d in every) if x.ndim else []
         for d in every:
             parts = x.unbind(d)
             x = reduce(lambda a, b: self._each(operation, a, b), parts).unsqueeze(d)
-        return x if keep else x.squeeze(tuple(every)) if every else x
+        return x if keepdim else x.squeeze(tuple(every)) if every else x
 
     def _on_sum(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
         if not x.numel():
@@ -244,21 +250,6 @@ class Lowering:
         total = self._reduced("add", x, dims, keepdim)
         return self._each("div", total, float(x.numel() // total.numel()))
 
-    def _on_prod(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
-        return self._reduced("mul", x, dims, keepdim)
-
-    def _on_amax(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
-        return self._reduced("max", x, dims, keepdim)
-
-    def _on_amin(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
-        return self._reduced("min", x, dims, keepdim)
-
-    def _on_any(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
-        return self._reduced("or", x, dims, keepdim)
-
-    def _on_all(self, x: Ids, dims: Any = None, keepdim: bool = False) -> Ids:
-        return self._reduced("and", x, dims, keepdim)
-
     def _on_linalg_vector_norm(self, x: Ids, ord: float = 2, dims: Any = None, keepdim: bool = False) -> Ids:
         if ord != 2:
             raise NotArithmetic(f"a norm of order {ord}")
@@ -267,14 +258,10 @@ class Lowering:
     def _on_mm(self, a: Ids, b: Ids) -> Ids:
         return self._on_sum(self._each("mul", a[..., :, :, None], b[..., None, :, :]), -2)
 
-    def _on_bmm(self, a: Ids, b: Ids) -> Ids:
-        return self._on_mm(a, b)
-
     def _on_mv(self, a: Ids, b: Ids) -> Ids:
         return self._on_sum(self._each("mul", a, b), -1)
 
-    def _on_dot(self, a: Ids, b: Ids) -> Ids:
-        return self._on_sum(self._each("mul", a, b), -1)
+    _on_bmm, _on_dot = _on_mm, _on_mv
 
     def _on_addmm(self, c: Ids, a: Ids, b: Ids) -> Ids:
         return self._each("add", c, self._on_mm(a, b))
@@ -291,8 +278,7 @@ class Lowering:
     def _on_new_zeros(self, x: Ids, size: list[int]) -> Ids:
         return self._ids(0.0).expand(size)
 
-    def _on_fill(self, x: Ids, value: Any) -> Ids:
-        return self._ids(value).expand(x.shape)
+    _on_fill = _on_full_like
 
     def _on_index_put(self, x: Ids, places: list[Any], values: Ids, accumulate: bool = False) -> Ids:
         where = tuple(slice(None) if p is None else self._whole(p) for p in places)
@@ -310,12 +296,6 @@ class Lowering:
             parts[i] = self._each(operation, parts[i - 1], parts[i])
         return torch.stack(parts, dim)
 
-    def _on_cumprod(self, x: Ids, dim: int) -> Ids:
-        return self._running("mul", x, dim)
-
-    def _on_cumsum(self, x: Ids, dim: int) -> Ids:
-        return self._running("add", x, dim)
-
     def _on_log2(self, x: Ids) -> Ids:
         return self._each("div", self._each("log", x), math.log(2.0))
 
@@ -331,6 +311,3 @@ def _shaped(flat: list[int], like: list[Ids]) -> list[Ids]:
         parts.append(torch.tensor(some, dtype=torch.int64).reshape(tensor.shape))
         start += tensor.numel()
     return parts
-
-
-Rule = Callable[..., Ids]

@@ -13,14 +13,12 @@ import numpy as np
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.along import OneSample, each_followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options
-from freelearn.export.functions import Functions
 from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_source import c_source
-
-# C that is compiled on this machine, to be checked and timed.
 
 # As strict as a compiler gets; without the contraction of products and sums, so that every machine gives the same.
 FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off")

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from freelearn.export.arithmetic.function import Function, Port
-from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
+from freelearn.export.arithmetic.writing import Writing
 
 # A graph as statements of C99.
 
@@ -28,73 +28,38 @@ static inline double sign_of(double a) { return (double)((a > 0.0) - (a < 0.0));
 """
 
 
-# How an input is named by its place.
-IN = "in[{}]"
+class _Body(Writing[str]):
+    def __init__(self, f: Function, inputs: str) -> None:
+        super().__init__(f.graph, f.nodes, [inputs.format(i) for i in range(len(f.inputs))])
 
+    def stores(self, outputs: Sequence[int], results: str) -> list[str]:
+        """What puts nodes into an array."""
+        return [f"    {results}[{i}] = {self.at(node)};" for i, node in enumerate(outputs)]
 
-def statements(graph: Graph, outputs: Sequence[int], inputs: str = IN) -> list[str]:
-    """Lines that read what the inputs are named and compute the nodes of the outputs."""
-    return _Body(graph, graph.needed(outputs), inputs).lines(None, 1)
+    def constant(self, value: float, truth: bool) -> str:
+        if truth:
+            return str(int(value))
+        if value != value:
+            return "NAN"
+        if value in (float("inf"), float("-inf")):
+            return "INFINITY" if value > 0 else "(-INFINITY)"
+        text = repr(value)
+        return f"({text})" if text.startswith("-") else text
 
+    def operation(self, i: int, depth: int) -> list[str]:
+        node = self.graph.nodes[i]
+        kind = "const int" if node.truth else "const double"
+        way = WAYS[node.operation].format(*(self.at(j) for j in node.of))
+        return [f"{'    ' * depth}{kind} v{i} = {way};"]
 
-def _stores(graph: Graph, outputs: Sequence[int], results: str, inputs: str = IN) -> list[str]:
-    return [f"    {results}[{i}] = {_name(graph, node, inputs)};" for i, node in enumerate(outputs)]
-
-
-def _name(graph: Graph, i: int, inputs: str = IN) -> str:
-    node = graph.nodes[i]
-    if node.operation == CONSTANT:
-        return _literal(node.value, node.truth)
-    if node.operation == INPUT:
-        return inputs.format(node.of[0])
-    if node.operation in (CARRIED, ENDED):
-        return f"c{node.of[0]}_{node.of[1]}"
-    return f"v{i}"
-
-
-def _literal(value: float, truth: bool) -> str:
-    if truth:
-        return str(int(value))
-    if value != value:
-        return "NAN"
-    if value in (float("inf"), float("-inf")):
-        return "INFINITY" if value > 0 else "(-INFINITY)"
-    text = repr(value)
-    return f"({text})" if text.startswith("-") else text
-
-
-class _Body:
-    def __init__(self, graph: Graph, needed: set[int], inputs: str) -> None:
-        self.graph, self.needed, self.inputs = graph, needed, inputs
-        self.by_loop: dict[int | None, list[int]] = {}
-        for i in sorted(needed):
-            self.by_loop.setdefault(graph.innermost(i), []).append(i)
-
-    def lines(self, loop: int | None, depth: int) -> list[str]:
-        """What is computed in one turn of a loop, or outside of all, in an order that serves."""
-        pad, out, opened = "    " * depth, [], set[int]()
-        for i in self.by_loop.get(loop, []):
-            node = self.graph.nodes[i]
-            if node.operation == ENDED and node.of[0] not in opened:
-                opened.add(node.of[0])
-                out += self._loop(node.of[0], depth)
-            elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
-                kind = "const int" if node.truth else "const double"
-                way = WAYS[node.operation].format(*(self._at(j) for j in node.of))
-                out.append(f"{pad}{kind} v{i} = {way};")
-        return out
-
-    def _at(self, i: int) -> str:
-        return _name(self.graph, i, self.inputs)
-
-    def _loop(self, number: int, depth: int) -> list[str]:
+    def loop(self, number: int, depth: int) -> list[str]:
         loop, pad = self.graph.loops[number], "    " * depth
         places = self.graph.carried(number, self.needed)
         kind = {i: "int" if self.graph.nodes[loop.starts[i]].truth else "double" for i in places}
-        begun = [f"{pad}{kind[i]} c{number}_{i} = {self._at(loop.starts[i])};" for i in places]
+        begun = [f"{pad}{kind[i]} c{number}_{i} = {self.at(loop.starts[i])};" for i in places]
         inside = pad + "    "
         # What is carried changes at once, after all of it was computed; what stays needs no copy.
-        moved = [(i, self._at(loop.nexts[i])) for i in places if self._at(loop.nexts[i]) != f"c{number}_{i}"]
+        moved = [(i, self.at(loop.nexts[i])) for i in places if self.at(loop.nexts[i]) != f"c{number}_{i}"]
         after = [f"{inside}const {kind[i]} n{number}_{i} = {n};" for i, n in moved]
         after += [f"{inside}c{number}_{i} = n{number}_{i};" for i, _ in moved]
         turn = f"{pad}for (int t{number} = 0; t{number} < {loop.times}; t{number}++) {{"
@@ -151,8 +116,8 @@ def _function(name: str, f: Function) -> str:
         return _stepping(name, f, about)
     about += _ports("in", f.inputs) + _ports("out", f.outputs)
     unread = [f"    (void)in[{i}];" for i in range(len(f.inputs)) if i not in f.graph.inputs(f.nodes)]
-    lines = [_comment(about), f"{_signature(name, f)} {{", *unread, *statements(f.graph, f.nodes)]
-    lines += _stores(f.graph, f.nodes, "out")
+    body = _Body(f, "in[{}]")
+    lines = [_comment(about), f"{_signature(name, f)} {{", *unread, *body.lines(), *body.stores(f.nodes, "out")]
     return "\n".join([*lines, f"    return {_flags(f)};", "}\n"])
 
 
@@ -165,8 +130,8 @@ def _stepping(name: str, f: Function, about: list[str]) -> str:
     read = [f"    const double g{i} = in[{i}];" for i in range(given - 1)] + [f"    const double g{given - 1} = dt;"]
     read += [f"    const double g{given + i} = state[{i}];" for i in range(f.carried)]
     unread = [f"    (void)g{i};" for i in range(len(f.inputs)) if i not in f.graph.inputs(f.nodes)]
-    body = statements(f.graph, f.nodes, "g{}")
-    stores = _stores(f.graph, f.nodes[:answered], "out", "g{}") + _stores(f.graph, f.nodes[answered:], "state", "g{}")
+    body = _Body(f, "g{}")
+    stores = body.stores(f.nodes[:answered], "out") + body.stores(f.nodes[answered:], "state")
     begin = [_comment([f"The state before the first sample: {f.carried} zeros."]), f"{_reset(name, f)} {{"]
     begin += [f"    for (int i = 0; i < {f.carried}; i++) state[i] = 0.0;", "}\n"]
     step = [
@@ -174,7 +139,7 @@ def _stepping(name: str, f: Function, about: list[str]) -> str:
         f"{_signature(name, f)} {{",
         *read,
         *unread,
-        *body,
+        *body.lines(),
         *stores,
         f"    return {_flags(f)};",
         "}\n",

@@ -19,10 +19,10 @@ import numpy as np
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_whole
 from freelearn.common.package import VERSION
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.along import Followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions
 from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_file import compiled, title
 from freelearn.export.writers.c_source import c_source

@@ -14,10 +14,10 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
 from freelearn.data.beds import DEG, KPA, MM
 from freelearn.export.actuator import Actuator
+from freelearn.export.actuator_functions import Functions, View
 from freelearn.export.along import Along, each_followed
 from freelearn.export.arithmetic.function import Function
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import ROUNDING, Reference, Samples, Written
 from freelearn.export.writers.c_file import title
 from freelearn.export.writers.mujoco_source import Motion, mjcf, module

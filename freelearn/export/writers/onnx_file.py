@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from freelearn.common.files import write_bytes
+from freelearn.export.actuator_functions import Functions
 from freelearn.export.along import Follow, Followed
 from freelearn.export.arithmetic.function import Function
-from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
+from freelearn.export.arithmetic.graph import Graph
+from freelearn.export.arithmetic.writing import Writing
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions
 from freelearn.export.round_trip import Answers, Written
 from freelearn.export.writers.c_file import title
-
-# An actuator as ONNX models: float64, any number of rows at once, loops with a fixed number of turns.
 
 # Loop and the comparisons of float64 are in all runtimes that have these.
 OPSET, IR = 17, 8
@@ -41,9 +40,9 @@ def onnx_model(name: str, title: str, f: Function) -> Any:
     def value(port_name: str, *more: int) -> Any:
         return helper.make_tensor_value_info(port_name, TensorProto.DOUBLE, ["rows", *more])
 
-    writing = _Writing(f.graph, f.graph.needed(f.nodes), [p.name for p in f.inputs])
+    writing = _Writing(f.graph, f.nodes, [p.name for p in f.inputs])
     # Constants alone are no rows: each output takes the length of the first input.
-    nodes = writing.lines(None)
+    nodes = writing.lines()
     zero = f"{f.inputs[0].name}_zero"
     nodes += [helper.make_node("Sub", [f.inputs[0].name] * 2, [zero])]
     for port, i in zip(f.outputs, f.nodes, strict=True):
@@ -70,29 +69,16 @@ def onnx_model(name: str, title: str, f: Function) -> Any:
     return model
 
 
-class _Writing:
+class _Writing(Writing[Any]):
     """A graph on its way into nodes of ONNX."""
 
-    def __init__(self, graph: Graph, needed: set[int], inputs: Sequence[str]) -> None:
-        self.graph, self.needed, self.inputs = graph, needed, inputs
+    # What a loop gives has names of its own.
+    ended = "e"
+
+    def __init__(self, graph: Graph, outputs: Sequence[int], inputs: Sequence[str]) -> None:
+        super().__init__(graph, outputs, inputs)
         self.constants: dict[str, Any] = {}
         self.casts = 0
-        self.by_loop: dict[int | None, list[int]] = {}
-        for i in sorted(needed):
-            self.by_loop.setdefault(graph.innermost(i), []).append(i)
-
-    def lines(self, loop: int | None) -> list[Any]:
-        """Nodes of one turn of a loop, or of what is outside of all."""
-        out: list[Any] = []
-        opened = set[int]()
-        for i in self.by_loop.get(loop, []):
-            node = self.graph.nodes[i]
-            if node.operation == ENDED and node.of[0] not in opened:
-                opened.add(node.of[0])
-                out += self._loop(node.of[0])
-            elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
-                out += self._node(i)
-        return out
 
     def state(self, names: Sequence[str], after: Sequence[str]) -> tuple[list[Any], list[Any]]:
         """What takes a state apart, each number (rows,) by its name, and what joins the numbers that follow them."""
@@ -120,18 +106,7 @@ class _Writing:
         name = f"n{self.casts}"
         return name, [helper.make_node("Cast", [self.at(i)], [name], to=TensorProto.DOUBLE)]
 
-    def at(self, i: int) -> str:
-        """The name of a node."""
-        node = self.graph.nodes[i]
-        if node.operation == CONSTANT:
-            return self._constant(node.value, node.truth)
-        if node.operation == INPUT:
-            return self.inputs[node.of[0]]
-        if node.operation == CARRIED:
-            return f"c{node.of[0]}_{node.of[1]}"
-        return f"e{node.of[0]}_{node.of[1]}" if node.operation == ENDED else f"v{i}"
-
-    def _constant(self, value: float, truth: bool = False) -> str:
+    def constant(self, value: float, truth: bool = False) -> str:
         from onnx import TensorProto, helper
 
         name = f"{'truth' if truth else 'number'}_{value!r}"
@@ -139,7 +114,7 @@ class _Writing:
         self.constants[name] = helper.make_tensor(name, kind, [], [bool(value) if truth else value])
         return name
 
-    def _node(self, i: int) -> list[Any]:
+    def operation(self, i: int, depth: int) -> list[Any]:
         from onnx import helper
 
         node, made, names = self.graph.nodes[i], [], []
@@ -164,15 +139,15 @@ class _Writing:
                 squares = [op("Mul", [n, n], b) for n, b in zip(names, between[:2], strict=True)]
                 return [*made, *squares, op("Add", between[:2], between[2]), op("Sqrt", between[2:], result)]
             case "expm1":
-                return [*made, op("Exp", names, between[0]), op("Sub", [between[0], self._constant(1.0)], result)]
+                return [*made, op("Exp", names, between[0]), op("Sub", [between[0], self.constant(1.0)], result)]
             case "log1p":
-                return [*made, op("Add", [names[0], self._constant(1.0)], between[0]), op("Log", between[:1], result)]
+                return [*made, op("Add", [names[0], self.constant(1.0)], between[0]), op("Log", between[:1], result)]
             case "tan":
                 parts = [op("Sin", names, between[0]), op("Cos", names, between[1])]
                 return [*made, *parts, op("Div", between[:2], result)]
         return [*made, op(WAYS[node.operation], names, result)]
 
-    def _loop(self, number: int) -> list[Any]:
+    def loop(self, number: int, depth: int) -> list[Any]:
         from onnx import TensorProto, helper
 
         loop = self.graph.loops[number]
@@ -200,7 +175,7 @@ class _Writing:
         self.constants[times] = helper.make_tensor(times, TensorProto.INT64, [], [loop.times])
         starts = [self.at(loop.starts[i]) for i in places]
         ends = [f"e{number}_{i}" for i in places]
-        return [helper.make_node("Loop", [times, self._constant(1.0, True), *starts], ends, body=inside)]
+        return [helper.make_node("Loop", [times, self.constant(1.0, True), *starts], ends, body=inside)]
 
 
 # An actuator as ONNX files.

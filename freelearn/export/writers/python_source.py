@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from freelearn.export.arithmetic.function import Function
-from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, Graph
+from freelearn.export.arithmetic.writing import Writing
 
 WAYS = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "divided({}, {})", "neg": "-{}", "abs": "abs({})",
@@ -14,7 +12,7 @@ WAYS = {
     "tan": "math.tan({})", "pow": "power({}, {})", "hypot": "math.hypot({}, {})", "min": "smaller({}, {})",
     "max": "larger({}, {})", "sign": "sign_of({})", "lt": "{} < {}", "le": "{} <= {}", "gt": "{} > {}",
     "ge": "{} >= {}", "eq": "{} == {}", "ne": "{} != {}", "and": "{} and {}", "or": "{} or {}", "not": "not {}",
-    "finite": "math.isfinite({})", "isnan": "math.isnan({})",
+    "finite": "math.isfinite({})", "isnan": "math.isnan({})", "where": "{1} if {0} else {2}",
 }  # fmt: skip
 
 HELPERS = """\
@@ -63,47 +61,21 @@ def sign_of(a):
 
 def python_function(f: Function) -> str:
     """def NAME(inputs by name): a tuple of the outputs."""
-    writing = _Writing(f.graph, f.graph.needed(f.nodes), [p.name for p in f.inputs])
+    writing = _Writing(f.graph, f.nodes, [p.name for p in f.inputs])
     given = ", ".join(p.name for p in f.inputs)
     about = [f"    {p.name} [{p.unit}]: {p.about}" for p in (*f.inputs, *f.outputs)]
     out = ", ".join(writing.at(i) for i in f.nodes)
     head = [f"def {f.name}({given}):", f'    """{f.about[0].upper()}{f.about[1:]}.', "", *about, '    """']
-    return "\n".join([*head, *writing.lines(None, 1), f"    return ({out},)", ""])
+    return "\n".join([*head, *writing.lines(), f"    return ({out},)", ""])
 
 
-class _Writing:
-    def __init__(self, graph: Graph, needed: set[int], inputs: Sequence[str]) -> None:
-        self.graph, self.needed, self.inputs = graph, needed, inputs
-        self.by_loop: dict[int | None, list[int]] = {}
-        for i in sorted(needed):
-            self.by_loop.setdefault(graph.innermost(i), []).append(i)
-
-    def lines(self, loop: int | None, depth: int) -> list[str]:
-        """One turn of a loop, or what is outside of all."""
-        pad, out, opened = "    " * depth, list[str](), set[int]()
-        for i in self.by_loop.get(loop, []):
-            node = self.graph.nodes[i]
-            if node.operation == ENDED and node.of[0] not in opened:
-                opened.add(node.of[0])
-                out += self._loop(node.of[0], depth)
-            elif node.operation == "where":
-                test, first, second = (self.at(j) for j in node.of)
-                out.append(f"{pad}v{i} = {first} if {test} else {second}")
-            elif node.operation not in (CONSTANT, INPUT, CARRIED, ENDED):
-                out.append(f"{pad}v{i} = {WAYS[node.operation].format(*(self.at(j) for j in node.of))}")
-        return out
-
-    def at(self, i: int) -> str:
-        """The name or the number of a node."""
+class _Writing(Writing[str]):
+    def operation(self, i: int, depth: int) -> list[str]:
         node = self.graph.nodes[i]
-        if node.operation == CONSTANT:
-            return self._constant(node.value, node.truth)
-        if node.operation == INPUT:
-            return self.inputs[node.of[0]]
-        return f"c{node.of[0]}_{node.of[1]}" if node.operation in (CARRIED, ENDED) else f"v{i}"
+        way = WAYS[node.operation].format(*(self.at(j) for j in node.of))
+        return [f"{'    ' * depth}v{i} = {way}"]
 
-    @staticmethod
-    def _constant(value: float, truth: bool) -> str:
+    def constant(self, value: float, truth: bool) -> str:
         if truth:
             return str(bool(value))
         if value != value:
@@ -112,7 +84,7 @@ class _Writing:
             return "INFINITY" if value > 0 else "(-INFINITY)"
         return f"({value!r})" if value < 0 else repr(value)
 
-    def _loop(self, number: int, depth: int) -> list[str]:
+    def loop(self, number: int, depth: int) -> list[str]:
         loop, pad = self.graph.loops[number], "    " * depth
         places = self.graph.carried(number, self.needed)
         names = ", ".join(f"c{number}_{i}" for i in places)

@@ -10,8 +10,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import write_bytes
+from freelearn.export.actuator_functions import Functions, View
 from freelearn.export.export_options import Options, needed
-from freelearn.export.functions import Functions, View
 from freelearn.export.round_trip import Reference, Written
 from freelearn.export.writers.c_file import title
 

@@ -14,8 +14,6 @@ from freelearn.data.beds import ELONGATION, FORCE, MOMENT, PRESSURE, Pair, Quant
 from freelearn.data.columns import members_in, pressure_column
 from freelearn.data.rows import Readings
 
-# Which quantities of a table its pictures and tables show.
-
 
 def measured_quantities(table: pd.DataFrame) -> tuple[Quantity, ...]:
     """What the bed measures and the table has a number of."""

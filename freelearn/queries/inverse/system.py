@@ -16,8 +16,6 @@ from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Prediction
 from freelearn.physics.chain.row_derivatives import rows_jacobian
 
-# A fitted model as two equations between what is imposed on an actuator and what it answers.
-
 # Rows that are worked on at once: with a few derivatives for each, more than in a fit.
 BLOCK = 32_768
 

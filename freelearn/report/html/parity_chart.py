@@ -15,8 +15,6 @@ from freelearn.records.written_effects import ProposalCurve
 from freelearn.report.html.chart_canvas import chart, hover, legend_below, source
 from freelearn.report.tables.picture_numbers import SPLITS, loose_rows, parity_ends
 
-# Predicted against measured quantities.
-
 MARKS = ("circle", "triangle", "square")
 
 

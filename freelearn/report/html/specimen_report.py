@@ -17,7 +17,7 @@ from freelearn.data.specimen_tests import timed
 from freelearn.fitting.rubber_fit import RubberFit
 from freelearn.report.html.chart_canvas import chart, hover, legend_below
 from freelearn.report.html.html_page import Section, write_page
-from freelearn.report.plots.recorded_plot import Trace, along_words, shades, traces
+from freelearn.report.plots.specimen_plot import Trace, along_words, shades, traces
 from freelearn.report.tables.specimen_tables import rubber_parameters
 
 STRESSES = {"stress_mpa": "nominal stress P [MPa]", "stress_2_mpa": "nominal stress across, P₂ [MPa]"}

@@ -28,8 +28,6 @@ from freelearn.report.tables.picture_numbers import (
 )
 from freelearn.report.tables.residual_tables import Strip, shown_samples
 
-# Predicted against measured quantities.
-
 MARKERS = ("o", "^", "s")
 
 

@@ -1,20 +1,23 @@
-"""Nominal stress against stretch: measured, and what two rubbers fitted alike say."""
+"""Nominal stress against stretch: measured, and what two rubbers fitted alike say; of recordings over
+the logarithm of time, too."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
+import matplotlib as mpl
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from freelearn.common.display import COLORS
 from freelearn.common.formats import percent
-from freelearn.data.specimen_schema import MODES
-from freelearn.data.specimen_tests import timed
+from freelearn.data.specimen_schema import MODES, SHEAR, shear_of_stretch
+from freelearn.data.specimen_tests import TIME, names_of, timed
 from freelearn.fitting.rubber_fit import RubberFit
 from freelearn.report.plots.canvas import finish, new_figure
-from freelearn.report.plots.recorded_plot import draw_recordings, traces
 
 # Marks belong to what was measured, dashes to what was held out: the later of two fits is the thinner line.
 WIDTHS = (3.0, 1.5, 1.0, 0.7)
@@ -82,3 +85,60 @@ def _draw(axes: Axes, curves: pd.DataFrame, column: str, fits: Mapping[str, Rubb
         for line in lines:
             end = line.iloc[-1]
             axes.annotate(end["specimen"], (end["stretch"], end[column]), (5, -2), textcoords="offset points", size=7)
+
+
+# Recordings that a legend still names.
+NAMED = 10
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One recording's samples as they are drawn: x the stretch, or the amount of shear; since its begin, s."""
+
+    name: str
+    x: np.ndarray
+    since: np.ndarray
+    measured: np.ndarray
+    expected: np.ndarray
+    fitted: bool
+
+
+def traces(curves: pd.DataFrame, mode: str, column: str, fits: Mapping[str, RubberFit]) -> Iterator[Trace]:
+    """Of the recordings of a mode, with what the last of the fits says of them. curves: of curve_table."""
+    rows = curves[timed(curves) & (curves["mode"] == mode).to_numpy()]
+    names = names_of(rows)
+    last, fit = list(fits.items())[-1]
+    for name in dict.fromkeys(names):
+        own = rows[names == name]
+        found, expected = own[own["source"] == "measured"], own[own["source"] == last]
+        if found[column].isna().all():
+            continue
+        stretch = found["stretch"].to_numpy()
+        x = shear_of_stretch(stretch) if mode == SHEAR else stretch
+        since = (found[TIME] - found[TIME].iloc[0]).to_numpy()
+        stresses = found[column].to_numpy(), expected[column].to_numpy()
+        yield Trace(str(name), x, since, *stresses, fit.modes[str(name)].fitted)
+
+
+def along_words(mode: str) -> str:
+    """What recordings of a mode are drawn over."""
+    return "amount of shear γ [–]" if mode == SHEAR else "stretch λ [–]"
+
+
+def shades(count: int) -> list[str]:
+    """So many colors from dark to light."""
+    return [mpl.colors.to_hex(mpl.colormaps["viridis"](0.9 * n / max(count - 1, 1))) for n in range(count)]
+
+
+def draw_recordings(over_stretch: Axes, over_time: Axes, own: list[Trace], mode: str, stress: str) -> None:
+    """Measured as dots, fitted as lines, dashed where held out."""
+    for trace, color in zip(own, shades(len(own)), strict=True):
+        style = "-" if trace.fitted else "--"
+        for axes, x in ((over_stretch, trace.x), (over_time, trace.since)):
+            axes.plot(x, trace.measured, ".", color=color, ms=3.5, label="_measured")
+            axes.plot(x, trace.expected, style, color=color, lw=1.3, label=trace.name)
+    over_time.set_xscale("log")
+    finish(over_stretch, along_words(mode), stress)
+    finish(over_time, "time since the recording's begin [s]", stress)
+    if len(own) <= NAMED:
+        over_time.legend(fontsize=7, frameon=False)

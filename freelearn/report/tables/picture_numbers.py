@@ -15,8 +15,6 @@ from freelearn.physics.chain.prediction import usable
 from freelearn.queries.curves.curve_rows import measured_quantities, pressures
 from freelearn.queries.curves.shown_states import fields, places
 
-# Predicted against measured quantities, as numbers.
-
 SPLITS = (TRAIN, VALIDATION, TEST)
 # More points than this per split only darken the picture.
 SHOWN = 3000

@@ -13,7 +13,7 @@ from freelearn.common.formats import error_percent, fixed, number, percent
 from freelearn.data.columns import DESIGN
 from freelearn.data.sets import CONSTITUENT_SET, overlap
 from freelearn.records.run import Run
-from freelearn.records.run_record import RunRecord
+from freelearn.records.sweep_records import RunRecord
 
 
 class Scores(NamedTuple):
@@ -39,8 +39,6 @@ def scores(run: Run) -> Scores:
         float(np.median(every)) if every else None,
     )
 
-
-# The numbers of the paper's discussion: how good each model is, where, and at what price.
 
 CAPTION = (
     "own set: tested on the training set's own test rows; unseen: on samples never trained on; size: fitted "

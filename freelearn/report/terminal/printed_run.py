@@ -20,8 +20,6 @@ from freelearn.report.tables.plan_tables import expected_table, mounting_table, 
 from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
 from freelearn.report.terminal.printed_tables import rich_table, show_files
 
-# What a run shows in the terminal at its end.
-
 MOST_FAILURES = 3
 
 

@@ -180,6 +180,31 @@ def measure(
     accuracy: the true one, one standard deviation in the table's units. The protocol depends on the seed alone, so that
     two calls differ in nothing but what else differs.
     """
+
+    def shown(s: dict[str, Array]) -> tuple[Array, Array]:
+        return bed_loads(s, c1, c2, fx, extra, RIGS[laboratory.forms])
+
+    table, slips, s, deviation = measure_loads(laboratory, actuators, shown, accuracy, seed)
+    rows = slips["row"].to_numpy(dtype=np.int64)
+    imposed = _imposed_noise({name: value[rows] for name, value in s.items()}, c1, c2, accuracy)
+    column = np.array([LOADS.index(load) for load in slips["load"]], dtype=np.int64)
+    sensor = np.array([deviation[load][row] for load, row in zip(slips["load"], rows, strict=True)])
+    whole = np.hypot(sensor, imposed[np.arange(len(rows)), column])
+    return Measured(table, slips.assign(all_sigmas=np.abs(slips["displacement"]) / np.maximum(whole, 1e-300)))
+
+
+def measure_loads(
+    laboratory: Laboratory,
+    actuators: Actuators,
+    shown: Callable[[dict[str, Array]], tuple[Array, Array]],
+    accuracy: Mapping[str, float],
+    seed: int,
+) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Array], dict[str, Array]]:
+    """A measurement table, the truth about its slips, the states that were really imposed, and the standard deviation
+    of each load's sensor in every row.
+
+    shown: states → loads (N, 2) N and N·m without noise, and whether there is an equilibrium, (N,).
+    """
     table = protocol(laboratory, actuators, np.random.default_rng([seed, 1]))
     generator = np.random.default_rng([seed, 2])
     states = np.cumsum(table["step"].to_numpy() == 0) - 1
@@ -192,22 +217,16 @@ def measure(
     for name in ("elongation_mm", "twist_deg"):
         actual[name] += noise(name, count)[states]
     s = state_of(table) | {n: v for n, v in state_of(actual).items() if n in ("length", "twist")}
-    loads, balanced = bed_loads(s, c1, c2, fx, extra, RIGS[laboratory.forms])
+    loads, balanced = shown(s)
     table["pressure_kpa"] += noise("pressure_kpa", len(table))
     deviation = {}
     for name, load in zip(LOADS, (loads[:, 0], loads[:, 1] / MM), strict=True):
         share = np.abs(load) / max(float(np.abs(load[balanced]).max(initial=0.0)), 1e-12)
-        grown = 1 + laboratory.growth * np.minimum(share, 1.0)
+        grown = 1 + laboratory.growth * np.nan_to_num(np.minimum(share, 1.0))
         deviation[name] = accuracy[name] * grown
         table[name] = load + noise(name, len(table)) * grown
     table["buckled"] = (~balanced).astype(int)
-    table, slips = slip(table, laboratory.slipped, laboratory.kinds, deviation, [seed, 3])
-    rows = slips["row"].to_numpy(dtype=np.int64)
-    imposed = _imposed_noise({name: value[rows] for name, value in s.items()}, c1, c2, accuracy)
-    column = np.array([LOADS.index(load) for load in slips["load"]], dtype=np.int64)
-    sensor = np.array([deviation[load][row] for load, row in zip(slips["load"], rows, strict=True)])
-    whole = np.hypot(sensor, imposed[np.arange(len(rows)), column])
-    return Measured(table, slips.assign(all_sigmas=np.abs(slips["displacement"]) / np.maximum(whole, 1e-300)))
+    return *slip(table, laboratory.slipped, laboratory.kinds, deviation, [seed, 3]), s, deviation
 
 
 def _imposed_noise(s: dict[str, Array], c1: float, c2: float, accuracy: Mapping[str, float]) -> Array:

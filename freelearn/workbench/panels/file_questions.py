@@ -9,9 +9,9 @@ import panel as pn
 from markupsafe import escape
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.guesses.answers import Question, answer
 from freelearn.data.intake.guesses.guessed import NO, WHAT, YES, Answers, ColumnGuess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
+from freelearn.data.intake.guesses.typed_answers import Question, answer
 from freelearn.data.intake.laboratory_units import conversion, dimension, unit_of
 from freelearn.workbench.panels.widgets import HIDDEN_LABEL, STYLE, say, words
 

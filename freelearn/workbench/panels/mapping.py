@@ -22,9 +22,6 @@ from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuesti
 from freelearn.workbench.panels.widgets import download, heading, say, words
 from freelearn.workbench.state.session import Session
 
-# Columns of a laboratory's file: what intake takes them for, to be changed, what else is to be said, and the table
-# that is made of them.
-
 # A file with more columns is a log of everything; those that no heading explains are not shown.
 MOST_COLUMNS = 40
 # With the widths of what stands below them.

@@ -48,8 +48,6 @@ class Answer:
         self.open.visible = False
 
 
-# What came out, in one look: the verdict, the error step by step, and the fitted parameters.
-
 # Beside the staircase where there is room, else above it.
 COLUMNS = "repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
 

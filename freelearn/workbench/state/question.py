@@ -48,8 +48,6 @@ def as_on_the_page(text: str) -> str:
     return text
 
 
-# What is chosen on the page, and the shell command that amounts to it.
-
 OWN, MUSCLE = "csv", "dmsp20"
 DATA = {
     "virtual": "simulated bed",

@@ -13,7 +13,6 @@ from test_messy import REFUSED, RIGHT, write
 from freelearn.api.tasks.intake_task import taken_in
 from freelearn.common.errors import UserError
 from freelearn.data.intake.convert import convert
-from freelearn.data.intake.guesses.answers import Question, answer
 from freelearn.data.intake.guesses.column_questions import said
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.draft_questions import questions
@@ -21,6 +20,7 @@ from freelearn.data.intake.guesses.guess import guess, guess_table
 from freelearn.data.intake.guesses.guessed import NO, YES
 from freelearn.data.intake.guesses.joined import Guessed, guess_and_table, guess_file
 from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.guesses.typed_answers import Question, answer
 from freelearn.data.intake.readers.raw_files import raw_table
 from freelearn.data.intake.recipes.recipe_file import recipe_of
 

@@ -16,8 +16,8 @@ from freelearn.cli.start_command import start
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.draft import draft
 from freelearn.data.intake.guesses.joined import Guessed, guess_and_table
-from freelearn.data.intake.guesses.places import of_files
 from freelearn.data.intake.guesses.recordings_found import recordings_of
+from freelearn.data.intake.guesses.side_by_side import of_files
 from freelearn.data.intake.readers.raw_files import table_files
 from freelearn.data.intake.readers.raw_table import Place
 from freelearn.data.intake.recipes.recipe_file import recipe_of

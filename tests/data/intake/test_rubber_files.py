@@ -7,8 +7,8 @@ import openpyxl
 import pytest
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.guesses.answers import answer
 from freelearn.data.intake.guesses.guess import guess
+from freelearn.data.intake.guesses.typed_answers import answer
 from freelearn.data.intake.recipes.recipe_file import content_of
 from freelearn.data.intake.rubber.rubber_convert import convert_tests
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber

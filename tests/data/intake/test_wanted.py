@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from freelearn.common.errors import UserError
-from freelearn.data.intake.guesses.answers import answer
 from freelearn.data.intake.guesses.column_questions import said
 from freelearn.data.intake.guesses.guess import guess_table
+from freelearn.data.intake.guesses.typed_answers import answer
 from freelearn.data.intake.guesses.wanted import (
     Actuators,
     parse_wanted,

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 
 from freelearn.common.formats import listed
 from freelearn.data.beds import BEDS, Bed
-from freelearn.data.intake.guesses.answers import HELD_AT, Question
 from freelearn.data.intake.guesses.clock_spans import clock_open, shift_key
 from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
 from freelearn.data.intake.guesses.column_questions import meanings_open, signs_of_the_loads, units_open, which_of
@@ -29,6 +28,7 @@ from freelearn.data.intake.guesses.left_open import (
 )
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recordings_found import label_of
+from freelearn.data.intake.guesses.typed_answers import HELD_AT, Question
 from freelearn.data.intake.headings import RUN
 from freelearn.data.intake.readers.told_elsewhere import Told
 

@@ -14,9 +14,8 @@ import pandas as pd
 
 from freelearn.common.files import read_bytes
 from freelearn.data.beds import BEDS
-from freelearn.data.intake.guesses.clocks import CHANNELS, clocks_in_words, clocks_of, of_one_clock, with_times
+from freelearn.data.intake.guesses.clocks import CHANNELS, clocks_in_words, clocks_of, log_of, of_one_clock, with_times
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Doubt, Guess
-from freelearn.data.intake.guesses.log_rows import log_of
 from freelearn.data.intake.guesses.meanings import HELD, MEANINGS, OUTER_DIAMETER
 from freelearn.data.intake.guesses.reading_doubts import pressure_doubts, reading_doubts
 from freelearn.data.intake.guesses.row_doubts import cell_doubts, row_doubts, sums

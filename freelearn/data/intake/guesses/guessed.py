@@ -45,9 +45,6 @@ class Doubt:
     rows: bool = False
 
 
-# A guess at what a laboratory's file holds: what its columns seem to be, and what it leaves open.
-
-
 @dataclass(frozen=True)
 class ColumnGuess:
     """quantity: of MEANINGS; None: none known. unit: as written, "" where the heading says none. example: the first

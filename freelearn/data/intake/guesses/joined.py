@@ -17,14 +17,12 @@ from freelearn.common.files import read_bytes
 from freelearn.data.intake.guesses.guess import column_guess, guess_table
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess, with_nan
 from freelearn.data.intake.guesses.meanings import MEANINGS, OUTER_DIAMETER
-from freelearn.data.intake.guesses.places import of_folder, of_lengths, of_recordings, together
+from freelearn.data.intake.guesses.side_by_side import of_folder, of_lengths, of_recordings, together
 from freelearn.data.intake.readers.cells import POINTS, NoTable
 from freelearn.data.intake.readers.raw_files import is_folder, raw_table, sheet_grid, sheet_names
 from freelearn.data.intake.readers.raw_table import Place, RawTable
 from freelearn.data.intake.readers.told_elsewhere import Told, told_of
 from freelearn.data.intake.recipes.recipe import DESIGN, Reading
-
-# The guess at a file with several sheets, and at designs that stand in another sheet or file.
 
 # A measurement reads, or holds, so many quantities at least.
 LEAST_READINGS = 2

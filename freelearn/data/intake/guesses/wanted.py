@@ -11,14 +11,14 @@ import numpy as np
 import pandas as pd
 
 from freelearn.common.errors import UserError
-from freelearn.data.columns import members_in, pressure_column
+from freelearn.data.columns import members_in, pressure_columns
 from freelearn.data.intake.evaluate import Evaluation
-from freelearn.data.intake.guesses.answers import Question
 from freelearn.data.intake.guesses.column_entries import column_entry
 from freelearn.data.intake.guesses.column_questions import meaning_of, signs_of_the_loads, units_open, which_of
 from freelearn.data.intake.guesses.guessed import Answers, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
+from freelearn.data.intake.guesses.typed_answers import Question
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import DESIGN, Column, Reading
 from freelearn.data.intake.recipes.recipe_columns import columns_of
@@ -51,7 +51,7 @@ class Actuators:
     @property
     def pressures(self) -> tuple[str, ...]:
         """Columns of the pressures."""
-        return tuple(pressure_column(i + 1) for i in range(self.members)) or ("pressure_kpa",)
+        return pressure_columns(range(1, self.members + 1))
 
     @property
     def asked(self) -> tuple[str, ...]:

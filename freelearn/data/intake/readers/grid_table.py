@@ -14,8 +14,6 @@ from freelearn.data.intake.readers.told_elsewhere import told_of
 from freelearn.data.intake.recipes.recipe import Reading
 from freelearn.data.table.records import MOST_COLUMNS
 
-# Where the header of a table lies in a sheet of cells, and where its first row.
-
 # So many rows are looked at to find the header.
 LOOKED_AT = 400
 # Above the names of the columns so many rows of numbers, and of further titles, may stand.

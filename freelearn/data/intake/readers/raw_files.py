@@ -27,8 +27,6 @@ from freelearn.data.intake.readers.sheets import (
 from freelearn.data.intake.readers.text_grid import text_grid
 from freelearn.data.intake.recipes.recipe import Reading, Recipe
 
-# A laboratory's file, whatever its format, as a table of text; what cannot be read says what to do instead.
-
 HDF = b"\x89HDF"
 EXPORT = "export the table as CSV, or save it as .xlsx"
 # First bytes → what such a file is and what to do.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 # The line of a row and its cells as they are typed.
 TypedRow = tuple[int, Sequence[Any]]
 
-# A sheet of an Excel workbook (.xlsx) as a grid of cells. Formulas are not calculated and macros not run.
-
 # A workbook that unpacks to more than this is no laboratory's table [bytes].
 LARGEST = 500_000_000
 # The rows of an area of cells: C2:C54.

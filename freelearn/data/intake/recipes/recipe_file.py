@@ -35,7 +35,7 @@ from freelearn.data.intake.recipes.recipe_parts import (
     sample_of,
     samples_of,
 )
-from freelearn.data.intake.recipes.recipe_section import Section
+from freelearn.data.intake.recipes.recipe_section import Section, refuse_mistakes
 
 # Whether a recipe gives all that the table of its bed needs.
 
@@ -158,9 +158,7 @@ def parse_recipe(content: Any, name: str) -> Recipe:
         about=root.text("about"),
     )
     mistakes += lacking(recipe) if not mistakes else []
-    if mistakes:
-        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
-        raise UserError("\n  ".join([f"{name} has {count}:", *dict.fromkeys(mistakes)]))
+    refuse_mistakes(mistakes, name)
     return recipe
 
 

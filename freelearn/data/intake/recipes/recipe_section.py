@@ -6,8 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
+from freelearn.common.errors import UserError
+
 # Larger numbers are typing errors, and no floats. Integers beyond a billion neither number samples nor lines.
 LARGEST, LARGEST_INTEGER = 1e300, 1_000_000_000
+
+
+def refuse_mistakes(mistakes: Sequence[str], name: str) -> None:
+    """Raises UserError with all of a recipe's mistakes, each once, where there are any. name: of its file."""
+    if mistakes:
+        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+        raise UserError("\n  ".join([f"{name} has {count}:", *dict.fromkeys(mistakes)]))
 
 
 class Section:

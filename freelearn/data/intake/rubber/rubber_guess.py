@@ -1,4 +1,5 @@
-"""The best guess at files that may hold tests of rubber alone: which sheets, which columns, which way of loading."""
+"""The best guess at files that may hold tests of rubber alone: which sheets, which columns, which way of loading,
+and which sizes of a specimen stand above its table."""
 
 from __future__ import annotations
 
@@ -14,15 +15,56 @@ from pydantic import TypeAdapter
 from freelearn.common.errors import UserError
 from freelearn.data.intake.guesses.guess import column_guess
 from freelearn.data.intake.guesses.guessed import ColumnGuess, Guess, with_nan
-from freelearn.data.intake.headings import heading
-from freelearn.data.intake.readers.cells import POINTS
+from freelearn.data.intake.headings import heading, split_heading
+from freelearn.data.intake.laboratory_units import conversion
+from freelearn.data.intake.readers.cells import POINTS, Row, Style
 from freelearn.data.intake.readers.raw_files import raw_table, sheet_grid, sheet_names
 from freelearn.data.intake.readers.raw_table import RawTable
+from freelearn.data.intake.readers.told_elsewhere import pairs_of
 from freelearn.data.intake.recipes.recipe import Reading
 from freelearn.data.intake.rubber.rubber_convert import specimens
-from freelearn.data.intake.rubber.rubber_kinds import ALONG, STRESSES, kind_of, mode_in
-from freelearn.data.intake.rubber.specimen_sizes import Size, sizes_in
+from freelearn.data.intake.rubber.rubber_recipe import ALONG, STRESSES, kind_of, mode_in
+from freelearn.data.intake.words_abroad import plain
 from freelearn.data.specimen_tests import MOVES, TIME
+
+WORDS = {
+    "thickness_mm": ("thickness", "dicke", "staerke", "starke", "epaisseur", "spessore", "espesor", "厚"),
+    "width_mm": ("width", "breite", "largeur", "larghezza", "ancho", "幅"),
+    "length_mm": ("length", "lange", "laenge", "longueur", "lunghezza", "longitud", "標点", "長"),
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """value: in mm. words: where it stands, and how."""
+
+    name: str
+    value: float
+    words: str
+
+
+def sizes_in(rows: Sequence[Row], style: Style, where: str) -> tuple[Size, ...]:
+    """Sizes in rows of names and numbers.
+
+    >>> sizes_in([(2, ["Specimen Width (mm)", "6"])], Style(), "a.csv")
+    (Size(name='width_mm', value=6.0, words='a.csv, line 2: Specimen Width (mm) 6'),)
+    """
+    found: dict[str, Size] = {}
+    for line, cells in rows:
+        for name, value, unit in pairs_of(cells):
+            size = next((key for key, words in WORDS.items() if any(word in plain(name) for word in words)), None)
+            number = style.number(value)
+            written = split_heading(name)[1] or unit
+            if size is None or number is None or not number > 0 or not written:
+                continue
+            try:
+                factor = conversion(written.strip("[]()"), "mm").factor
+            except UserError:
+                continue
+            made = Size(size, float(f"{factor * number:.12g}"), f"{where}, line {line}: {name} {value}")
+            found.setdefault(size, made)
+    return tuple(found.values())
+
 
 # A specimen that tore carries less than this share of its largest stress at the end.
 TORN = 0.7

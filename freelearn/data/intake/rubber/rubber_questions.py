@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from freelearn.data.intake.guesses.answers import Question
 from freelearn.data.intake.guesses.column_entries import LARGEST_STRAIN
 from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, Answers, ColumnGuess
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
+from freelearn.data.intake.guesses.typed_answers import Question
 from freelearn.data.intake.rubber.rubber_guess import RubberGuess
-from freelearn.data.intake.rubber.rubber_kinds import ALONG, KINDS, SPECIMEN, STRESSES, kind_of
-from freelearn.data.intake.rubber.rubber_recipe import LARGEST
+from freelearn.data.intake.rubber.rubber_recipe import ALONG, KINDS, LARGEST, SPECIMEN, STRESSES, kind_of
 from freelearn.data.specimen_schema import MODES
 from freelearn.data.specimen_tests import TIME
 

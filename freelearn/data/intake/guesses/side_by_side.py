@@ -1,11 +1,15 @@
-"""Whether channels that stand in sheets, structures or files of their own, each with a time, are those of one test."""
+"""Whether channels that stand in sheets, structures or files of their own, each with a time, are those of one
+test: they are then laid side by side as one table."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from freelearn.common.errors import UserError
 from freelearn.common.files import read_bytes
@@ -13,10 +17,10 @@ from freelearn.data.intake.guesses.clocks import CHANNELS
 from freelearn.data.intake.guesses.guess import guess_table
 from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.recordings_found import form_of, label_of, recordings_of
+from freelearn.data.intake.readers.cells import POINTS, Style
 from freelearn.data.intake.readers.matlab_table import lengths_of, matrices_of
 from freelearn.data.intake.readers.raw_files import is_matlab, raw_table, sheet_names, table_files
-from freelearn.data.intake.readers.raw_table import Place, RawTable
-from freelearn.data.intake.readers.side_by_side import laid_side_by_side
+from freelearn.data.intake.readers.raw_table import Piece, Place, RawTable
 from freelearn.data.intake.recipes.recipe import Reading
 
 # More files than this are no recordings, more of several forms no channels of one test.
@@ -133,3 +137,46 @@ def _channels_of(tables: Sequence[tuple[Place, RawTable]]) -> Laid | None:
         return None
     guesses = [(place, table, guess_table(table)) for place, table in tables]
     return together(", ".join(place.file for place, _ in tables), guesses)
+
+
+def laid_side_by_side(name: str, tables: Sequence[tuple[Place, RawTable]]) -> RawTable:
+    """One table of the columns of all, blank below the shorter ones; a name that stands in several is written with
+    where it stands. name: of all of them."""
+    often = Counter(column for _, table in tables for column in table.columns)
+    pieces = []
+    for place, table in tables:
+        own = _with_points(table)
+        names = {f"{place.called}: {column}" if often[column] > 1 else column: column for column in own.columns}
+        pieces.append(Piece(place, own, names))
+    length = max(map(len, (piece.table for piece in pieces)))
+    columns = {
+        wide: [*piece.table.columns[column], *[""] * (length - len(piece.table))]
+        for piece in pieces
+        for wide, column in piece.names.items()
+    }
+    units = {
+        wide: piece.table.units[column]
+        for piece in pieces
+        for wide, column in piece.names.items()
+        if column in piece.table.units
+    }
+    longest = max((piece.table for piece in pieces), key=len)
+    tabled = [piece.table for piece in pieces]
+    texts = None if any(t.texts is None for t in tabled) else frozenset().union(*(t.texts or () for t in tabled))
+    return RawTable(
+        name, columns, longest.lines, units=units, notes=tuple(note for t in tabled for note in t.notes),
+        about=tuple(told for t in tabled for told in t.about), texts=texts, pieces=tuple(pieces),
+    )  # fmt: skip
+
+
+def _with_points(table: RawTable) -> RawTable:
+    """The table with its numbers as they are written with decimal points; other cells stay as they are."""
+    if table.style == POINTS:
+        return table
+    columns = {name: [_number(cell, table.style) for cell in cells] for name, cells in table.columns.items()}
+    return replace(table, columns=columns, style=POINTS)
+
+
+def _number(cell: str, style: Style) -> str:
+    value = style.number(cell)
+    return cell if value is None or not np.isfinite(value) else repr(value)

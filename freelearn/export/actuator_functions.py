@@ -10,7 +10,7 @@ from freelearn.export.actuator import Actuator
 from freelearn.export.arithmetic.function import Function, Port
 from freelearn.export.forward import forward, parts
 from freelearn.export.inverse import MOST, inverses
-from freelearn.export.step import stepped
+from freelearn.export.log_step import stepped
 
 # Of a run of a log, what lasts has a name beside what is followed from sample to sample.
 STEADY = "_steady"
