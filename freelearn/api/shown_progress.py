@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -45,14 +45,9 @@ class Shown:
 
 def _epochs(most: int) -> Callback:
     # Here, not above: Lightning takes seconds to import.
-    import lightning as L
+    from freelearn.report.terminal.fit_progress import Epochs
 
-    class Epochs(L.Callback):
-        """Tells how many epochs a fit has made, and its present error."""
+    def told(epoch: int, train: float, validation: float) -> None:
+        tell(f"epoch {epoch}, E {100 * train:.3g} % on the training rows", epoch, most)
 
-        def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
-            """Lightning's hook: the latest entry of the fit's history, (epoch, training error, validation error)."""
-            epoch, train, _ = pl_module.history[-1]
-            tell(f"epoch {epoch}, E {100 * train:.3g} % on the training rows", epoch, most)
-
-    return Epochs()
+    return Epochs(told)

@@ -63,9 +63,7 @@ class Aside(Part):
         """Shows the session as it is."""
         latest = self.session.asides.get(self.kind)
         self.go.disabled = self.session.busy or not self.possible
-        job = self.session.job
-        failed = job is not None and job.kind == self.kind and job.status == "failed"
-        say(self.wrong, [job.text] if job is not None and failed else [], "bad")
+        say(self.wrong, self.session.failure(self.kind), "bad")
         if latest is None:
             say(self.said, [] if self.possible else [self.first], "quiet")
             return
@@ -127,10 +125,8 @@ class Planning(Aside):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session, "Choose the rows")
-        about = words()
         self.rows = pn.widgets.IntInput(name="rows to measure", value=12, start=1, end=MOST_PLANNED, width=140)
-        say(about, [ABOUT_PLAN], "quiet")
-        self.asking.objects = [about, self.rows]
+        self.asking.objects = [words(ABOUT_PLAN), self.rows]
 
     def asked(self) -> None:
         """Plans so many rows."""

@@ -154,8 +154,7 @@ class Given(Part):
         self.imposed = words()
         self.block = EndBlock(session, width)
         self.file = Dropper(width, self.session.upload, self.session.upload_several)
-        self.several = words()
-        say(self.several, [SEVERAL], "quiet")
+        self.several = words(SEVERAL)
         self.template = download("Empty template of the table", width, content=self._template)
         self.doubts, self.accuracy = UnitWarnings(session, width), AccuracyChoice(session, width)
         for widget, name in ((self.data, "data"), (self.seed, "seed"), (self.bed, "bed")):

@@ -19,7 +19,7 @@ from freelearn.data.intake.guesses.joined import Guessed
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
 from freelearn.data.intake.guesses.recordings_found import EVERY
 from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuestions
-from freelearn.workbench.panels.widgets import download, heading, say, words
+from freelearn.workbench.panels.widgets import download, give, heading, say, words
 from freelearn.workbench.state.session import Session
 
 # A file with more columns is a log of everything; those that no heading explains are not shown.
@@ -53,8 +53,7 @@ class Mapping:
         self.sheet = pn.widgets.Select(name="Which sheet holds the readings?", width=330, visible=False)
         self.sheet.param.watch(lambda _: self._chosen(), "value")
         self.table = pn.Column()
-        self.signs = words()
-        say(self.signs, [SIGNS], "quiet")
+        self.signs = words(SIGNS)
         self.use = pn.widgets.Button(name="Go on to the report", button_type="primary", width=180)
         self.make = pn.widgets.Button(name="Make the table only", width=180)
         self.drop = pn.widgets.Button(name="Not now", width=120)
@@ -231,8 +230,6 @@ class Made:
             (self.recipe, Path(made["recipe"]), f"{stem}_recipe.yaml"),
         )
         for button, path, name in files:
-            button.param.update(file=str(path), visible=button is not self.members or made["members"])
-            # With the file comes its name: the user's own goes after it.
-            button.filename = name
+            give(button, path, name, button is not self.members or made["members"])
         self.again.disabled = self.session.busy
         say(self.command, [made["command"]], code=True)

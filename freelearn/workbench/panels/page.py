@@ -58,8 +58,7 @@ class Page:
         }
         self.asides: dict[str, Aside | Rubber | Sweeps] = {}
         self.places = {name: pn.Column(**wide) for name in self.later}
-        self.nothing = words()
-        say(self.nothing, [NOTHING], "quiet")
+        self.nothing = words(NOTHING)
         self.missing = pn.Column(self.nothing, **wide)
         self.tabs = pn.Tabs(
             ("Compare", self.main),

@@ -115,15 +115,13 @@ class Predicting(Aside):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session, "Fill in the blanks")
-        self.of, about, drop = "", words(), words()
+        self.of = ""
         self.fields: dict[str, pn.widgets.TextInput] = {}
         self.sample = pn.widgets.Select(name="of sample", options=[], width=110)
         self.row = pn.FlexBox(align_items="flex-end")
-        self.dropped = Dropper(286, self._dropped)
+        self.dropped = Dropper(286, session.ask_file)
         self.template = download("Template of the questions", 220, "questions.csv", self._template)
-        say(about, [ABOUT_BLANKS], "quiet")
-        say(drop, [DROP], "quiet")
-        self.asking.objects = [about, self.row]
+        self.asking.objects = [words(ABOUT_BLANKS), self.row]
         self.laboratory = AskedFile(session)
         self.recipe = download("Recipe of the questions (YAML)", 220, "recipe.yaml")
         self.picture = pn.pane.PNG(
@@ -131,7 +129,7 @@ class Predicting(Aside):
         )
         # The fields and their button first, then a file.
         above = self.view.objects.index(self.wrong)
-        self.view[above:above] = [drop, pn.FlexBox(self.dropped, self.template), self.laboratory.view]
+        self.view[above:above] = [words(DROP), pn.FlexBox(self.dropped, self.template), self.laboratory.view]
         self.view.insert(self.view.objects.index(self.answer), self.picture)
         self.view.insert(self.view.objects.index(self.lines), self.recipe)
 
@@ -145,9 +143,8 @@ class Predicting(Aside):
             part.visible = bool(runs)
         self.laboratory.refresh()
         super().refresh()
-        job = self.session.job
-        if job is not None and job.kind == "asks" and job.status == "failed":
-            say(self.wrong, [job.text], "bad")
+        if problem := self.session.failure("asks"):
+            say(self.wrong, problem, "bad")
 
     def _fields(self, folder: Path) -> None:
         """Those that the run's actuators have."""
@@ -185,9 +182,6 @@ class Predicting(Aside):
                 say(self.wrong, [f"{field.name}: {text[:40]!r} is no number."], "bad")
                 return
         self._ask(csv_text(pd.DataFrame([row])).encode())
-
-    def _dropped(self, name: str, content: bytes) -> None:
-        self.session.ask_file(name, content)
 
     def _ask(self, content: bytes) -> None:
         if not self.session.busy:

@@ -12,7 +12,7 @@ from freelearn.data.intake.rubber.rubber_questions import rubber_draft, rubber_q
 from freelearn.workbench.panels.asides import Aside
 from freelearn.workbench.panels.file_questions import OpenQuestions
 from freelearn.workbench.panels.python_lines import rubber_lines
-from freelearn.workbench.panels.widgets import Dropper, Tick, download, say, words
+from freelearn.workbench.panels.widgets import Dropper, Tick, download, give, say, words
 from freelearn.workbench.state.question import Question
 from freelearn.workbench.state.session import Session
 
@@ -42,9 +42,7 @@ class Rubber(Aside):
         # Which files the tests were read from.
         self.of = ""
         self.tests: list[RubberGuess] = []
-        about, self.given, choice = words(), words(), words()
-        say(about, [ABOUT], "quiet")
-        say(choice, [CHOICE], "quiet")
+        about, self.given, choice = words(ABOUT), words(), words(CHOICE)
         self.dropped = Dropper(420, session.add_tests)
         self.dropped.visible = True
         self.anew = pn.widgets.Button(name="Begin anew", width=120, visible=False)
@@ -100,9 +98,8 @@ class Rubber(Aside):
         self.all.show(self.all.ticked, visible=bool(self.tests), disabled=self.session.busy)
         self.dropped.disabled = self.anew.disabled = self.session.busy
         super().refresh()
-        job = self.session.job
-        if job is not None and job.kind == "tests" and job.status == "failed":
-            say(self.wrong, [job.text], "bad")
+        if problem := self.session.failure("tests"):
+            say(self.wrong, problem, "bad")
 
     def _read(self, folder: str) -> list[RubberGuess]:
         path = self.session.folder / folder / "tests.json"
@@ -125,14 +122,12 @@ class Rubber(Aside):
         self.picture.param.update(object=str(folder / "curves.png"), visible=True)
         question = self.session.asides[self.kind]["question"]
         stem = Path(question.sheets[0][0]).stem
-        # With the file comes its name: the user's own goes after it.
         for button, of, name in (
             (self.save, path, self.file),
             (self.report, folder / "report.html", "report.html"),
             (self.recipe, Path(question.recipe), f"{stem}_recipe.yaml"),
         ):
-            button.param.update(file=str(of), visible=of.exists())
-            button.filename = name
+            give(button, of, name, of.exists())
 
     def lines_of(self, question: Question) -> list[str]:
         """The command, and how a fit in Python takes over what came out."""

@@ -25,16 +25,14 @@ class Studying(Part):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        about = words()
-        say(about, [ABOUT], "quiet")
         self.models = pn.widgets.CheckBoxGroup(name="models", options=models(), value=list(FIRST), inline=True)
         self.trains = pn.widgets.CheckBoxGroup(name="training sets", options=[], value=[], inline=True)
         self.go = pn.widgets.Button(name="Run the study", button_type="primary", width=220)
         self.go.on_click(lambda _: self.asked())
         self.wrong, self.lines = words(), words()
         self.view = pn.Column(
-            heading("Run a study"), about, heading("Models", 3), self.models, heading("Training sets", 3), self.trains,
-            self.go, self.wrong, self.lines, sizing_mode="stretch_width",
+            heading("Run a study"), words(ABOUT), heading("Models", 3), self.models, heading("Training sets", 3),
+            self.trains, self.go, self.wrong, self.lines, sizing_mode="stretch_width",
         )  # fmt: skip
 
     def asked(self) -> None:
@@ -65,9 +63,8 @@ class Studying(Part):
             with self.shown():
                 self.trains.param.update(options=sets, value=list(sets))
         self.go.disabled = busy or not self.session.ready
-        job, latest = self.session.job, self.session.asides.get("study")
-        failed = job is not None and job.kind == "study" and job.status == "failed"
-        say(self.wrong, [job.text] if job is not None and failed else [], "bad")
+        latest = self.session.asides.get("study")
+        say(self.wrong, self.session.failure("study"), "bad")
         asked = latest["question"] if latest else None
         lines = [asked.command("study"), "\n".join(python_lines(asked, "study"))] if asked else []
         say(self.lines, lines, code=True)

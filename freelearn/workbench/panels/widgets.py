@@ -6,6 +6,7 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import panel as pn
@@ -69,9 +70,11 @@ def heading(text: str, level: int = 2) -> pn.pane.HTML:
     return pn.pane.HTML(f"<h{level}>{escape(text)}</h{level}>", stylesheets=[STYLE], margin=(4, 8, 0, 8))
 
 
-def words() -> pn.pane.HTML:
-    """An empty place for `say`."""
-    return pn.pane.HTML("", stylesheets=[STYLE], margin=(2, 8), sizing_mode="stretch_width")
+def words(text: str = "") -> pn.pane.HTML:
+    """A place for `say`. text: stands there quietly until something else is said."""
+    place = pn.pane.HTML("", stylesheets=[STYLE], margin=(2, 8), sizing_mode="stretch_width")
+    say(place, [text] if text else [], "quiet")
+    return place
 
 
 def table(place: pn.pane.HTML, shown: DisplayTable | None) -> None:
@@ -249,6 +252,13 @@ def download(
         file=None, callback=content, filename=name, label=label, auto=True, embed=False, visible=False, width=width,
         stylesheets=[SAME_HEIGHT],
     )  # fmt: skip
+
+
+def give(button: pn.widgets.FileDownload, path: Path, name: str, visible: bool) -> None:
+    """Has a button give a file under a name of the user's own."""
+    button.param.update(file=str(path), visible=visible)
+    # With the file comes its name: the user's own goes after it.
+    button.filename = name
 
 
 class Part:

@@ -10,7 +10,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import lightning as L
 import pandas as pd
 from rich.console import Console
 
@@ -37,6 +36,7 @@ from freelearn.data.specimen_table import read_specimens
 from freelearn.data.table.questions import read_questions
 from freelearn.discovery.fits.step import Step
 from freelearn.records.sweep_records import collect
+from freelearn.report.terminal.fit_progress import Epochs
 from freelearn.workbench.state.proposed import proposed
 from freelearn.workbench.state.question import Question, named, quoted_value
 from freelearn.workbench.state.reading import check, convert, discover_settings, train_settings
@@ -71,8 +71,15 @@ def work(kind: str, question: Question, folder: Path, fits: Path, pipe: Connecti
 
 def _train(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
     settings = train_settings(question, fits)
-    progress = _Epochs(pipe, settings.fit.max_epochs if settings.fit else 1)
-    train(settings, folder, command=question.command("train"), progress=lambda: progress)
+    most = settings.fit.max_epochs if settings.fit else 1
+
+    def tell(epoch: int, fitted: float, validation: float) -> None:
+        text = f"epoch {epoch}: E {100 * fitted:.3g} %"
+        if validation != fitted:
+            text += f", validation {100 * validation:.3g} %"
+        pipe.send(("progress", {"text": text, "share": epoch / most}))
+
+    train(settings, folder, command=question.command("train"), progress=lambda: Epochs(tell))
 
 
 def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:
@@ -89,20 +96,6 @@ def _discover(question: Question, folder: Path, fits: Path, pipe: Connection) ->
         console = Console(file=file, width=110)
         with watched(tell):
             discover(discover_settings(question), folder, console, question.command("discover"), watch)
-
-
-class _Epochs(L.Callback):
-    """Sends each epoch's errors."""
-
-    def __init__(self, pipe: Connection, most: int) -> None:
-        self.pipe, self.most = pipe, most
-
-    def on_train_batch_end(self, trainer: L.Trainer, pl_module: Any, *_: Any) -> None:
-        epoch, fitted, validation = pl_module.history[-1]
-        text = f"epoch {epoch}: E {100 * fitted:.3g} %"
-        if validation != fitted:
-            text += f", validation {100 * validation:.3g} %"
-        self.pipe.send(("progress", {"text": text, "share": epoch / self.most}))
 
 
 def _asks(question: Question, folder: Path, fits: Path, pipe: Connection) -> None:

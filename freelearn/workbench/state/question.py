@@ -143,31 +143,28 @@ class Question:
 
     def command(self, kind: str) -> str:
         """The shell command with the same result."""
+        with named(() if kind == "compare" else self.own):
+            return command_line(*self._words(kind))
+
+    def _words(self, kind: str) -> tuple[list[str], list[str]]:
+        """How the command is started, and its options."""
         if kind == "intake":
-            options = [f"data.path={quoted_value(self.path)}", f"recipe={quoted_value(self.recipe)}"]
-            return command_line(started("intake"), options)
+            return started("intake"), [f"data.path={quoted_value(self.path)}", f"recipe={quoted_value(self.recipe)}"]
         if kind == "rubber":
             # In the user's own names: the recipe is there to download.
             names = [name for name, _ in self.sheets]
-            options = [*names, "--recipe", f"{Path(names[0]).stem}_recipe.yaml", "--out", "outputs/rubber"]
-            return command_line(started("start"), options)
+            return started("start"), [*names, "--recipe", _recipe_of(names[0]), "--out", "outputs/rubber"]
         if kind == "compare":
-            return command_line(started("compare"), [self.run, self.beside])
+            return started("compare"), [self.run, self.beside]
         if kind == "study":
-            with named(self.own):
-                return command_line([*started("train"), "-m"], self._sweep())
+            return [*started("train"), "-m"], self._sweep()
         if kind == "predict" and self.recipe:
             # As above, for a file that asks something of a run.
-            options = [self.name, "--recipe", f"{Path(self.name).stem}_recipe.yaml", "--run", self.run]
-            with named(self.own):
-                return command_line(started("start"), options)
+            return started("start"), [self.name, "--recipe", _recipe_of(self.name), "--run", self.run]
         if kind in ASIDES:
-            options = [f"run={quoted_value(self.run)}"]
-            options.append(f"data.path={quoted_value(self.asks)}" if kind == "predict" else f"rows={self.rows}")
-            with named(self.own):
-                return command_line(started(kind), options)
-        with named(self.own):
-            return command_line(started(kind), self.overrides(kind))
+            asked = f"data.path={quoted_value(self.asks)}" if kind == "predict" else f"rows={self.rows}"
+            return started(kind), [f"run={quoted_value(self.run)}", asked]
+        return started(kind), self.overrides(kind)
 
     def _sweep(self) -> list[str]:
         """The overrides of a multirun."""
@@ -200,6 +197,11 @@ class Question:
     def to_json(self) -> dict[str, Any]:
         """As plain values."""
         return asdict(self)
+
+
+def _recipe_of(name: str) -> str:
+    """What the recipe of a file is called once it is downloaded."""
+    return f"{Path(name).stem}_recipe.yaml"
 
 
 def started(name: str) -> list[str]:

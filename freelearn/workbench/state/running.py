@@ -43,6 +43,11 @@ class Running(SessionStore):
         """Whether there are data to fit, in units that nobody doubts."""
         return bool(self.sets) and not self.busy and not self.doubted
 
+    def failure(self, kind: str) -> list[str]:
+        """Why the latest job failed, if it is of this kind, and did."""
+        job = self.job
+        return [job.text] if job is not None and job.kind == kind and job.status == "failed" else []
+
     def start(self, kind: str) -> None:
         """Starts a `check`, `train` or `discover`, unless one runs; after a fit that runs comes a search that is asked
         for meanwhile. A search begins with the fit that it is about."""
