@@ -67,12 +67,7 @@ class RunPlots:
 
     def parity(self, ax: Given = None, quantity: str | None = None) -> Any:
         """Predicted against measured, a panel for each measured quantity: force, moment or what else."""
-        from freelearn.report.plots.simple_plots import draw_parity
-
-        shown = _chosen(measured_quantities(self._own), lambda each: each.name, quantity)
-        axes = _axes(ax, len(shown), self._title)
-        draw_parity(axes, self._own, shown)
-        return _returned(axes)
+        return _parity(self._own, ax, quantity, self._title)
 
     def residuals(self, ax: Given = None, quantity: str | None = None) -> Any:
         """Measured − predicted over what the bed imposes: where the model is wrong, and by how much."""
@@ -217,13 +212,7 @@ class FoundPlots:
 
     def parity(self, ax: Given = None, quantity: str | None = None) -> Any:
         """Predicted by the last model against measured."""
-        from freelearn.report.plots.simple_plots import draw_parity
-
-        table = self._found.trusted("after")
-        shown = _chosen(measured_quantities(table), lambda each: each.name, quantity)
-        axes = _axes(ax, len(shown), self._named("after"))
-        draw_parity(axes, table, shown)
-        return _returned(axes)
+        return _parity(self._found.trusted("after"), ax, quantity, self._named("after"))
 
     def _named(self, title: str) -> str:
         return _heading(title, self._found.content)
@@ -244,6 +233,15 @@ class PlanPlots:
         axes = _axes(ax, len(samples), _heading("Where to measure next", self._plan.about))
         draw_places(axes, self._plan, table)
         return _returned(axes)
+
+
+def _parity(table: pd.DataFrame, ax: Given, quantity: str | None, title: str) -> Any:
+    from freelearn.report.plots.simple_plots import draw_parity
+
+    shown = _chosen(measured_quantities(table), lambda each: each.name, quantity)
+    axes = _axes(ax, len(shown), title)
+    draw_parity(axes, table, shown)
+    return _returned(axes)
 
 
 def _residuals(table: pd.DataFrame, ax: Given, quantity: str | None, title: str, limits: Limits | None) -> Any:

@@ -45,7 +45,7 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
     from freelearn.api.compared import compared
     from freelearn.api.fitted_run import FittedRun
     from freelearn.report.html.html_page import Section, write_page
-    from freelearn.report.terminal.printed_tables import rich_table
+    from freelearn.report.terminal.printed_tables import print_line, rich_table
 
     runs = [FittedRun.from_folder(folder) for folder in (a, b)]
     found = compared(runs)
@@ -53,7 +53,7 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
     names = [f"{letter}: {run.title}, fitted on {run.run.content['train']}, in {run.folder}"
              for letter, run in zip("AB", runs, strict=True)]  # fmt: skip
     for name in names:
-        console.print(name, markup=False, highlight=False, soft_wrap=True)
+        print_line(console, name)
     tables = [errors_table(found), parameters_table(found)]
     for table in tables:
         console.print(rich_table(table))
@@ -65,7 +65,7 @@ def compare(a: Path, b: Path, out: Path, console: Console | None = None) -> None
     out.parent.mkdir(parents=True, exist_ok=True)
     simulated = any(bool((run.run.content.get("data") or {}).get("simulated")) for run in runs)
     write_page(out, "Two runs side by side", simulated, sections)
-    console.print(f"page: {out}", markup=False, highlight=False, soft_wrap=True)
+    print_line(console, f"page: {out}")
 
 
 def errors_table(found: Compared) -> DisplayTable:

@@ -15,7 +15,7 @@ from freelearn.records.provenance import Provenance
 from freelearn.records.run_files import check_folder
 from freelearn.records.sweep_records import collect
 from freelearn.report.tables.sweep_tables import cells, summary, summary_table
-from freelearn.report.terminal.printed_tables import rich_table
+from freelearn.report.terminal.printed_tables import print_line, rich_table
 
 
 def gather_folders(folders: Sequence[Path], out: Path, console: Console, command: str) -> int:
@@ -46,13 +46,13 @@ def gather_folders(folders: Sequence[Path], out: Path, console: Console, command
         report_sweep(table, grouped, numbers, (simulated or sources)[0], out, command)
         console.print(rich_table(summary_table(numbers)))
         for path in pictures:
-            console.print(f"picture: {path}", markup=False, highlight=False, soft_wrap=True)
+            print_line(console, f"picture: {path}")
     for _, job in failed.iterrows():
-        console.print(f"! job {job['run']} failed: {job['error']}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"table: {out / 'heatmap.csv'}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"! job {job['run']} failed: {job['error']}")
+    print_line(console, f"table: {out / 'heatmap.csv'}")
     if len(good):
         curves = command_line([installed("tensorboard"), "--logdir", str(out / "tensorboard")], [])
-        console.print(f"curves: {curves}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"curves: {curves}")
     return int(failed["run"].nunique())
 
 

@@ -21,6 +21,7 @@ from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.data.intake.rubber.rubber_questions import rubber_draft
 from freelearn.report.terminal.printed_intake import show_draft, show_guess, show_intake, show_rubber, show_tests
+from freelearn.report.terminal.printed_tables import print_line, print_words
 
 
 def take_in(settings: IntakeSettings, folder: Path, console: Console) -> None:
@@ -51,8 +52,8 @@ def _draft(settings: IntakeSettings, folder: Path, console: Console) -> None:
     show_guess(console, found, path, command)
     if looks_like_rubber(found) is None and not files:
         start = command_line(program("start", ["python", "-m", "freelearn", "start"]), [str(data)])
-        console.print("If it is a test of rubber alone:", markup=False, highlight=False)
-        console.print(f"  {start}", markup=False, highlight=False, soft_wrap=True)
+        print_words(console, "If it is a test of rubber alone:")
+        print_line(console, f"  {start}")
 
 
 def _draft_rubber(data: Path, files: Sequence[str], path: Path, console: Console) -> None:

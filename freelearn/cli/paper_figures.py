@@ -30,7 +30,7 @@ from freelearn.report.plots.curve_plots import curves
 from freelearn.report.plots.simple_plots import admissible, load_vectors
 from freelearn.report.tables.picture_numbers import admissible_table, load_vector_table
 from freelearn.report.tables.sweep_tables import design_table, fitted_parameters, parameter_spread
-from freelearn.report.terminal.printed_tables import FittedTable, rich_table
+from freelearn.report.terminal.printed_tables import FittedTable, print_line, rich_table
 
 
 def draw_folder(
@@ -73,7 +73,7 @@ def draw_folder(
         console.print(_shown(moved, "how far they move between training sets"))
         _write(moved, out / "spread.csv")
     for name in drawn:
-        console.print(f"picture: {out / name}.png", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"picture: {out / name}.png")
 
 
 def _records(folder: Path) -> list[RunRecord]:

@@ -36,7 +36,7 @@ from freelearn.report.tables.specimen_tables import (
     rubber_parameters,
     time_table,
 )
-from freelearn.report.terminal.printed_tables import rich_table
+from freelearn.report.terminal.printed_tables import print_line, print_words, rich_table
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,11 @@ def fit_specimens(
     shown = {NEO_HOOKEAN: alone} | ({"with effects": fit} if effects else {})
     console.print(rich_table(mode_table(shown, found.apart)))
     if relaxation is not None:
-        console.print(f"relaxation: {relaxation.words}", markup=False, highlight=False)
+        print_words(console, f"relaxation: {relaxation.words}")
     console.print(rich_table(rubber_parameters(fit)))
     for note in notes:
-        console.print(f"! {note}", markup=False, highlight=False)
-    console.print(f"report: {out / 'report.html'}", markup=False, highlight=False, soft_wrap=True)
+        print_words(console, f"! {note}")
+    print_line(console, f"report: {out / 'report.html'}")
 
 
 def _taken_over(result: Path, effects: Sequence[str]) -> str:
@@ -117,13 +117,13 @@ def compare_specimens(
     write_whole(out / "comparison.csv", lambda p: compared.to_csv(p, index=False, float_format="%.6g"))
     table = time_table(compared, "effects") if has_recordings(data) else combination_table(compared)
     console.print(rich_table(table))
-    console.print(said, markup=False, highlight=False)
+    print_words(console, said)
     if best:
         fit_specimens(data, effects, (), out, console, (table, said), wanted)
         return
     for warning in data.warnings:
-        console.print(f"! {warning}", markup=False, highlight=False)
-    console.print(f"table: {out / 'comparison.csv'}", markup=False, highlight=False, soft_wrap=True)
+        print_words(console, f"! {warning}")
+    print_line(console, f"table: {out / 'comparison.csv'}")
 
 
 def _test(text: str) -> str:

@@ -25,6 +25,7 @@ from freelearn.data.intake.readers.raw_files import is_folder, table_files
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.rubber.rubber_guess import guess_tests, looks_like_rubber
 from freelearn.report.terminal.printed_intake import show_columns, show_intake, show_rubber, show_tests
+from freelearn.report.terminal.printed_tables import print_line, print_words
 
 RUBBER = (
     "No column tells an actuator's file from one of rubber alone. Is it a test of rubber (a sheet or a strip, no tube)?"
@@ -116,7 +117,7 @@ class _Start:
             interview = WantedInterview(self.ask, self._tell, first=found, raw=cells, known=known)
         made = self._made(interview, lambda recipe: asked_of(self.raws[0], recipe, known, self._table()))
         words = [option("run", run), option("data.path", made.path)]
-        self.console.print(f"written: {made.path}", markup=False, highlight=False, soft_wrap=True)
+        print_line(self.console, f"written: {made.path}")
         return Next("predict", words)
 
     def _guessed(self, design: Path | None, by_time: bool = True) -> tuple[Guess, DesignGuess | None, RawTable]:
@@ -183,7 +184,7 @@ class _Start:
                 self._tell(f"! {warning}")
             if not doubtful or not self._changed(interview):
                 break
-        self.console.print(f"again without questions: {self._again()}", markup=False, highlight=False, soft_wrap=True)
+        print_line(self.console, f"again without questions: {self._again()}")
         # What has been said need not be said again.
         return replace(made, intake=replace(made.intake, warnings=()))
 
@@ -201,7 +202,7 @@ class _Start:
             raise UserError(self._broken_off(interview, ended)) from None
 
     def _tell(self, sentence: str) -> None:
-        self.console.print(f"  {sentence}", markup=False, highlight=False)
+        print_words(self.console, f"  {sentence}")
 
     def _data(self) -> Path:
         """The file, or the folder of several whose channels are joined by time."""

@@ -25,10 +25,7 @@ def parse(kind: type[Chosen], config: Mapping[str, Any]) -> Chosen:
         content["exclude"] = tuple(content["exclude"])
     elif "exclude" in content and content["exclude"] is None:
         content["exclude"] = ()
-    try:
-        settings = TypeAdapter(kind).validate_python(content)
-    except ValidationError as problem:
-        raise mistakes_error([_sentence(error) for error in problem.errors(include_url=False)]) from None
+    settings = parsed(kind, content)
     check_names([*settings.effects, *(settings.ruled_out if isinstance(settings, DiscoverSettings) else ())])
     if isinstance(settings.data, VirtualData) and settings.data.accuracy is None:
         raise UserError("data.accuracy=estimate is for measured data: the simulated bed needs to know its noise.")

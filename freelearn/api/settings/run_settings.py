@@ -1,4 +1,4 @@
-"""What predict, plan, referee and export were asked to do, checked once and frozen."""
+"""What predict, plan, referee and export were asked to do, checked once and frozen. As light to import as settings."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from pydantic import BeforeValidator, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
 from freelearn.api.settings.parse import parsed
-from freelearn.api.settings.settings import STRICT, Deviation, OptionalPath, Seed, Switch, is_number
+from freelearn.api.settings.settings import (
+    STRICT,
+    UNNAMED,
+    Deviation,
+    OptionalPath,
+    Seed,
+    Share,
+    Switch,
+    is_number,
+    named_path,
+)
 from freelearn.common.errors import UserError
 from freelearn.common.files import missing_file
 
-# What `predict` was asked to do, checked once and frozen. As light to import as the settings of the other commands.
-
-
-def run_folder(value: Any) -> Any:
-    """The folder of a run, or what to do where none is named."""
-    if value in (None, "", "???"):
-        raise ValueError("run is missing: add run=FOLDER, the folder of a run of train or discover")
-    return Path(str(value))
-
-
-RunPath = Annotated[Path, PlainValidator(run_folder)]
+RunPath = Annotated[Path, named_path("run is missing: add run=FOLDER, the folder of a run of train or discover")]
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -69,13 +69,12 @@ class RefereeSettings:
 
 def _told(value: Any) -> Any:
     """A format, or what to do where none is named."""
-    if value in (None, "", "???"):
+    if value in UNNAMED:
         raise ValueError("to is missing: add to=onnx, to=c, to=fmu, to=mujoco or to=table")
     return value
 
 
 Format = Annotated[Literal["onnx", "c", "fmu", "mujoco", "table"], BeforeValidator(_told)]
-Share = Annotated[float, Field(strict=True, gt=0, lt=1)]
 Sample = Annotated[int, Field(strict=True)]
 
 
@@ -90,9 +89,6 @@ class ExportSettings:
     force: Switch = False
     license: str | None = None
     error: Share = 1e-3
-
-
-# What `plan` was asked to do, checked once and frozen. As light to import as the settings of the other commands.
 
 
 def _limits(value: Any) -> Any:

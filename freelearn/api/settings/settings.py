@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -46,14 +46,14 @@ def quoted(word: str) -> str:
     return f"{name}{equals}" + ",".join(f"'{part}'" for part in value.split(","))
 
 
-# What a command was asked to do: the composed configuration, checked once and frozen.
-#
 # Light to import (no torch), so that a mistake is told within a second. Every mistake of a configuration is
 # reported, not only the first. What only the data or the library of effects can tell (a set that the table lacks,
 # an unknown effect) is checked where these are at hand.
 
 # Nothing unknown is let through, and the types below convert nothing: "1.5" is no number, 1.0 no integer.
 STRICT = ConfigDict(extra="forbid")
+# What stands for an option that has to be given.
+UNNAMED = (None, "", "???")
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Deviation = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
@@ -157,10 +157,15 @@ def _bed(value: Any) -> Any:
 BedName = Annotated[str, PlainValidator(_bed)]
 
 
-def _path(value: Any) -> Any:
-    if value in (None, "", "???"):
-        raise ValueError("data=csv needs the table's file: add data.path=FILE")
-    return example(str(value))
+def named_path(lacking: str, find: Callable[[str], Path] = Path) -> PlainValidator:
+    """A path that has to be named. lacking: what to add where it is not. find: from the name to the path."""
+
+    def found(value: Any) -> Any:
+        if value in UNNAMED:
+            raise ValueError(lacking)
+        return find(str(value))
+
+    return PlainValidator(found)
 
 
 @dataclass(frozen=True, config=STRICT)
@@ -168,7 +173,7 @@ class CsvData:
     """The user's own table."""
 
     name: Literal["csv"]
-    path: Annotated[Path, PlainValidator(_path)]
+    path: Annotated[Path, named_path("data=csv needs the table's file: add data.path=FILE", example)]
     accuracy: StatedAccuracy
     bed: BedName = KINEMATIC.name
     members: OptionalPath = None
@@ -237,20 +242,17 @@ def _set(value: Any) -> Any:
     raise ValueError("give a set's name, such as sample3, or a list of names, such as [sample1,sample3]")
 
 
-def _names(value: Any) -> Any:
-    if value is None:
-        return ()
-    if isinstance(value, list | tuple) and all(isinstance(name, str) for name in value):
-        return tuple(value)
-    raise ValueError("give a list of effect names, for example effects=[end_clamps,twist_offset]")
+def _names(lacking: str) -> PlainValidator:
+    """A list of texts, or nothing. lacking: what to give where it is none."""
 
+    def listed(value: Any) -> Any:
+        if value is None:
+            return ()
+        if isinstance(value, list | tuple) and all(isinstance(name, str) for name in value):
+            return tuple(value)
+        raise ValueError(lacking)
 
-def _parameters(value: Any) -> Any:
-    if value is None:
-        return ()
-    if isinstance(value, list | tuple) and all(isinstance(name, str) for name in value):
-        return tuple(value)
-    raise ValueError("give a list of parameters, for example fix=[C2]")
+    return PlainValidator(listed)
 
 
 def _bounds(value: Any) -> Any:
@@ -277,11 +279,13 @@ def _on(value: Any) -> Any:
     raise ValueError("choose on or off")
 
 
-ParameterNames = Annotated[tuple[str, ...], PlainValidator(_parameters)]
+ParameterNames = Annotated[tuple[str, ...], _names("give a list of parameters, for example fix=[C2]")]
 Bounds = Annotated[dict[str, tuple[float, float]], PlainValidator(_bounds)]
 OnOff = Annotated[bool, PlainValidator(_on)]
 SetName = Annotated[str, PlainValidator(_set)]
-EffectNames = Annotated[tuple[str, ...], PlainValidator(_names)]
+EffectNames = Annotated[
+    tuple[str, ...], _names("give a list of effect names, for example effects=[end_clamps,twist_offset]")
+]
 Device = Literal["cpu", "cuda", "auto"]
 
 
@@ -330,17 +334,14 @@ class DiscoverSettings(Settings):
     checks: OnOff = True
 
 
-def _raw(value: Any) -> Any:
-    if value in (None, "", "???"):
-        raise ValueError("intake needs the laboratory's file, or a folder of them: add data.path=RAW")
-    return Path(str(value))
+RAW = named_path("intake needs the laboratory's file, or a folder of them: add data.path=RAW")
 
 
 @dataclass(frozen=True, config=STRICT)
 class IntakeData:
     """A laboratory's file, or the folder of those that a recipe lists."""
 
-    path: Annotated[Path, PlainValidator(_raw)]
+    path: Annotated[Path, RAW]
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -40,13 +40,13 @@ from freelearn.report.tables.discovery_tables import (
     written_lines,
 )
 from freelearn.report.tables.ranking_tables import HEADINGS, ranking_numbers, ranking_table
-from freelearn.report.terminal.printed_tables import add_row, empty_table, rich_table, show_files
+from freelearn.report.terminal.printed_tables import add_row, empty_table, print_words, rich_table, show_files
 
 
 def show_checks(console: Console, checks: Sequence[TableCheck], overruled: bool) -> None:
     """What failed, and what to do about it; nothing where nothing did."""
     for line in table_check_lines(checks, overruled):
-        console.print(f"! {line}", markup=False, highlight=False)
+        print_words(console, f"! {line}")
 
 
 def show_refereed(console: Console, done: RefereedRun) -> None:
@@ -56,11 +56,11 @@ def show_refereed(console: Console, done: RefereedRun) -> None:
     if table is not None:
         console.print(rich_table(table))
     for line in check_lines(checks):
-        console.print(f"  ✗ {line}", markup=False, highlight=False)
-    console.print(done.stands(), markup=False, highlight=False)
+        print_words(console, f"  ✗ {line}")
+    print_words(console, done.stands())
     for line in done.told:
-        console.print(line, markup=False, highlight=False)
-    console.print(f"file: {done.folder / REFEREE}", markup=False, highlight=False)
+        print_words(console, line)
+    print_words(console, f"file: {done.folder / REFEREE}")
 
 
 # The discovery as it happens: a table whose error falls towards the noise floor, then the verdict.
@@ -146,4 +146,4 @@ class DiscoveryView:
 
     def _say(self, lines: list[str], before: str = "") -> None:
         for line in lines:
-            self.console.print(f"{before}{line}", markup=False, highlight=False)
+            print_words(self.console, f"{before}{line}")

@@ -16,7 +16,7 @@ from freelearn.data.intake.guesses.guessed import Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.rubber.rubber_convert import RubberIntake
 from freelearn.data.intake.rubber.rubber_guess import RubberGuess
-from freelearn.report.terminal.printed_tables import rich_table
+from freelearn.report.terminal.printed_tables import print_line, print_words, rich_table
 
 TESTS = ("test", "loading", "rows", "stretch from", "stress from")
 # A number with more characters is shown with fewer digits.
@@ -50,9 +50,9 @@ def show_guess(console: Console, found: Guess, recipe: Path, command: str) -> No
 
 def show_draft(console: Console, recipe: Path, command: str) -> None:
     """Where the draft is, and how to go on."""
-    console.print(f"draft: {recipe}", markup=False, highlight=False, soft_wrap=True)
-    console.print("Nothing was converted. Edit the draft (look for TODO), then:", markup=False, highlight=False)
-    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+    print_line(console, f"draft: {recipe}")
+    print_words(console, "Nothing was converted. Edit the draft (look for TODO), then:")
+    print_line(console, f"  {command}")
 
 
 def show_intake(
@@ -66,13 +66,13 @@ def show_intake(
         left += [f"{file['between_plateaus']} between plateaus"] if file["between_plateaus"] else []
         rest = f" ({', '.join(left)})" if left else ""
         text = f"{file['file']}: {file['rows']} rows{rest} → {file['table_rows']} of the table"
-        console.print(text, markup=False, highlight=False)
+        print_words(console, text)
     _say(console, intake.warnings)
     for path in files:
-        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
-    console.print("now:" if going_on else "next:", markup=False, highlight=False)
+        print_line(console, f"written: {path}")
+    print_words(console, "now:" if going_on else "next:")
     for command in commands:
-        console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"  {command}")
 
 
 def show_tests(console: Console, tests: Sequence[RubberGuess]) -> None:
@@ -97,12 +97,12 @@ def show_rubber(
 ) -> None:
     """How many rows came of each test, what looks wrong, and where the table is. command: the one that goes on."""
     for test in intake.records:
-        console.print(f"{test['file']}: {test['rows']} rows, {test['mode']}", markup=False, highlight=False)
+        print_words(console, f"{test['file']}: {test['rows']} rows, {test['mode']}")
     _say(console, intake.warnings)
     for path in files:
-        console.print(f"written: {path}", markup=False, highlight=False, soft_wrap=True)
-    console.print("now:" if going_on else "next:", markup=False, highlight=False)
-    console.print(f"  {command}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"written: {path}")
+    print_words(console, "now:" if going_on else "next:")
+    print_line(console, f"  {command}")
 
 
 def quoted(words: Sequence[str]) -> str:
@@ -112,7 +112,7 @@ def quoted(words: Sequence[str]) -> str:
 
 def _say(console: Console, notes: Sequence[str]) -> None:
     for note in notes:
-        console.print(f"! {note}", markup=False, highlight=False)
+        print_words(console, f"! {note}")
 
 
 def _short(example: str) -> str:

@@ -18,7 +18,7 @@ from freelearn.records.run import Run, comparison_table
 from freelearn.report.tables.answer_tables import answer_lines, answers_table
 from freelearn.report.tables.plan_tables import expected_table, mounting_table, parameter_rows, plan_lines
 from freelearn.report.tables.run_tables import error_table, misfit_lines, parameter_notes, row_notes, run_parameters
-from freelearn.report.terminal.printed_tables import rich_table, show_files
+from freelearn.report.terminal.printed_tables import print_line, print_words, rich_table, show_files
 
 MOST_FAILURES = 3
 
@@ -28,7 +28,7 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
     and where the files are."""
 
     def say(text: str) -> None:
-        console.print(text, markup=False, highlight=False)
+        print_words(console, text)
 
     units, warnings = units_apart(warnings)
     for warning in units:
@@ -41,7 +41,7 @@ def show_run(console: Console, run: Run, folder: Path, warnings: Sequence[str], 
     console.print(parameters if isinstance(parameters, str) else rich_table(parameters))
     floor, *failures = misfit_lines(run, MOST_FAILURES) or [""]
     if floor:
-        console.print(floor, markup=False, highlight=False, soft_wrap=True)
+        print_line(console, floor)
     if failures:
         say("Where this one fails, worst first:")
         for line in failures:
@@ -56,10 +56,10 @@ def show_answers(
 ) -> None:
     """The first rows, how many have which status, and where the files are."""
     for warning in warnings:
-        console.print(f"! {warning}", markup=False, highlight=False)
+        print_words(console, f"! {warning}")
     console.print(rich_table(answers_table(answers)))
     for line in answer_lines(answers, fitted):
-        console.print(f"  · {line}", markup=False, highlight=False)
+        print_words(console, f"  · {line}")
     show_files(console, folder, answers="answers.csv", picture="answers.png")
 
 
@@ -74,5 +74,5 @@ def show_plan(console: Console, plan: Plan, folder: Path) -> None:
     if plan.parameters:
         console.print(rich_table(parameter_rows(plan)))
     for line in plan_lines(plan):
-        console.print(line, markup=False, highlight=False)
+        print_words(console, line)
     show_files(console, folder, plan="plan.csv", picture="plan_places.png")

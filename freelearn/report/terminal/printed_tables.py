@@ -1,4 +1,4 @@
-"""A display table in the terminal."""
+"""A display table in the terminal, and lines that stand there as they are."""
 
 from __future__ import annotations
 
@@ -107,9 +107,18 @@ def _folded(cell: str) -> str:
     return "\n.".join(cell.rsplit(".", 1)) if name else cell
 
 
+def print_words(console: Console, text: str) -> None:
+    """A sentence as it is, nothing of it taken for rich's marks; long ones go on in the next line."""
+    console.print(text, markup=False, highlight=False)
+
+
+def print_line(console: Console, text: str) -> None:
+    """A line as it is: a wrapped or colored path, or command, cannot be copied."""
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
 def show_files(console: Console, folder: Path, **opened: str) -> None:
-    """Where the files are, and those to open first, by what they are. Printed plainly: a wrapped or colored path cannot
-    be copied."""
+    """Where the files are, and those to open first, by what they are."""
     paths = {"files": folder} | {what: folder / name for what, name in opened.items() if (folder / name).is_file()}
     for what, path in paths.items():
-        console.print(f"{what}: {path}", markup=False, highlight=False, soft_wrap=True)
+        print_line(console, f"{what}: {path}")
