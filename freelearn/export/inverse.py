@@ -13,8 +13,7 @@ from freelearn.export.actuator import UNITS, Actuator, name_of
 from freelearn.export.arithmetic.function import Function, Port, pruned
 from freelearn.export.arithmetic.loops import repeated
 from freelearn.export.arithmetic.trace import traced
-from freelearn.export.banded import Banded
-from freelearn.export.forward import inverted
+from freelearn.export.forward import Banded, inverted
 from freelearn.physics.chain.prediction import Status
 from freelearn.queries.inverse.bands import SAME
 

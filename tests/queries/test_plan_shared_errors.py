@@ -6,7 +6,7 @@ import torch
 
 from freelearn.data.accuracy import PAPER
 from freelearn.discovery.noise.noise import Whitener
-from freelearn.queries.next_measurements.paths import Path
+from freelearn.queries.next_measurements.candidates import Path
 from freelearn.queries.next_measurements.views import InformationMatrix, Visits, refitted, remaining, slope, value
 
 

@@ -12,10 +12,9 @@ import pandas as pd
 import pytest
 
 import freelearn
-from freelearn.workbench.panels.asides import Planning
+from freelearn.workbench.panels.asides import Planning, Sides
 from freelearn.workbench.panels.predicting import Predicting
 from freelearn.workbench.panels.rubber_panel import Rubber
-from freelearn.workbench.panels.sides import Sides
 from freelearn.workbench.panels.sweeps import Sweeps
 from freelearn.workbench.state import job_work
 from freelearn.workbench.state.session import Sessions

@@ -24,11 +24,10 @@ from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.questions import faults_of_given
 from freelearn.data.table.records import columns_of, numbers_of, read_records
 from freelearn.discovery.search.next_states import TELLING
-from freelearn.queries.next_measurements.candidates import Candidates, candidates, ordered
+from freelearn.queries.next_measurements.candidates import MANY, Candidates, candidates, ordered
 from freelearn.queries.next_measurements.continuous_plan import Continuous, continuous
 from freelearn.queries.next_measurements.exact_plan import choose, rows_for
 from freelearn.queries.next_measurements.goals import NARROW, SURE, Discriminate, Goal, Narrow, Score, score
-from freelearn.queries.next_measurements.paths import MANY
 from freelearn.queries.next_measurements.views import Objective
 from freelearn.records.estimates import searched_estimates
 from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan, plan_table

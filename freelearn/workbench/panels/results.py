@@ -6,12 +6,12 @@ import panel as pn
 
 from freelearn.records.claims import check_lines, checks_table, models_table, shares_table
 from freelearn.records.suspected_readings import SuspectedReading, worst_of_each
+from freelearn.workbench.panels.asides import Sides
 from freelearn.workbench.panels.comparison import Comparison
 from freelearn.workbench.panels.effects_panel import Effects
 from freelearn.workbench.panels.outcome import Outcome
 from freelearn.workbench.panels.proposals import Proposals
 from freelearn.workbench.panels.python_lines import python_lines
-from freelearn.workbench.panels.sides import Sides
 from freelearn.workbench.panels.widgets import heading, say, table, words
 from freelearn.workbench.state.fitted import written
 from freelearn.workbench.state.question import OWN, as_on_the_page

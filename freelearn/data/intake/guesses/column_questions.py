@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from freelearn.data.intake.guesses.clock_spans import likely_unit
-from freelearn.data.intake.guesses.column_entries import percents
 from freelearn.data.intake.guesses.guessed import SCALE, WHAT, WHICH, YES_OR_NO, Answers, ColumnGuess, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED, UNITS
+from freelearn.data.intake.guesses.recipe_entries import percents
 from freelearn.data.intake.guesses.typed_answers import Question
 from freelearn.data.intake.laboratory_units import dimension, unit_of
 

@@ -8,8 +8,6 @@ from typing import Any
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.guesses.clock_spans import clock_open, origin_of, shift_key, shifted
 from freelearn.data.intake.guesses.clocks import WHOSE_ROWS, clocks_in_words, in_order
-from freelearn.data.intake.guesses.column_entries import SPELLED, column_entry, merge
-from freelearn.data.intake.guesses.drafted_files import listed_files, of_joined, read_of
 from freelearn.data.intake.guesses.guessed import NO, WHICH, YES, Answers, ColumnGuess, Doubt, Guess
 from freelearn.data.intake.guesses.joined import DesignGuess
 from freelearn.data.intake.guesses.left_open import (
@@ -26,6 +24,7 @@ from freelearn.data.intake.guesses.left_open import (
     recordings_said,
     sample_keys,
 )
+from freelearn.data.intake.guesses.recipe_entries import SPELLED, column_entry, listed_files, merge, of_joined, read_of
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.headings import RUN, split_heading
 from freelearn.data.intake.laboratory_units import unit_of

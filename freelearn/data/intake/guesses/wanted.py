@@ -13,10 +13,10 @@ import pandas as pd
 from freelearn.common.errors import UserError
 from freelearn.data.columns import members_in, pressure_columns
 from freelearn.data.intake.evaluate import Evaluation
-from freelearn.data.intake.guesses.column_entries import column_entry
 from freelearn.data.intake.guesses.column_questions import meaning_of, signs_of_the_loads, units_open, which_of
 from freelearn.data.intake.guesses.guessed import Answers, Guess
 from freelearn.data.intake.guesses.meanings import MEANINGS
+from freelearn.data.intake.guesses.recipe_entries import column_entry
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.guesses.typed_answers import Question
 from freelearn.data.intake.readers.raw_table import RawTable

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from freelearn.data.intake.guesses.column_entries import LARGEST_STRAIN
 from freelearn.data.intake.guesses.guessed import NO, YES, YES_OR_NO, Answers, ColumnGuess
+from freelearn.data.intake.guesses.recipe_entries import LARGEST_STRAIN
 from freelearn.data.intake.guesses.recipe_text import Path, recipe_lines
 from freelearn.data.intake.guesses.typed_answers import Question
 from freelearn.data.intake.rubber.rubber_guess import RubberGuess
