@@ -1,4 +1,4 @@
-"""What is known where something is imposed on an actuator, as one function: answer, derivatives, 95 % bands and flags."""
+"""What is known where something is imposed on an actuator, as one function: answer, derivatives, bands and flags."""
 
 from __future__ import annotations
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -103,11 +102,6 @@ def show_rubber(
         print_line(console, f"written: {path}")
     print_words(console, "now:" if going_on else "next:")
     print_line(console, f"  {command}")
-
-
-def quoted(words: Sequence[str]) -> str:
-    """A shell command that can be copied."""
-    return " ".join(map(shlex.quote, words))
 
 
 def _say(console: Console, notes: Sequence[str]) -> None:

@@ -90,10 +90,8 @@ class _Draft:
             self.remarks["columns",] = "TODO: {force_n: {from: …, unit: N}, …}"
         if "time_s" in own and (origin := origin_of(own["time_s"], self.answers)):
             self.content["columns"]["time_s"]["minus"] = int(origin)
-            before = self.remarks.get(("columns", "time_s"))
             days = EXCEL_DAYS if self.content["columns"]["time_s"]["unit"] == "day" else 0
-            since = f"time_s counts from {moment(origin - 86_400 * days)} on"
-            self.remarks["columns", "time_s"] = "; ".join(filter(None, [before, since]))
+            self._remark(("columns", "time_s"), f"time_s counts from {moment(origin - 86_400 * days)} on")
         if self.clocks:
             self._join(given)
         if found.pressures:
@@ -188,10 +186,7 @@ class _Draft:
                 self.remarks["constants", name] = "TODO: no column says it; 0 if it was held at 0"
         self.content["constants"] = constants
         if "gamma_deg" in constants and "braid" not in answers and "gamma2_deg" not in quantities_given(found):
-            before = self.remarks.get(("constants", "gamma_deg"))
-            self.remarks["constants", "gamma_deg"] = "; ".join(
-                [*([before] if before else []), f"{SECOND}, as gamma2_deg"]
-            )
+            self._remark(("constants", "gamma_deg"), f"{SECOND}, as gamma2_deg")
 
     def _join(self, given: Mapping[str, ColumnGuess]) -> None:
         """The channels of the other clocks, as the recipe joins them by time."""
@@ -231,6 +226,10 @@ class _Draft:
         if RUN not in self.answers:
             self.remarks[RUN,] = "a guess: a log, each row a sample in time; leave it out where rows are averages"
 
+    def _remark(self, path: Path, text: str) -> None:
+        """Says it behind a part of the recipe, after what is said there already."""
+        self.remarks[path] = "; ".join(filter(None, [self.remarks.get(path), text]))
+
     def _column(self, path: Path, name: str, column: ColumnGuess) -> dict[str, Any]:
         entry, remarks = column_entry(column, name, self.answers)
         if name in ("force_n", "moment_nmm") and f"sign.{column.name}" not in self.answers:
@@ -240,9 +239,7 @@ class _Draft:
                 entry["from"] = None
                 remarks.insert(0, f"TODO: from {' or '.join(map(repr, names))}")
         if remarks:
-            before = [self.remarks[path]] if path in self.remarks else []
-            about = f"{name}: " if path[-1] == "columns" else ""
-            self.remarks[path] = "; ".join([*before, f"{about}{', '.join(remarks)}" if about else "; ".join(remarks)])
+            self._remark(path, f"{name}: {', '.join(remarks)}" if path[-1] == "columns" else "; ".join(remarks))
         return entry
 
     def _part(self, key: str, told: Told | None, about: str) -> tuple[Any, str]:

@@ -212,8 +212,3 @@ def _braid(text: str) -> Question:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def lacking(found: Guess, joined: DesignGuess | None, answers: Answers) -> list[Question]:
-    """Questions without an answer, and without one that may be taken for granted."""
-    return [q for q in questions(found, joined, answers) if q.key not in answers]

@@ -67,7 +67,7 @@ def files_of(root: Section) -> tuple[Part, ...]:
             sample=sample_of(section),
             constants=constants_of(section.section("constants")),
             columns=columns_of(section.section("columns")),
-            reading=reading_of(section.section("read")) if "read" in section else None,
+            reading=_own_reading(section),
             drop=conditions_of(section, "drop"),
             join=joins_of(section),
             beside=tuple(map(_beside, section.sections("beside"))),
@@ -81,10 +81,19 @@ def files_of(root: Section) -> tuple[Part, ...]:
 def _beside(section: Section) -> tuple[str, Reading | None]:
     """Where the channels of a join stand for one part."""
     section.only(("file", "read"))
+    return _file_of(section, "in the folder"), _own_reading(section)
+
+
+def _own_reading(section: Section) -> Reading | None:
+    return reading_of(section.section("read")) if "read" in section else None
+
+
+def _file_of(section: Section, where: str) -> str:
+    """The name of a file. where: it has to lie."""
     file = section.text("file")
     if _is_elsewhere(file):
-        section.say(f"is {file!r}: give the name of a file in the folder", "file")
-    return file, reading_of(section.section("read")) if "read" in section else None
+        section.say(f"is {file!r}: give the name of a file {where}", "file")
+    return file
 
 
 def joins_of(root: Section) -> tuple[Join, ...]:
@@ -92,9 +101,7 @@ def joins_of(root: Section) -> tuple[Join, ...]:
     joins = []
     for section in root.sections("join"):
         section.only(JOIN)
-        file = section.text("file")
-        if _is_elsewhere(file):
-            section.say(f"is {file!r}: give the name of a file beside the data", "file")
+        file = _file_of(section, "beside the data")
         if "time" not in section:
             section.say("has no clock: add time: {from: COLUMN, unit: s}")
         if "columns" not in section:
@@ -109,8 +116,7 @@ def joins_of(root: Section) -> tuple[Join, ...]:
                 section.say("is the rows' clock: name this one under time:", "columns.time_s")
             if column.offset == "rest" or column.blank_where:
                 section.say("cannot say offset: rest or blank_where: give a number, or blanks:", f"columns.{name}")
-        reading = reading_of(section.section("read")) if "read" in section else None
-        joins.append(Join(time, columns, file, reading, gap))
+        joins.append(Join(time, columns, file, _own_reading(section), gap))
     return tuple(joins)
 
 
@@ -133,9 +139,7 @@ def design_of(root: Section) -> Design | None:
         return None
     section = root.section("design")
     section.only(("file", "sheet", "by", "columns"))
-    file = section.text("file")
-    if _is_elsewhere(file):
-        section.say(f"is {file!r}: give the name of a file beside the data, or design=FILE to intake", "file")
+    file = _file_of(section, "beside the data, or design=FILE to intake")
     if "by" not in section:
         section.say("says no column of names: add by: COLUMN")
     if not file and "sheet" not in section:
