@@ -66,13 +66,13 @@ class DisplayTable:
         return cls(tuple(columns), tuple(tuple(row) for row in rows), title, caption)
 
     @classmethod
-    def from_frame(cls, frame: pd.DataFrame, title: str = "", caption: str = "", digits: int = 4) -> DisplayTable:
-        """The frame's columns under their names: floats with so many digits, anything else as it is."""
+    def from_frame(cls, frame: pd.DataFrame, title: str = "", caption: str = "") -> DisplayTable:
+        """The frame's columns under their names: floats with four digits, anything else as it is."""
         columns = tuple(
             Column(str(name).replace("_", " "), not pd.api.types.is_numeric_dtype(frame[name])) for name in frame
         )
         rows = tuple(
-            tuple(number(cell, digits) if isinstance(cell, float) else str(cell) for cell in row)
+            tuple(number(cell, 4) if isinstance(cell, float) else str(cell) for cell in row)
             for row in frame.itertuples(index=False)
         )
         return cls(columns, rows, title, caption)

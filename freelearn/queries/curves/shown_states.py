@@ -83,13 +83,13 @@ def squared_error(predictions: pd.DataFrame) -> pd.Series:
     return pd.Series(squares.numpy(), index=rows.index)[readings.present.any(-1).numpy()]
 
 
-def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
+def pick_states(predictions: pd.DataFrame) -> list[np.ndarray]:
     """Positions of all rows, in time order, of kinematic states worth showing, or of an end block's curves in them:
     from the best to the worst predicted.
 
     Of the states with at least four usable rows in which no tube hangs loose (or, if there is none, with the most of
-    them), evenly spaced ranks of the mean squared error, so the first is the best and the last the worst. None where no
-    two rows are of one curve, as of an end block whose pressures were all drawn at random.
+    them), three evenly spaced ranks of the mean squared error, so the first is the best and the last the worst. None
+    where no two rows are of one curve, as of an end block whose pressures were all drawn at random.
     """
     predictions = predictions.reset_index(drop=True)
     state = pd.Series(curves_of(predictions, kinematic_state(predictions)))
@@ -103,5 +103,5 @@ def pick_states(predictions: pd.DataFrame, count: int = 3) -> list[np.ndarray]:
         return []
     enough = error[error["rows"] >= min(ROWS_FOR_A_CURVE, error["rows"].max())]
     ranked = enough.sort_values("mean", kind="stable").index.to_numpy()
-    chosen = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(ranked) - 1, 3).round().astype(int))
     return [np.flatnonzero(state == ranked[i]) for i in chosen]

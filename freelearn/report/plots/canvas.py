@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
@@ -76,6 +76,14 @@ def save(figure: Figure, table: pd.DataFrame, path: Path) -> np.ndarray:
 
     write_whole(path, both)
     return pixels
+
+
+def save_all(figures: Mapping[str, tuple[Figure, pd.DataFrame]], folder: Path, writer: Any) -> list[Path]:
+    """Saves each picture under its name in the folder, and in TensorBoard; the pictures' paths. writer: of
+    tensorboard_log.event_file."""
+    for name, (figure, table) in figures.items():
+        writer.add_image(name, save(figure, table, folder / f"{name}.png"), dataformats="HWC")
+    return [folder / f"{name}.png" for name in figures]
 
 
 def save_picture(figure: Figure, table: pd.DataFrame, path: Path) -> None:

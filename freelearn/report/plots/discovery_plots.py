@@ -19,7 +19,7 @@ from freelearn.queries.curves.curve_rows import measured_quantities, plane
 from freelearn.queries.curves.shown_states import state_title
 from freelearn.records.discovery import Discovery, trail_numbers
 from freelearn.records.written_effects import ProposalCurve
-from freelearn.report.plots.canvas import finish, heading, new_figure, save
+from freelearn.report.plots.canvas import finish, heading, new_figure, save_all
 from freelearn.report.plots.curve_plots import curves
 from freelearn.report.plots.residual_plots import residual_map
 from freelearn.report.tables.lab_notes import discovery_story
@@ -95,7 +95,6 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
         figures[f"curves_{number}"] = curves(measured, named, title, simulated), curve_numbers(measured, named)
     for name, curve in discovery.unknowns.items():
         figures[f"proposal_{name}"] = proposal(curve, simulated), curve.numbers
-    paths = []
     with event_file(folder) as writer:
         for number, step in enumerate(findings.steps):
             for what, error in (("fitted", step.E_train), ("held_out", step.E_heldout), ("noise_floor", step.floor)):
@@ -104,9 +103,7 @@ def draw_discovery(discovery: Discovery, folder: Path, simulated: bool) -> list[
                 writer.add_scalar(f"parameter/{name}", value, number)
         writer.add_text("story", discovery_story(discovery))
         writer.add_custom_scalars(SEARCHED)
-        for name, (figure, table) in figures.items():
-            paths.append(folder / f"{name}.png")
-            writer.add_image(name, save(figure, table, paths[-1]), dataformats="HWC")
+        paths = save_all(figures, folder, writer)
     return paths
 
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from freelearn.common.display import COLORS
 from freelearn.data.sets import CONSTITUENT_SET, overlap
-from freelearn.report.plots.canvas import heading, new_figure, save
+from freelearn.report.plots.canvas import heading, new_figure, save_all
 from freelearn.report.plots.heatmap_plots import TICKS, color_scale, heatmap, side_by_side
 from freelearn.report.tables.error_map import caption
 from freelearn.report.tables.sweep_tables import PUBLISHED
@@ -99,15 +99,12 @@ def draw_sweep(cells: pd.DataFrame, summary: pd.DataFrame, simulated: bool, out:
     figures["heatmaps"] = side_by_side(part, shown, captions, title, norm), part
     if summary["unseen"].notna().any() and summary["diagonal"].notna().any():
         figures["overview"] = overview(summary, simulated), summary
-    paths = []
     # A folder for each model: TensorBoard opens empty where there are more runs than forty, as a sweep has.
     for label in labels:
         _log_errors(cells[cells["label"] == label], out / TENSORBOARD / _file_name(label))
     with event_file(out / TENSORBOARD) as writer:
         writer.add_custom_scalars(SWEPT)
-        for name, (figure, table) in figures.items():
-            paths.append(out / f"{name}.png")
-            writer.add_image(name, save(figure, table, paths[-1]), dataformats="HWC")
+        paths = save_all(figures, out, writer)
     return paths
 
 

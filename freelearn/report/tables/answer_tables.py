@@ -28,15 +28,15 @@ MEANING = {
 }
 
 
-def answers_table(answers: Answers, rows: int = ROWS) -> DisplayTable:
+def answers_table(answers: Answers) -> DisplayTable:
     """The first rows: what was asked with its band, and the status."""
     table = answers.table()
     names = [name for name in _imposed(table) if name in table]
     heads = [_head(name) for name in names]
     cells = []
-    for _, row in table.head(rows).iterrows():
+    for _, row in table.head(ROWS).iterrows():
         cells.append([*(_cell(row, name) for name in names), str(row[STATUS])])
-    shown = f"{min(rows, len(table))} of {len(table)} answers" if len(table) > rows else "answers"
+    shown = f"{ROWS} of {len(table)} answers" if len(table) > ROWS else "answers"
     return DisplayTable.from_rows([], heads, cells, shown, "± half of the 95 % band", last=["status"])
 
 
