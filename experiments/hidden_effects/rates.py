@@ -13,6 +13,8 @@ Row = tuple[str, int, str, str]
 LARGE = 8.0
 # Hidden effects have to be this near to the size that was asked for; a physical bound may keep them from it.
 REACHED = 0.8
+# Name → key of a laboratory's settings.
+SETTINGS = {"tails": "tails", "slips": "slipped", "growing noise": "growth"}
 
 
 def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[Row]:
@@ -96,6 +98,34 @@ def of_slips(frame: pd.DataFrame) -> list[Row]:
     if "good_rows" in frame and (good := int(frame["good_rows"].sum())):
         rows.append(("good rows accused", good, f"{100 * frame['accused'].sum() / good:.3f}", "≤ 0.2"))
     return rows
+
+
+def by_setting(frame: pd.DataFrame) -> list[list[str]]:
+    """How it was measured → data sets, right at 15 σ, nothing named where nothing is, slips found, accused, intervals.
+
+    A data set counts in each setting that it has; clean is one that has none."""
+    how = frame["laboratory"].map(dict)
+    settings = {name: how.map(lambda s, key=key: key in s) for name, key in SETTINGS.items()}
+    settings["misstated to a third"] = how.map(lambda s: s.get("misstated", 1) < 1)
+    settings["misstated threefold"] = how.map(lambda s: s.get("misstated", 1) > 1)
+    settings |= {name: frame["protocol"] == name for name in ("short", "sorted")}
+    odd = pd.concat(settings, axis=1).any(axis=1)
+    rows = []
+    for name, chosen in {"clean noise": ~odd, **settings, "all": frame["seed"] > 0}.items():
+        part = frame[chosen & frame["possible"]]
+        one, none = part[part["kind"].eq("one") & part["size"].eq(15)], part[part["kind"] == "none"]
+        slips = slips_of(part)
+        large = slips[slips["sensor_sigmas"] >= LARGE]["found"] if len(slips) else pd.Series(dtype=bool)
+        good = part["good_rows"].sum() if "good_rows" in part else 0
+        accused = f"{100 * part['accused'].sum() / good:.2f}" if good else ""
+        hits = pd.Series([hit for c in part.get("covered", pd.Series(dtype=object)).dropna() for hit in c.values()])
+        cells = (one["right"], ~none["effects"].map(bool), large)
+        rows.append([name, str(len(part)), *map(_percent, cells), accused, _percent(hits)])
+    return rows
+
+
+def _percent(hits: pd.Series) -> str:
+    return f"{100 * hits.astype(float).mean():.0f} ({len(hits)})" if len(hits) else ""
 
 
 def slips_of(frame: pd.DataFrame) -> pd.DataFrame:

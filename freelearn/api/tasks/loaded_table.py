@@ -56,16 +56,18 @@ def load_table(data: DataSettings) -> LoadedTable:
 def data_version(data: DataSettings) -> str:
     """SHA-256 of the table's file (and of its members'); empty for simulated data, which their settings determine, and
     for unreadable files."""
-    if not isinstance(data, CsvData):
-        return ""
+    return _digest(*filter(None, (data.path, data.members))) if isinstance(data, CsvData) else ""
+
+
+def _digest(*paths: Path) -> str:
+    """SHA-256 of the files, one after the other; empty where one cannot be read."""
+    digest = hashlib.sha256()
     try:
-        digest = hashlib.sha256()
-        for path in (data.path, data.members):
-            if path is not None:
-                add_to_digest(digest, path)
+        for path in paths:
+            add_to_digest(digest, path)
         return digest.hexdigest()
     except UserError:
-        return ""  # reading the table says what is wrong with the file
+        return ""  # reading it says what is wrong with the file
 
 
 def seal(data: DataSettings, folder: Path) -> None:
@@ -116,16 +118,7 @@ def job_key(settings: Settings) -> str:
     """24 digits: of the settings, the data, the user's own effects and models, a specimen's constants and the code."""
     parts = [type(settings).__name__, json.dumps(plain(settings), sort_keys=True)]
     parts += [data_version(settings.data), code_version(ROOMS)]
-    parts += [_content(path) for path in own_files()]
+    parts += [_digest(path) for path in own_files()]
     if isinstance(settings, TrainSettings) and settings.constituent is not None:
-        parts.append(_content(settings.constituent))
+        parts.append(_digest(settings.constituent))
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
-
-
-def _content(path: Path) -> str:
-    digest = hashlib.sha256()
-    try:
-        add_to_digest(digest, path)
-        return digest.hexdigest()
-    except UserError:
-        return ""  # reading it says what is wrong with the file
