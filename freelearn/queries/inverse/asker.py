@@ -46,15 +46,10 @@ ONE_START = 0.7
 
 
 @dataclass(frozen=True)
-class Asker:
-    """Answers questions of a fitted model. span: where it looks; scale (2,): what outputs count in; miss: how far a
-    measurement may lie from the model, None where nobody knows; hung: whether the bed hangs loads on the actuator;
-    banded: whether answers have bands. What is answered does not depend on that."""
+class Asker(Compromise):
+    """Answers questions of a fitted model. banded: whether answers have bands; what is answered does not depend on
+    that."""
 
-    span: Span
-    scale: Tensor
-    miss: Miss | None
-    hung: bool
     banded: bool = True
 
     @classmethod
@@ -127,15 +122,11 @@ class Asker:
             return torch.full((len(system.inputs),), 1e-9, dtype=torch.float64)
         return torch.tensor([3 * getattr(accuracy, q.error) + 1e-9 for q in system.inputs], dtype=torch.float64)
 
-    @property
-    def _compromise(self) -> Compromise:
-        return Compromise(self.span, self.scale, self.miss, self.hung)
-
     def _found(self, system: System, pattern: Pattern, x: Tensor, y: Tensor) -> Found:
         if not pattern.asked:
             return direct(system, x)
         if not pattern.square:
-            return self._compromise.agreed(system, pattern, x, y)
+            return self.agreed(system, pattern, x, y)
         grid = Grid(system, x, pattern.asked, pattern.given, self.span)
         some = self._roots(grid, pattern, y)
         shaky = _without(some[some.stable], len(x))
@@ -150,7 +141,7 @@ class Asker:
             some = self._with(some, replace(more, row=lost[more.row]), grid)
             lost = _without(some, len(x))
         found = taken(some, *chosen(self.span, system, pattern, x, y, some), x)
-        return self._compromise.reached(system, pattern, x, y, found, lost) if len(lost) else found
+        return self.reached(system, pattern, x, y, found, lost) if len(lost) else found
 
     @staticmethod
     def _with(some: Roots, more: Roots, grid: Grid) -> Roots:
