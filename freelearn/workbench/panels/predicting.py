@@ -119,7 +119,7 @@ class Predicting(Aside):
         self.fields: dict[str, pn.widgets.TextInput] = {}
         self.sample = pn.widgets.Select(name="of sample", options=[], width=110)
         self.row = pn.FlexBox(align_items="flex-end")
-        self.dropped = Dropper(286, session.ask_file)
+        self.dropped = Dropper(286, self._dropped)
         self.template = download("Template of the questions", 220, "questions.csv", self._template)
         self.asking.objects = [words(ABOUT_BLANKS), self.row]
         self.laboratory = AskedFile(session)
@@ -182,6 +182,9 @@ class Predicting(Aside):
                 say(self.wrong, [f"{field.name}: {text[:40]!r} is no number."], "bad")
                 return
         self._ask(csv_text(pd.DataFrame([row])).encode())
+
+    def _dropped(self, name: str, content: bytes) -> None:
+        self.session.ask_file(name, content)
 
     def _ask(self, content: bytes) -> None:
         if not self.session.busy:
