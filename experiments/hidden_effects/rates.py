@@ -1,13 +1,13 @@
-"""Rates against their targets, as rows of a table: what, of how many, rate in percent, target."""
+"""Whether what a search said of a data set is right, and rates of that against their targets, as rows of a table."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from hidden_effects.verdicts import AFFIRMED, contradicted
 
 from freelearn.testing.reference.truths import MOVED
 
+# What, of how many, rate in percent, target.
 Row = tuple[str, int, str, str]
 # Slips from this size on, in the load cell's standard deviations, have to be found.
 LARGE = 8.0
@@ -15,6 +15,51 @@ LARGE = 8.0
 REACHED = 0.8
 # Name → key of a laboratory's settings.
 SETTINGS = {"tails": "tails", "slips": "slipped", "growing noise": "growth"}
+MOST_IN_CLASS = 3
+# What has no potential, and what depends on the history, of all that is hidden: the truth that the screens are held
+# against. What happens as time goes by breaks reciprocity, and shows between rising and falling pressure if quick.
+WITHOUT_POTENTIAL = {
+    *(
+        "friction_hysteresis",
+        "contact_friction",
+        "relaxation",
+        "stress_softening",
+        "viscoelasticity",
+        "force_gain",
+        "moment_gain",
+        "sensor_crosstalk",
+    ),
+    *("sensor_drift", "bent_force_cell", "temperature_swing", "bulging_caps", "zero_jump"),
+}
+OF_HISTORY = {"friction_hysteresis", "contact_friction", "relaxation", "stress_softening", "viscoelasticity"}
+AFFIRMED = {"reciprocity": WITHOUT_POTENTIAL, "rising against falling pressure": OF_HISTORY}
+
+
+def right(result: dict) -> bool:
+    """Every hidden effect is named, or stands in a class of at most three; nothing else is named."""
+    if result["verdict"] not in ("named", "class") or len(result["classes"]) != len(result["hidden"]):
+        return False
+    left = list(result["hidden"])
+    for group in result["classes"]:
+        match = next((h for h in left if h in group), None)
+        if match is None or len(group) > MOST_IN_CLASS:
+            return False
+        left.remove(match)
+    return not left
+
+
+def contradicted(result: dict, screen: str) -> bool:
+    """Whether what the screen said of a data set contradicts what was hidden in it.
+
+    Reciprocity kept denies nothing: a wrong gain keeps it too where the fluid's thrust is most of the load. Loads that
+    do not differ deny friction above the limit that is told with it: half of the largest difference."""
+    shows, hidden = result["screens"].get(screen), set(result["hidden"])
+    if shows:
+        return not hidden & AFFIRMED[screen]
+    if shows is None or screen == "reciprocity" or "friction_hysteresis" not in hidden:
+        return False
+    rubs = [result["truth"][f"friction_hysteresis.{load}"] for load in ("force", "moment")]
+    return any(2 * f > most for f, most in zip(rubs, result["hysteresis_at_most"], strict=True))
 
 
 def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[Row]:

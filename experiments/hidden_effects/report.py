@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 from hidden_effects import pictures
-from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, of_moves, slips_of
-from hidden_effects.verdicts import right
+from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, of_moves, right, slips_of
 from rich.console import Console
 from rich.table import Table
 

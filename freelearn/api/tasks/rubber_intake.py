@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from freelearn.common.csv_text import csv_text
 from freelearn.common.errors import UserError, cannot_write
 from freelearn.common.files import read_bytes, write_text
 from freelearn.common.package import VERSION
+from freelearn.data.intake.assemble import file_entry
 from freelearn.data.intake.readers.raw_files import is_folder
 from freelearn.data.intake.recipes.recipe_file import content_of, recipe_text
 from freelearn.data.intake.rubber.rubber_convert import RubberIntake, convert_tests
@@ -41,11 +41,10 @@ def rubber_taken_in(files: Sequence[Path] | Mapping[str, Path], recipe_path: Pat
     check_out(out, [recipe_path, *paths.values()])
     sources = {name: read_bytes(path) for name, path in paths.items()}
     made = convert_tests(tests, sources)
-    recipe = {"path": str(recipe_path), "sha256": _digest(text.encode()), "content": text}
     told = {
         "program": f"freelearn {VERSION}",
-        "raw": [{"path": str(paths[name]), "sha256": _digest(content)} for name, content in sources.items()],
-        "recipe": recipe,
+        "raw": [file_entry(paths[name], content) for name, content in sources.items()],
+        "recipe": {**file_entry(recipe_path, text.encode()), "content": text},
         "rows": len(made.table),
         "tests": list(made.records),
         "warnings": list(made.warnings),
@@ -66,10 +65,6 @@ def _paths(files: Sequence[Path] | Mapping[str, Path], tests: Sequence[RubberTes
     if len(files) == 1 and is_folder(files[0]):
         return {test.file: files[0] / test.file for test in tests if test.file}
     return {path.name: path for path in files}
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
 
 
 def same_names(files: Sequence[Path]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -147,18 +147,17 @@ def provenance(
 ) -> dict[str, Any]:
     """Plain values for JSON. data: the file or folder that was taken in. designs: the file of designs, if any."""
     folder = data if data.is_dir() else data.parent
-    raw = [{"path": str(folder / name), "sha256": _digest(content)} for name, content in sources.items()]
     return {
         "program": f"freelearn {VERSION}",
-        "raw": raw,
-        "designs": [{"path": str(path), "sha256": _digest(content)} for path, content in (designs or {}).items()],
-        "recipe": {"path": str(recipe_path), "sha256": _digest(recipe_text.encode()), "content": recipe_text},
+        "raw": [file_entry(folder / name, content) for name, content in sources.items()],
+        "designs": [file_entry(path, content) for path, content in (designs or {}).items()],
+        "recipe": {**file_entry(recipe_path, recipe_text.encode()), "content": recipe_text},
         "about": recipe.about,
         "bed": recipe.bed,
         "constants": dict(recipe.constants),
         "samples": {str(number): dict(of) for number, of in recipe.samples.items()},
         "members": [dict(member.constants) for member in recipe.members],
-        "plateaus": _plateaus(recipe),
+        "plateaus": asdict(recipe.plateaus) if recipe.plateaus else None,
         "state_tolerance": dict(recipe.state_tolerance),
         "rows": len(intake.table),
         "files": [dict(file) for file in intake.files],
@@ -166,12 +165,6 @@ def provenance(
     }
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
-
-
-def _plateaus(recipe: Recipe) -> dict[str, Any] | None:
-    if recipe.plateaus is None:
-        return None
-    of = recipe.plateaus
-    return {"of": dict(of.of), "settle": of.settle, "least": of.least}
+def file_entry(path: Path, content: bytes) -> dict[str, str]:
+    """What a provenance says of a file."""
+    return {"path": str(path), "sha256": hashlib.sha256(content).hexdigest()}
