@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 from closed_forms import synthetic
 
-from freelearn.data.specimen_table import read_specimens
+from freelearn.api.tasks.specimens_task import compared_specimens
+from freelearn.data.specimen_table import Specimens, read_specimens
 from freelearn.fitting.rubber_effects import asked_for, compare, conclusion, held_out_errors
 from freelearn.fitting.rubber_fit import fit_rubber
 from freelearn.physics.models.rubber import Rubber
@@ -72,7 +73,9 @@ def test_a_second_invariant_is_found_by_what_it_predicts():
     uniaxial = {"stretch": x, "stretch_2": x**-0.5, "stress_mpa": mooney(x, x**-0.5), "stress_2_mpa": np.nan}
     table = pd.concat([biaxial(), pd.DataFrame({"mode": "uniaxial", "specimen": "", **uniaxial})], ignore_index=True)
     table["stress_mpa"] *= 1 + 0.01 * np.random.default_rng(1).standard_normal(len(table))
-    error = held_out_errors(compare(table, ["uniaxial", "biaxial"]))
+    compared, _, effects = compared_specimens(Specimens(table, [], []))
+    assert effects == ("second_invariant",)
+    error = held_out_errors(compared)
     assert list(asked_for(error).index) == ["second_invariant"]
     assert error["second_invariant"] < 0.02 < 0.05 < error["neo-Hookean"]
 
