@@ -81,7 +81,7 @@ class Uncertainty:
         object.__setattr__(self, "words", self.words or [""] * len(self.names))
 
 
-def quantile(freedom: int) -> float:
+def quantile(freedom: float) -> float:
     """Standard errors from an estimate to either end of its 95 % interval: Student's t with `freedom` ≥ 1.
 
     >>> [round(quantile(freedom), 3) for freedom in (1, 4, 1000)]

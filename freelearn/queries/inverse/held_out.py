@@ -12,12 +12,14 @@ from freelearn.data.beds import DEAD_LOAD, FORCE, MOMENT
 from freelearn.data.rows import Rows
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.problem import Problem
+from freelearn.fitting.uncertainty import groups
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.queries.inverse.system import System
 
-# More rows tell no more of how far a model misses; whole kinematic states are drawn.
-MOST_ROWS = 3000
+# More rows tell no more of how far a model misses; whole kinematic states are drawn. Of logs as many recordings as have
+# so many samples, which are followed, and rows evenly from them all: recordings tell, and not their rows.
+MOST_ROWS, MOST_SAMPLES = 3000, 30_000
 # Without one of few kinematic states a fit may end far off: then it is made in earnest, not by one linearized step.
 FEW_STATES, ITERATIONS = 12, 15
 
@@ -29,13 +31,14 @@ class HeldOutRows:
     system: of the rows, at their places; slopes (n, 2, m): derivatives of the outputs there. residual (n, 2): f(x) − y
     by a fit without the row's kinematic state; known (n, 2) bool: where one was measured. under_load: whether what was
     measured is the place x₁, x₂ and not y: then `known` says which of the two, and the residual is what its error makes
-    of y."""
+    of y. recording: of rows of a log the number of theirs, (n,) int64."""
 
     system: System
     slopes: Tensor
     residual: Tensor
     known: Tensor
     under_load: bool
+    recording: Tensor | None = None
 
     def __len__(self) -> int:
         return len(self.system)
@@ -52,7 +55,9 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
     usable = _answered(model, rows)
     if model.needs_validation and bool((usable & ~fitted).any()):
         usable = usable & ~fitted
-    place = _drawn(rows.state, usable.numpy())
+    log = rows.states.recording is not None
+    place = _drawn(rows.state, usable.numpy(), MOST_SAMPLES if log else MOST_ROWS)
+    place = place[:: -(-len(place) // MOST_ROWS)] if log else place
     some, seen = rows[place], fitted[place]
     problem = Problem(model, some)
     vector = model.vector().detach()
@@ -61,7 +66,7 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
     if not model.needs_validation:
         few = len(np.unique(some.state)) <= FEW_STATES
         # The next measurement of a log is another recording.
-        by_states = by_states or rows.states.recording is not None
+        by_states = by_states or log
         if few and by_states:
             residual = _refitted(problem, vector, residual, seen)
         else:
@@ -79,7 +84,8 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
         # A diameter is no load.
         known = known & torch.tensor([q is FORCE for q in some.states.bed.readings])
         residual = torch.where(known, residual, 0.0)
-    return HeldOutRows(system, slopes, residual, known, under_load)
+    recording = torch.as_tensor(groups(some.state)) if log else None
+    return HeldOutRows(system, slopes, residual, known, under_load, recording)
 
 
 def _answered(model: Model, rows: Rows) -> Tensor:
@@ -88,10 +94,10 @@ def _answered(model: Model, rows: Rows) -> Tensor:
     return (status == Status.OK) & rows.readings.present.any(-1)
 
 
-def _drawn(state: np.ndarray, usable: np.ndarray) -> Tensor:
-    """Usable rows of as many whole states as may be, evenly drawn: (n,) int64."""
+def _drawn(state: np.ndarray, usable: np.ndarray, most: int) -> Tensor:
+    """Usable rows, at most so many, of as many whole states as may be, evenly drawn: (n,) int64."""
     names = np.unique(state[usable])
-    share = MOST_ROWS / max(int(usable.sum()), 1)
+    share = most / max(int(usable.sum()), 1)
     if share < 1:
         names = names[np.linspace(0, len(names) - 1, max(int(share * len(names)), 1)).round().astype(int)]
     return torch.as_tensor(np.flatnonzero(usable & np.isin(state, names)))

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from freelearn.data.accuracy import Accuracy
+from freelearn.fitting.uncertainty import quantile as student
 from freelearn.physics.chain.model import Model
 from freelearn.queries.inverse.held_out import HeldOutRows
 from freelearn.queries.inverse.system import System
@@ -70,6 +71,10 @@ COVERAGE = 0.95
 FAR = 4.0
 # Below so many held-out rows their largest miss decides, and at least the normal distribution's quantile.
 FEW, NORMAL = 40, 1.96
+# With fewer recordings none of them ranks at 95 %: ⌈(K + 1) 0.95⌉ > K.
+RANKED = 19
+# Degrees of freedom from which Student's t is the normal distribution.
+MOST_FREEDOM = 1e6
 # A share of what a quantity's channel contributes below which it does not depend on it.
 NO_SHARE = 1e-6
 
@@ -94,7 +99,7 @@ class Miss:
         covariance: of the model's declared parameters, SI (k, k), NaN where one is not known."""
         parameters = RawCovariance.from_model(held.system.model, covariance)
         known = cls(held, parameters, accuracy, torch.zeros(2, 2, dtype=torch.float64))
-        return replace(known, beyond=_beyond(held, known.own_spread.covariance))
+        return replace(known, beyond=_beyond(held, known.own_spread.covariance, accuracy is not None))
 
     def spread(self, system: System, x: Tensor, slopes: Tensor) -> Spread:
         """Of f(x) − y where all of x and y was measured. slopes: (N, 2, m) at x."""
@@ -142,9 +147,18 @@ class Miss:
         lacking = ~held.known
         shares = (maps @ held.slopes[:, :, :2]).abs() if held.under_load else maps.abs() * _sizes(held, scale)
         touched = (shares * lacking[:, None, :]).sum(-1) > NO_SHARE * shares.sum(-1)
-        return torch.stack([
-            _conformal((missed[:, i] / deviation[:, i])[~touched[:, i]]) for i in range(maps.shape[1])
-        ])  # fmt: skip
+        # Whether an answer's deviation is one that the misses themselves have told, in part.
+        told = (((maps @ self.beyond) * maps).sum(-1) > NO_SHARE * deviation**2).any(0)
+        each = []
+        for i in range(maps.shape[1]):
+            scores = missed[:, i] / deviation[:, i]
+            there = ~touched[:, i] & scores.isfinite()
+            if held.recording is None:
+                factor = _conformal(scores[there])
+            else:
+                factor = among_recordings(scores[there], held.recording[there], bool(told[i]))
+            each.append(factor)
+        return torch.stack(each)
 
 
 def answer_maps(slopes: Tensor, asked: Sequence[int], given: Sequence[int], scale: Tensor) -> Tensor:
@@ -186,22 +200,51 @@ def _deviations(maps: Tensor, spread: Spread) -> Tensor:
     return torch.where(lost, torch.nan, variance.clamp_min(0).sqrt())
 
 
-def _conformal(scores: Tensor) -> Tensor:
-    """The quantile of scores (n,) that a next one stays below with 95 % probability."""
-    scores = scores[scores.isfinite()].sort().values
+def _conformal(scores: Tensor, draws: float | None = None) -> Tensor:
+    """The quantile of scores (n,) that a next one stays below with 95 % probability. draws: how many of them count as
+    drawn each by itself, all by default."""
+    scores = scores.sort().values
     n = len(scores)
     if not n:
         return torch.tensor(torch.nan, dtype=torch.float64)
     rank = math.ceil((n + 1) * COVERAGE)
     if n < FEW or rank > n:
         return scores[-1].clamp_min(NORMAL)
+    if draws is not None:
+        rank = max(rank, math.ceil(n * min(math.ceil((draws + 1) * COVERAGE) / draws, 1.0)))
     return scores[rank - 1]
 
 
-def _beyond(held: HeldOutRows, known: Tensor) -> Tensor:
+def among_recordings(scores: Tensor, recording: Tensor, told: bool) -> Tensor:
+    """How large a score of a further recording may be with 95 % probability, from scores (n,) each of a recording.
+
+    What is exchangeable are recordings and not rows: these share a mounting, the parameters' error and noise that goes
+    on. So the scores count as so many draws as their recordings' mean squares tell by their scatter: Satterthwaite's
+    (1946) degrees of freedom, one for each recording at least, and more where rows err by themselves. Of fewer
+    recordings than RANKED the quantile of all rows is about the worst one's, which another exceeds more often than in
+    5 %. There a deviation that the misses themselves have `told` is known no better than these draws tell, and
+    Student's t takes the normal distribution's place (JCGM 100:2008, G.4); nor do they say that less than the normal
+    quantile of what is known beforehand is enough.
+    """
+    names, number = recording.unique(return_inverse=True)
+    count = len(names)
+    if count < 2:
+        return _conformal(scores)
+    rows = torch.bincount(number, minlength=count)
+    square = torch.zeros(count, dtype=scores.dtype).index_add_(0, number, scores.square()) / rows
+    size = float(square.mean())
+    draws = min(max(2 * size**2 * count / max(float(square.var()), 1e-300), count), MOST_FREEDOM)
+    if count >= RANKED:
+        return _conformal(scores, draws)
+    return _conformal(scores).clamp_min(student(draws) * size**0.5 if told else NORMAL).clamp_min(NORMAL)
+
+
+def _beyond(held: HeldOutRows, known: Tensor, accurate: bool) -> Tensor:
     """Covariance of the held-out residuals beyond what is known of them (n, 2, 2): (2, 2), never below zero.
 
-    Residuals far from the others are drawn in."""
+    Residuals far from the others are drawn in. accurate: whether the measuring's accuracy is known. Then what
+    recordings show beyond it has to be more than its own standard error, or every second band would be wider by what is
+    above zero by chance."""
     residual = torch.where(held.known, held.residual, torch.nan) if not held.under_load else held.residual
     middling = residual.abs().nanmedian(0).values.nan_to_num(0.0) / 0.6745
     drawn = residual.clamp(-FAR * middling, FAR * middling).nan_to_num(0.0)
@@ -209,9 +252,20 @@ def _beyond(held: HeldOutRows, known: Tensor) -> Tensor:
     there = residual.isfinite()
     both = there[:, :, None] & there[:, None, :]
     count = both.sum(0).clamp_min(1)
-    excess = torch.where(both, pairs - known, 0.0).sum(0) / count
+    beyond = torch.where(both, pairs - known, 0.0)
     # In units of the middling residual, so that newtons and newton meters count alike.
     unit = torch.where(middling > 0, middling, 1.0)
-    size, axes = torch.linalg.eigh(excess / unit[:, None] / unit)
+    size, axes = torch.linalg.eigh(beyond.sum(0) / count / unit[:, None] / unit)
+    if accurate and held.recording is not None:
+        size = torch.where(size > _standard_errors(beyond / unit[:, None] / unit, axes, held.recording), size, 0.0)
     positive: Tensor = axes @ torch.diag(size.clamp_min(0)) @ axes.T
     return positive * unit[:, None] * unit
+
+
+def _standard_errors(beyond: Tensor, axes: Tensor, recording: Tensor) -> Tensor:
+    """Of the means of products (n, 2, 2) along two axes, as recordings scatter: (2,); none of a single recording."""
+    along = torch.einsum("ia,nij,ja->na", axes, beyond, axes)
+    names, number = recording.unique(return_inverse=True)
+    rows = torch.bincount(number, minlength=len(names))[:, None]
+    means = along.new_zeros(len(names), 2).index_add_(0, number, along) / rows
+    return means.std(0) / len(names) ** 0.5 if len(names) > 1 else along.new_zeros(2)
