@@ -194,7 +194,7 @@ class Whitener:
         if scatter is not None and scatter.memory is not None and clock is not None:
             self.filter = self._filter(scatter, own, counts, clock)
         self.shared = self._forget(self.apart(position))
-        size, axes = torch.linalg.eigh(self._sum(self.shared.transpose(1, 2) @ self.shared))
+        size, axes = torch.linalg.eigh(self.gathered(self.shared.transpose(1, 2) @ self.shared))
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
         self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
@@ -259,7 +259,7 @@ class Whitener:
         by_force, by_moment = self.shared[:, 0, :, None], self.shared[:, 1, :, None]
         common = white[:, :1] * by_force
         common.addcmul_(white[:, 1:], by_moment)
-        common = (self.shrink @ self._sum(common)).index_select(0, self.state)
+        common = (self.shrink @ self.gathered(common)).index_select(0, self.state)
         for j in range(2):
             white[:, 0].addcmul_(common[:, j], by_force[:, j], value=-1)
             white[:, 1].addcmul_(common[:, j], by_moment[:, j], value=-1)
@@ -284,7 +284,7 @@ class Whitener:
         rows = rows + (self.places @ place[self.state][..., None])[..., 0]
         return torch.where(rows.isfinite(), rows, 0.0)
 
-    def _sum(self, rows: Tensor) -> Tensor:
+    def gathered(self, rows: Tensor) -> Tensor:
         """Sum over the rows of each state: (N, …) → (states, …)."""
         return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)
 

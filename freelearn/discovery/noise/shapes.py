@@ -182,6 +182,20 @@ def _places(states: States) -> list[Tensor]:
     return list(imposed(states).values())[:2]
 
 
+def place_shapes(states: States) -> Tensor:
+    """Functions of the place alone, of one row for each kinematic state (n,): a constant, polynomials and bins, (n, k),
+    as many as the states bear."""
+    places = [scaled(x) for x in _places(states)]
+    powers = [_powers(2, degree) for degree in range(1, SAMPLE_DEGREE + 1)]
+    bearable = len(states) // SHARING
+    chosen = max((p for p in powers if len(p) + 1 <= bearable), key=len, default=[])
+    columns = [torch.ones(len(states), dtype=torch.float64)]
+    columns += [places[0] ** i * places[1] ** j for i, j in chosen]
+    most = min((bearable - len(columns)) // 2, BINS // 2)
+    uneven = [bins(x, most) for x in places if most >= FEWEST_BINS and float(x.max()) > float(x.min())]
+    return torch.cat([torch.stack(columns, dim=1), *uneven], dim=1)
+
+
 def dense(basis: Basis, count: int) -> Tensor:
     """The shapes as one matrix over all rows, (count, k)."""
     parts = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -11,9 +11,9 @@ from scipy.special import fdtrc
 from torch import Tensor
 
 from freelearn.data.states import States
-from freelearn.discovery.noise.linear_algebra import DEPENDENT, SMALLEST, norms, orthonormal, summed_products
+from freelearn.discovery.noise.linear_algebra import DEPENDENT, ROUNDING, SMALLEST, norms, orthonormal, summed_products
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
-from freelearn.discovery.noise.shapes import Basis, bases
+from freelearn.discovery.noise.shapes import Basis, bases, place_shapes
 from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 
 # Chance at which a screen speaks. Its false statements are counted by experiments/hidden_effects: at most 2 %.
@@ -37,6 +37,8 @@ class ResidualTest:
 WhiteBlock = tuple[Tensor, Tensor]
 # Standard deviations beyond which a residual counts as an outlier.
 OUTLYING = 4.0
+# What an error of place adds to a state's readings, in units of their own variance, for it to be seen at all.
+VISIBLE = 1.0
 # Fewer degrees of freedom than this tell nothing of the noise.
 FEWEST_FREE = 10
 # A p-value below this is looked at again without each of the states, if these are not so few that one of them may be
@@ -62,8 +64,9 @@ class Structure:
 
 def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
     """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure: bases of shapes,
-    for force and moment separately."""
-    return seen(residual, jacobian, whiten, (_white(basis, whiten) for basis in bases(states)))
+    for force and moment separately, and what places would have to be off by."""
+    found = seen(residual, jacobian, whiten, (_white(basis, whiten) for basis in bases(states)))
+    return replace(found, p_value=min(1.0, 2 * min(found.p_value, displaced(residual, states, whiten))))
 
 
 def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[Iterable[WhiteBlock]]) -> Structure:
@@ -99,6 +102,42 @@ def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[It
         without = chances(1 - torch.eye(whiten.states, dtype=torch.float64))
         p_value = min(1.0, len(views) * float(without.min(axis=0).max()))
     return Structure(p_value, variance**0.5, tuple(places[i] for i in whole.argsort(kind="stable")))
+
+
+def displaced(residual: Tensor, states: States, whiten: Whitener) -> float:
+    """Chance that errors of places alone would look as much like functions of the place as what states' residuals
+    (N, 2), whitened, have in common.
+
+    What a state's rows share counts as an error of its place, however large, and hardly shows among all readings: a
+    misfit that differs from state to state and not with the pressure would pass for places that were set badly. Their
+    own scatter is what it is measured by, so that it does not matter how large they are."""
+    count, shared = whiten.states, whiten.shared
+    visible = whiten.gathered(shared.transpose(1, 2) @ shared)
+    # The rows of a state with errors u of its place: white = (I + A Aᵀ)^−½ (A u + noise), of which Aᵀ white is left.
+    size, axes = torch.linalg.eigh(visible)
+    size = size.clamp_min(0)
+    kept = torch.where(size > VISIBLE, 1 / (size * (1 + size)).sqrt(), 0.0)
+    along = whiten.gathered((shared * residual[..., None]).sum(1))
+    target = (axes.transpose(1, 2) @ along[..., None])[..., 0] / torch.where(size > VISIBLE, size.sqrt(), torch.inf)
+    rows = torch.bincount(whiten.state, minlength=count)
+    first = torch.argsort(whiten.state, stable=True)[torch.cumsum(rows, 0) - rows]
+    shapes = place_shapes(states[first])
+    moved = (kept * size)[:, :, None] * axes.transpose(1, 2)
+    design = (moved[..., None] * shapes[:, None, None, :]).reshape(-1, moved.shape[2] * shapes.shape[1])
+    basis = orthonormal(design)
+    rank, freedom = basis.shape[1], int((size > VISIBLE).sum()) - basis.shape[1]
+    if freedom < FEWEST_FREE or not rank:
+        return 1.0
+    flat = winsorized(target.reshape(-1), (size > VISIBLE).reshape(-1))
+    missed = flat - basis @ (basis.T @ flat)
+    whole, rest = float(flat.square().sum()), float(missed.square().sum())
+    # Without each state in turn: one that is odd is nothing that they have in common.
+    own, each = basis.reshape(count, -1, rank), missed.reshape(count, -1, 1)
+    free = torch.eye(own.shape[1], dtype=torch.float64) * (1 + ROUNDING) - own @ own.transpose(1, 2)
+    rests = rest - (each * torch.linalg.solve(free, each)).sum((1, 2)).clamp(0, rest)
+    wholes = whole - flat.reshape(count, -1).square().sum(1).clamp_max(whole)
+    ratio = ((wholes - rests) / rank / (rests.clamp_min(SMALLEST) / freedom)).clamp_min(0)
+    return float(np.max(fdtrc(rank, freedom, ratio.numpy())))
 
 
 def f_test(ratio: float, of: int, over: int) -> float:

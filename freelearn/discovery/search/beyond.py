@@ -9,7 +9,7 @@ from typing import Any
 
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
-from freelearn.discovery.fits.white_fit import refitted
+from freelearn.discovery.fits.white_fit import WhiteFit, refitted
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
@@ -22,6 +22,8 @@ from freelearn.physics.written.source import effect_class
 from freelearn.physics.written.written_effect import Written
 
 Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
+# Times that the search writes: beside what it wrote something else may be left.
+ROUNDS = 2
 
 
 def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack) -> Ending:
@@ -31,25 +33,31 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     """
     # A form is chosen by digits that a model which is wrong does not have: under the noise alone, whatever the doubt.
     alone = known.noise.whitener()
-    nothing = known.hypotheses.found[frozenset()].fit
-    on_first = guessed(prepared, refitted(nothing, prepared.rows, alone, roughly=True), alone)
+
+    def guesses(fit: WhiteFit) -> list[Guess]:
+        return guessed(prepared, refitted(fit, prepared.rows, alone, roughly=True), alone)
+
+    on_first = guesses(known.hypotheses.found[frozenset()].fit)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:
-        bases.append(guessed(prepared, refitted(before.final.fit, prepared.rows, alone, roughly=True), alone))
+        bases.append(guesses(before.final.fit))
     kinds: Kinds = {}
-    for guesses in bases:
-        for guess in shortlist(guesses):
-            written = guess.written()
-            kind = effect_class(written)
-            # A user's own of this name is a candidate like any other.
-            if kind.name not in EFFECTS:
-                kinds.setdefault(kind.name, (written, kind))
+    found, after, wrote = known, before, list[str]()
+    for _ in range(ROUNDS):
+        new = _new_kinds(bases, kinds)
+        if not new:
+            break
+        kinds |= new
+        stack.enter_context(lent([kind for _, kind in new.values()]))
+        more, hopeful = continued(prepared, found, dict.fromkeys(kinds, WRITTEN_ODDS), after.complete)
+        found, after = more, ended(prepared, more) if hopeful else after
+        wrote = [name for name in after.answer.shown.effects if name in kinds]
+        # Beside what was written something else may be left that is in no library.
+        if not wrote or after.complete:
+            break
+        bases = [guesses(after.final.fit)]
     if not kinds:
         return before
-    stack.enter_context(lent([kind for _, kind in kinds.values()]))
-    found, hopeful = continued(prepared, known, dict.fromkeys(kinds, WRITTEN_ODDS), before.complete)
-    after = ended(prepared, found) if hopeful else before
-    wrote = [name for name in after.answer.shown.effects if name in kinds]
     if not wrote:
         # What is in no library may still say, as a hint, what a model lacks that stays unexplained.
         return before if before.complete else replace(before, proposals=_hint(prepared, before, found, kinds, on_first))
@@ -59,6 +67,19 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     # Where something systematic is left with it too, what was written is a hint: of an answer that does not hold only
     # physics that somebody knows is told.
     return replace(after if after.complete else before, proposals=proposals)
+
+
+def _new_kinds(bases: Sequence[Sequence[Guess]], known: Kinds) -> Kinds:
+    """What is guessed on some models, by name, without what is known."""
+    kinds: Kinds = {}
+    for guesses in bases:
+        for guess in shortlist(guesses):
+            written = guess.written()
+            kind = effect_class(written)
+            # A user's own of this name is a candidate like any other.
+            if kind.name not in EFFECTS and kind.name not in known:
+                kinds.setdefault(kind.name, (written, kind))
+    return kinds
 
 
 def _hint(prepared: Prepared, before: Ending, found: Explored, kinds: Kinds, places: Sequence[Guess]) -> list[Proposal]:
