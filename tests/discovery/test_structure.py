@@ -1,15 +1,18 @@
 """Is anything systematic left? Asked of noise with heavy tails, with slips, and of one odd state."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 from first_step import first_step
-from linear_bed import ACCURACY, NOISE, SHORT, bench, sensitivity, student
+from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, sensitivity, student
 from scipy import stats
+from scipy.linalg import sqrtm
 
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
-from freelearn.discovery.noise.shapes import bases, dense
-from freelearn.discovery.noise.structure import LOOKED_AT, f_test, structure
+from freelearn.discovery.noise.shapes import bases, dense, place_shapes
+from freelearn.discovery.noise.structure import LOOKED_AT, displaced, f_test, structure
 from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 
 
@@ -121,6 +124,62 @@ def test_it_is_what_projections_give(plain, size):
     assert (size > 0.5) == (p_values[0] < LOOKED_AT)
     expected = p_values[1:].max() if p_values[0] < LOOKED_AT else p_values[0]
     assert found.p_value == pytest.approx(expected, rel=1e-4)
+
+
+def leaning(size):
+    """A carriage that stands elsewhere by so many errors of its place the more it is turned, whichever way."""
+
+    def extra(s, loads):
+        moved = size * ACCURACY.length * np.abs(s.twist.numpy() - 0.3)
+        return loads + np.stack([-TRUE[0] * moved, 0 * moved], axis=1)
+
+    return extra
+
+
+def test_places_that_are_off_by_a_function_of_the_place_are_a_misfit_and_others_are_not():
+    """Among 350 readings of 60 states they hardly show: each state has a place of its own to be off by."""
+    made = bench(6, states=60, samples=(1,), extra=leaning(2.0))
+    prepared, step = first_step(made.question())
+    assert displaced(step.fit.residual, prepared.rows.states, step.whiten) < 1e-4
+    assert step.left.shows
+    coarse = replace(ACCURACY, length=3 * ACCURACY.length, twist=3 * ACCURACY.twist)
+    prepared, step = first_step(bench(6, states=60, samples=(1,), true=coarse).question())
+    assert step.whiten.scatter.position > 2
+    assert displaced(step.fit.residual, prepared.rows.states, step.whiten) > 0.01
+    assert not step.left.shows
+
+
+def test_what_places_have_in_common_is_what_each_state_s_own_least_squares_say():
+    """The place of each state by roots of whole matrices, then NumPy's least squares on shapes, SciPy's F, and each
+    state left out by a fit of its own."""
+    coarse = replace(ACCURACY, twist=4 * ACCURACY.twist)
+    made = bench(3, states=24, samples=(1,), pressures=4, falling=1, true=coarse)
+    prepared, step = first_step(made.question(accuracy=coarse))
+    whiten, states = step.whiten, prepared.rows.states
+    targets, designs = [], []
+    firsts = [int(np.flatnonzero(whiten.state.numpy() == n)[0]) for n in range(whiten.states)]
+    shapes = place_shapes(states[torch.tensor(firsts)]).numpy()
+    for n in range(whiten.states):
+        own = whiten.state == n
+        spread = whiten.shared[own].flatten(0, 1).numpy()
+        gram = spread.T @ spread
+        root = np.linalg.inv(sqrtm(gram).real)
+        targets.append(root @ spread.T @ step.fit.residual[own].reshape(-1).numpy())
+        moved = root @ gram @ np.linalg.inv(sqrtm(np.eye(2) + gram).real)
+        designs.append(np.einsum("ik,s->iks", moved, shapes[n]).reshape(2, -1))
+    flat, design = np.array(targets), np.array(designs)
+    assert np.abs(flat).max() < 4 * 1.4826 * np.median(np.abs(flat))
+
+    def chance(kept):
+        y, x = flat[kept].reshape(-1), design[kept].reshape(2 * len(kept), -1)
+        rest = ((y - x @ np.linalg.lstsq(x, y, rcond=1e-8)[0]) ** 2).sum()
+        rank = np.linalg.matrix_rank(design.reshape(-1, design.shape[-1]), tol=1e-6)
+        freedom = flat.size - rank
+        return stats.f.sf(((y**2).sum() - rest) / rank / (rest / freedom), rank, freedom)
+
+    every = list(range(whiten.states))
+    expected = max(chance([n for n in every if n != out]) for out in every)
+    assert displaced(step.fit.residual, states, whiten) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])

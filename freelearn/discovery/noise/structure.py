@@ -66,7 +66,8 @@ def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whiten
     """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure: bases of shapes,
     for force and moment separately, and what places would have to be off by."""
     found = seen(residual, jacobian, whiten, (_white(basis, whiten) for basis in bases(states)))
-    return replace(found, p_value=min(1.0, 2 * min(found.p_value, displaced(residual, states, whiten))))
+    of_places = displaced(residual, states, whiten)
+    return found if of_places is None else replace(found, p_value=min(1.0, 2 * min(found.p_value, of_places)))
 
 
 def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[Iterable[WhiteBlock]]) -> Structure:
@@ -104,9 +105,9 @@ def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[It
     return Structure(p_value, variance**0.5, tuple(places[i] for i in whole.argsort(kind="stable")))
 
 
-def displaced(residual: Tensor, states: States, whiten: Whitener) -> float:
+def displaced(residual: Tensor, states: States, whiten: Whitener) -> float | None:
     """Chance that errors of places alone would look as much like functions of the place as what states' residuals
-    (N, 2), whitened, have in common.
+    (N, 2), whitened, have in common; None where too few states show any.
 
     What a state's rows share counts as an error of its place, however large, and hardly shows among all readings: a
     misfit that differs from state to state and not with the pressure would pass for places that were set badly. Their
@@ -127,7 +128,7 @@ def displaced(residual: Tensor, states: States, whiten: Whitener) -> float:
     basis = orthonormal(design)
     rank, freedom = basis.shape[1], int((size > VISIBLE).sum()) - basis.shape[1]
     if freedom < FEWEST_FREE or not rank:
-        return 1.0
+        return None
     flat = winsorized(target.reshape(-1), (size > VISIBLE).reshape(-1))
     missed = flat - basis @ (basis.T @ flat)
     whole, rest = float(flat.square().sum()), float(missed.square().sum())
