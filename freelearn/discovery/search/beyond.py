@@ -24,6 +24,8 @@ from freelearn.physics.written.written_effect import Written
 Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
 # Times that the search writes: beside what it wrote something else may be left.
 ROUNDS = 2
+# Times the noise floor that the held-out error may be for that: a model that is farther off is not one form away.
+NEARLY = 2.0
 
 
 def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack) -> Ending:
@@ -53,7 +55,7 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         found, after = more, ended(prepared, more) if hopeful else after
         wrote = [name for name in after.answer.shown.effects if name in kinds]
         # Beside what was written something else may be left that is in no library.
-        if not wrote or after.complete:
+        if not wrote or after.complete or after.final.E_heldout > NEARLY * after.final.floor:
             break
         bases = [guesses(after.final.fit)]
     if not kinds:
