@@ -10,6 +10,7 @@ from typing import Any
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteFit, refitted
+from freelearn.discovery.noise.noise import noise_floor
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
@@ -24,7 +25,8 @@ from freelearn.physics.written.written_effect import Written
 Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
 # Times that the search writes: beside what it wrote something else may be left.
 ROUNDS = 2
-# Times the noise floor that the held-out error may be for that: a model that is farther off is not one form away.
+# Times what the noise makes, as it was found, that the held-out error may be for that: a model that is farther off is
+# not one form away.
 NEARLY = 2.0
 
 
@@ -55,7 +57,7 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         found, after = more, ended(prepared, more) if hopeful else after
         wrote = [name for name in after.answer.shown.effects if name in kinds]
         # Beside what was written something else may be left that is in no library.
-        if not wrote or after.complete or after.final.E_heldout > NEARLY * after.final.floor:
+        if not wrote or after.complete or after.final.E_heldout > NEARLY * _found_floor(prepared, after.final):
             break
         bases = [guesses(after.final.fit)]
     if not kinds:
@@ -69,6 +71,13 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     # Where something systematic is left with it too, what was written is a hint: of an answer that does not hold only
     # physics that somebody knows is told.
     return replace(after if after.complete else before, proposals=proposals)
+
+
+def _found_floor(prepared: Prepared, step: Step) -> float:
+    """The error that noise alone makes, as large as it was found to be about a step."""
+    whiten = step.whiten
+    right = whiten.counts if whiten.scatter is None else whiten.counts & ~whiten.scatter.slipped
+    return noise_floor(whiten.scattered, right, prepared.scale)
 
 
 def _new_kinds(bases: Sequence[Sequence[Guess]], known: Kinds) -> Kinds:
