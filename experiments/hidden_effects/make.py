@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import torch
 from hidden_effects import braids
+from hidden_effects.smooth import WORD, smooth
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.rows import Rows, loads_of
@@ -73,17 +74,21 @@ def make(job: dict) -> Made:
 
         def loads(a: float, name: str = name) -> pd.DataFrame:
             if outside:
-                return measured({}, SILENT, truths.outside(name, a), quiet=True).table
+                return measured({}, SILENT, _outside(name, a), quiet=True).table
             return measured({name: grown(name, a)} if a else {}, SILENT, None, quiet=True).table
 
         amount, size = sized(loads, job["size"], material, true, laboratory.growth if laboratory else 0.0)
         reached.append(size)
         if outside:
-            extra = truths.outside(name, amount)
+            extra = _outside(name, amount)
         else:
             fx[name] = grown(name, amount)
     told = Accuracy.engineering(**(laboratory.told(true) if laboratory else true))
     return Made(measured(fx, true, extra), material, fx, reached, told, actuators)
+
+
+def _outside(name: str, amount: float) -> total_energy.Extra:
+    return smooth(name)(amount) if name.startswith(WORD) else truths.outside(name, amount)
 
 
 def sized(

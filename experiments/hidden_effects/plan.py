@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
+from hidden_effects.smooth import WORD
 
 from freelearn.testing.reference.laboratory import KINDS
 from freelearn.testing.reference.truths import BRAIDED, MOVED, OUTSIDE, UNIT
@@ -14,7 +15,7 @@ SAMPLES = (2, 3, 4, 5, 6, 7, 8)
 SIZES = (4, 8, 15, 30)
 # Of what is hidden together, and of what protocols of a special kind are tried on [σ].
 TOGETHER = 15
-LABORATORY_SIZES = (8, 15, 30)
+LABORATORY_SIZES, SMOOTH_SIZES = (8, 15, 30), (15, 30, 80)
 # What may be hidden beside something of a braid, on every bed.
 WITH_BRAIDS = ("end_clamps", "length_offset", "length_compliance", "pressure_offset", "force_offset", "force_gain")
 # What may be taken for an effect of how the bed moves, or that for it.
@@ -123,6 +124,20 @@ def moves(seeds: int) -> list[dict]:
     return numbered(sets)
 
 
+def unknown(seeds: int) -> list[dict]:
+    """Misfits that nobody had in mind, random smooth functions of place and pressure, as `laboratory` measures: a third
+    each in few states, in sorted ones and in such as usual."""
+    sets = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2028])
+        for number in range(24):
+            protocol = ("standard", "short", "sorted")[number % 3]
+            s = {"kind": "outside", "hidden": [f"{WORD} {24 * seed + number}"], "size": SMOOTH_SIZES[number // 3 % 3]}
+            s |= {"seed": int(generator.integers(1 << 30)), "noise": 1.0, "protocol": protocol}
+            sets.append(s | {"laboratory": settings(protocol, generator)})
+    return numbered(sets)
+
+
 def settings(protocol: str, generator: np.random.Generator) -> dict:
     """How a laboratory measures, drawn at random: arguments of Laboratory that are not its own; all JSON."""
     chosen: dict = {"order": "sorted"} if protocol == "sorted" else {}
@@ -154,4 +169,4 @@ def some(jobs: list[dict], most: int | None) -> list[dict]:
     return [jobs[k] for k in sorted(np.random.default_rng(0).permutation(len(jobs))[:most])]
 
 
-PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids, "moves": moves}
+PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids, "moves": moves, "unknown": unknown}

@@ -179,6 +179,18 @@ def slips_of(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame([slip for slips in each for slip in slips])
 
 
+def of_unknown(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `unknown`."""
+    able, rows = frame[frame["possible"]], list[Row]()
+    for name, chosen in [*able.groupby("protocol", sort=False), *able.groupby("size"), ("all", able)]:
+        what = f"{name} σ" if isinstance(name, int) else str(name)
+        wrong = chosen["verdict"].isin(["named", "class"])
+        rows += rate(f"{what}: an effect of the library claimed", chosen, wrong, "≤ 10" if what == "all" else "")
+    for verdict in ("proposed", "unexplained", "undecided", "adequate"):
+        rows += rate(verdict, able, able["verdict"] == verdict, "")
+    return rows
+
+
 def _named(frame: pd.DataFrame) -> pd.Series:
     """Whether effects were claimed: of an undecided table those that are listed are no claim."""
     return frame["effects"].map(bool) & (frame["verdict"] != "undecided")

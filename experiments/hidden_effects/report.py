@@ -6,7 +6,17 @@ from pathlib import Path
 
 import pandas as pd
 from hidden_effects import pictures
-from hidden_effects.rates import REACHED, by_setting, of_braids, of_clean, of_laboratory, of_moves, right, slips_of
+from hidden_effects.rates import (
+    REACHED,
+    by_setting,
+    of_braids,
+    of_clean,
+    of_laboratory,
+    of_moves,
+    of_unknown,
+    right,
+    slips_of,
+)
 from rich.console import Console
 from rich.table import Table
 
@@ -21,7 +31,8 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     frame = pd.DataFrame(results)
     frame["right"] = [right(r) for r in results]
     frame["possible"] = [possible(r) for r in results]
-    rows = {"clean": of_clean, "laboratory": of_laboratory, "braids": of_braids, "moves": of_moves}[plan](frame)
+    rates = {"laboratory": of_laboratory, "braids": of_braids, "moves": of_moves, "unknown": of_unknown}
+    rows = rates.get(plan, of_clean)(frame)
     cells = [[what, str(count), value, target] for what, count, value, target in rows]
     console.print(_table(f"{len(results)} data sets, plan {plan}", ["what", "of", "rate %", "target"], cells))
     if plan == "laboratory":
@@ -33,6 +44,8 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
         console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per data set")
     for line in missed(frame):
         console.print(f"  {line}", markup=False, soft_wrap=True)
+    if plan == "unknown":
+        return
     one = _one(results)
     if plan == "laboratory":
         standard = one[one["protocol"] == "standard"]
