@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from torch import Tensor
 
+from freelearn.common.formats import error_in_words
 from freelearn.common.progress import begin
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import ahead, kept
@@ -19,7 +20,7 @@ from freelearn.discovery.fits.step import Candidate, Step
 from freelearn.discovery.fits.white_fit import refitted
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Proposal
-from freelearn.discovery.referee.case import Case, Check
+from freelearn.discovery.referee.case import FAIL, PASS, Case, Check
 from freelearn.discovery.referee.referee import CLAIMS, Referee, refereed
 from freelearn.discovery.residuals.slipped_blocks import Block, blocks
 from freelearn.discovery.residuals.suspects import Suspect, state_outliers, suspects
@@ -32,7 +33,7 @@ from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
-from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MANY, MODELS_TOLD, MOST_ALIKE
+from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MANY, MODELS_TOLD, MOST_ALIKE, RISES
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -252,7 +253,18 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     case = Case(
         final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
     )
-    return refereed(case, stability(case, hypotheses, ending.answer))
+    return refereed(case, [*held_out_falls(ending, added), *stability(case, hypotheses, ending.answer)])
+
+
+def held_out_falls(ending: Ending, added: Sequence[str]) -> list[Check]:
+    """Whether the error on states left out, of all readings alike, is not larger with what was found than without."""
+    if not added:
+        return []
+    before, after = ending.models.step(ending.known.hypotheses.found[frozenset()]), ending.final
+    most = (1 + RISES) * before.E_heldout
+    says = f"With what was found the held-out error is {error_in_words(after.E_heldout)}"
+    says += f", without it {error_in_words(before.E_heldout)}."
+    return [Check("held-out error", FAIL if after.worse(before) else PASS, after.E_heldout, most, says)]
 
 
 def verdict(ending: Ending, sorted_by: Sequence[str] = ()) -> str:
