@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Generic, TypeVar
@@ -9,6 +10,18 @@ from typing import Generic, TypeVar
 from freelearn.export.arithmetic.graph import CARRIED, CONSTANT, ENDED, INPUT, NOT_COMPUTED, Graph
 
 Statement = TypeVar("Statement")
+
+
+def literal(value: float) -> str:
+    """A number as C and Python write it alike, where NAN and INFINITY are known.
+
+    >>> literal(0.5), literal(-2.0), literal(-math.inf)
+    ('0.5', '(-2.0)', '(-INFINITY)')
+    """
+    if math.isnan(value):
+        return "NAN"
+    text = repr(value) if math.isfinite(value) else "INFINITY" if value > 0 else "-INFINITY"
+    return f"({text})" if text.startswith("-") else text
 
 
 class Writing(ABC, Generic[Statement]):

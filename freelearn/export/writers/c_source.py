@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from freelearn.export.arithmetic.function import Function, Port
-from freelearn.export.arithmetic.writing import Writing
+from freelearn.export.arithmetic.writing import Writing, literal
 
 # A graph as statements of C99.
 
@@ -37,14 +37,7 @@ class _Body(Writing[str]):
         return [f"    {results}[{i}] = {self.at(node)};" for i, node in enumerate(outputs)]
 
     def constant(self, value: float, truth: bool) -> str:
-        if truth:
-            return str(int(value))
-        if value != value:
-            return "NAN"
-        if value in (float("inf"), float("-inf")):
-            return "INFINITY" if value > 0 else "(-INFINITY)"
-        text = repr(value)
-        return f"({text})" if text.startswith("-") else text
+        return str(int(value)) if truth else literal(value)
 
     def operation(self, i: int, depth: int) -> list[str]:
         node = self.graph.nodes[i]

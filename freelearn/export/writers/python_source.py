@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from freelearn.export.arithmetic.function import Function
-from freelearn.export.arithmetic.writing import Writing
+from freelearn.export.arithmetic.writing import Writing, literal
 
 WAYS = {
     "add": "{} + {}", "sub": "{} - {}", "mul": "{} * {}", "div": "divided({}, {})", "neg": "-{}", "abs": "abs({})",
@@ -76,13 +76,7 @@ class _Writing(Writing[str]):
         return [f"{'    ' * depth}v{i} = {way}"]
 
     def constant(self, value: float, truth: bool) -> str:
-        if truth:
-            return str(bool(value))
-        if value != value:
-            return "NAN"
-        if value in (float("inf"), float("-inf")):
-            return "INFINITY" if value > 0 else "(-INFINITY)"
-        return f"({value!r})" if value < 0 else repr(value)
+        return str(bool(value)) if truth else literal(value)
 
     def loop(self, number: int, depth: int) -> list[str]:
         loop, pad = self.graph.loops[number], "    " * depth
