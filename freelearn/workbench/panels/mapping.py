@@ -20,6 +20,7 @@ from freelearn.data.intake.guesses.meanings import MEANINGS, NOT_USED
 from freelearn.data.intake.guesses.recordings_found import EVERY
 from freelearn.workbench.panels.file_questions import SAY, ColumnRow, OpenQuestions
 from freelearn.workbench.panels.widgets import download, give, heading, say, words
+from freelearn.workbench.state.question import downloaded_recipe
 from freelearn.workbench.state.session import Session
 
 # A file with more columns is a log of everything; those that no heading explains are not shown.
@@ -227,7 +228,7 @@ class Made:
             (self.table, folder / "table.csv", f"{stem}_table.csv"),
             (self.members, folder / "table_members.csv", f"{stem}_table_members.csv"),
             (self.provenance, folder / "table_provenance.json", f"{stem}_table_provenance.json"),
-            (self.recipe, Path(made["recipe"]), f"{stem}_recipe.yaml"),
+            (self.recipe, Path(made["recipe"]), downloaded_recipe(made["name"])),
         )
         for button, path, name in files:
             give(button, path, name, button is not self.members or made["members"])

@@ -18,7 +18,8 @@ from freelearn.data.intake.guesses.meanings import MEANINGS
 from freelearn.data.intake.guesses.wanted import Actuators, wanted_draft, wanted_questions
 from freelearn.workbench.panels.asides import Aside
 from freelearn.workbench.panels.file_questions import OpenQuestions
-from freelearn.workbench.panels.widgets import Dropper, Tick, download, say, words
+from freelearn.workbench.panels.widgets import Dropper, Tick, download, give, say, words
+from freelearn.workbench.state.question import downloaded_recipe
 from freelearn.workbench.state.session import Session
 
 # A laboratory's file that asks something of a fit: what its columns are, and what else is to be said of it.
@@ -198,8 +199,7 @@ class Predicting(Aside):
         super()._show(run, folder)
         picture, question = folder / "answers.png", self.session.asides[self.kind]["question"]
         self.picture.param.update(object=str(picture) if picture.exists() else None, visible=picture.exists())
-        self.recipe.param.update(file=question.recipe or None, visible=bool(question.recipe))
-        self.recipe.filename = f"{Path(question.name).stem}_recipe.yaml"
+        give(self.recipe, Path(question.recipe), downloaded_recipe(question.name), bool(question.recipe))
 
     def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
         """How many questions have an answer."""

@@ -13,7 +13,7 @@ from freelearn.workbench.panels.asides import Aside
 from freelearn.workbench.panels.file_questions import OpenQuestions
 from freelearn.workbench.panels.python_lines import rubber_lines
 from freelearn.workbench.panels.widgets import Dropper, Tick, download, give, say, words
-from freelearn.workbench.state.question import Question
+from freelearn.workbench.state.question import Question, downloaded_recipe
 from freelearn.workbench.state.session import Session
 
 ABOUT = (
@@ -121,11 +121,10 @@ class Rubber(Aside):
         say(self.answer, [told], code=True)
         self.picture.param.update(object=str(folder / "curves.png"), visible=True)
         question = self.session.asides[self.kind]["question"]
-        stem = Path(question.sheets[0][0]).stem
         for button, of, name in (
             (self.save, path, self.file),
             (self.report, folder / "report.html", "report.html"),
-            (self.recipe, Path(question.recipe), f"{stem}_recipe.yaml"),
+            (self.recipe, Path(question.recipe), downloaded_recipe(question.sheets[0][0])),
         ):
             give(button, of, name, of.exists())
 

@@ -153,14 +153,14 @@ class Question:
         if kind == "rubber":
             # In the user's own names: the recipe is there to download.
             names = [name for name, _ in self.sheets]
-            return started("start"), [*names, "--recipe", _recipe_of(names[0]), "--out", "outputs/rubber"]
+            return started("start"), [*names, "--recipe", downloaded_recipe(names[0]), "--out", "outputs/rubber"]
         if kind == "compare":
             return started("compare"), [self.run, self.beside]
         if kind == "study":
             return [*started("train"), "-m"], self._sweep()
         if kind == "predict" and self.recipe:
             # As above, for a file that asks something of a run.
-            return started("start"), [self.name, "--recipe", _recipe_of(self.name), "--run", self.run]
+            return started("start"), [self.name, "--recipe", downloaded_recipe(self.name), "--run", self.run]
         if kind in ASIDES:
             asked = f"data.path={quoted_value(self.asks)}" if kind == "predict" else f"rows={self.rows}"
             return started(kind), [f"run={quoted_value(self.run)}", asked]
@@ -199,7 +199,7 @@ class Question:
         return asdict(self)
 
 
-def _recipe_of(name: str) -> str:
+def downloaded_recipe(name: str) -> str:
     """What the recipe of a file is called once it is downloaded."""
     return f"{Path(name).stem}_recipe.yaml"
 
