@@ -65,10 +65,11 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
         _answer(settings, fitted, folder, console)
     if settings.maps:
         from freelearn.cli.map_files import write_maps
+        from freelearn.report.terminal.printed_tables import print_line
 
         for path in write_maps(fitted, folder):
             if path.suffix == ".png":
-                console.print(f"map: {path}", markup=False, highlight=False, soft_wrap=True)
+                print_line(console, f"map: {path}")
 
 
 def draw_answers(answers: Answers, folder: Path) -> None:
@@ -168,10 +169,11 @@ def export(settings: ExportSettings, folder: Path, console: Console) -> None:
 
     with LongWork(console, "loading torch and the model…"):
         from freelearn.api.fitted_run import FittedRun
+        from freelearn.report.terminal.printed_tables import print_line
 
         fitted = FittedRun.from_folder(settings.run)
     asked = {n: getattr(settings, n) for n in ("name", "sample", "force", "license", "error")}
     with LongWork(console, f"writing to={settings.to}, and running it beside the model…"):
         found = fitted.export(folder, settings.to, **asked)
-    console.print(found.summary(), markup=False, highlight=False, soft_wrap=True)
-    console.print(f"certificate: {folder / 'export.json'}", markup=False, highlight=False, soft_wrap=True)
+    print_line(console, found.summary())
+    print_line(console, f"certificate: {folder / 'export.json'}")

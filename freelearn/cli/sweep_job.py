@@ -23,6 +23,7 @@ from freelearn.physics.models.own_files import load_own_code
 from freelearn.records.provenance import check_files, read_document
 from freelearn.records.run import Run
 from freelearn.records.sweep_records import ERROR_FILE
+from freelearn.report.terminal.printed_tables import print_words
 
 # The folder of a sweep's job: named after what it does, and found again by its number.
 
@@ -145,7 +146,7 @@ def _fail(folder: Path, console: Console, label: str, asked: Mapping[str, Any], 
     (folder / "results.json").unlink(missing_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / ERROR_FILE, json.dumps({**asked, "error": message}, indent=2) + "\n")
-    console.print(f"{label} failed: {message}", markup=False, highlight=False)
+    print_words(console, f"{label} failed: {message}")
 
 
 def _own_error(tests: Mapping[str, Mapping[str, Any]], train_set: str) -> float | None:
