@@ -13,7 +13,7 @@ import torch
 from freelearn.common.formats import listed
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import ELONGATION, FORCE, KPA, MOMENT, TWIST, bed_of
-from freelearn.data.columns import members_in, pressure_column
+from freelearn.data.columns import members_in, pressure_columns
 from freelearn.data.states import States
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.noise import Whitener, sensitivities
@@ -56,7 +56,7 @@ def reach(
         low[name], high[name] = ends
     first, second = (quantity.column for quantity in bed_of(table).state)
     # An end block's actuators are inflated one at a time, or all at once.
-    pressures = [pressure_column(m) for m in members_in(table.columns)] or ["pressure_kpa"]
+    pressures = list(pressure_columns(members_in(table.columns)))
     alone = [[name] for name in pressures] if len(pressures) > 1 else []
     axes = [np.linspace(low[name], high[name], n) for name, n in ((first, FIRSTS), (second, SECONDS))]
     share = np.linspace(0, 1, pressures_each)
