@@ -1,5 +1,7 @@
 """How a bed scattered, of one that is known: sizes, tails, slips, and what is none of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -199,3 +201,14 @@ def test_rows_that_share_a_position_error_do_not_slip_one_by_one():
     found = seen(made.showing({(row, 0): made.loads[row, 0] + off for row in np.flatnonzero(own)}))
     assert not found.slipped.any()
     np.testing.assert_allclose(found.deviations, seen(made).deviations, rtol=0.1)
+
+
+@pytest.mark.parametrize(("times", "least", "most"), [(1.0, 0.85, 1.2), (3.0, 1.5, 2.0), (1 / 3, 0.5, 0.7)])
+def test_of_few_states_places_are_thought_misstated_as_readings_are_by_less(times, least, most):
+    """Readings scatter by so many times what is stated, the places by none of it: five states do not tell."""
+    true = replace(ACCURACY, force=times * ACCURACY.force, moment=times * ACCURACY.moment, pressure=0.0)
+    found = seen(bench(9, states=5, samples=(1,), true=true), replace(ACCURACY, pressure=0.0))
+    assert found.assumed
+    np.testing.assert_allclose(found.deviations, times, rtol=0.5)
+    assert least < found.position < most
+    assert not seen(bench(9)).assumed
