@@ -14,7 +14,6 @@ from freelearn.testing.reference.truths import BRAIDED, MOVED, UNIT
 
 HALVES: dict[str, tuple[Kind, ...]] = {"open": kinds_open.KINDS, "sealed": kinds_sealed.KINDS}
 LIBRARY = (*UNIT, *BRAIDED, *MOVED)
-UNITS = list(UNIT)
 SIZES = (8, 15, 30)
 # Control sets of each round: with nothing hidden, and with one effect of the library.
 FREE, NAMED = 20, 30
@@ -58,7 +57,7 @@ def pairs(half: str, rounds: int, sizes: Sequence[int]) -> list[dict]:
         for size in sizes:
             for kind in HALVES[half]:
                 others = [o for o in HALVES[half] if (o.port, o.where) != (kind.port, kind.where)]
-                other, effect = str(generator.choice([o.name for o in others])), str(generator.choice(UNITS))
+                other, effect = str(generator.choice([o.name for o in others])), str(generator.choice(list(UNIT)))
                 hidden = [{"beside": other, "effect": None}]
                 hidden += [{"beside": None, "effect": effect}] if kind.port != "energy" else []
                 for second in hidden:

@@ -12,9 +12,8 @@ from rich.table import Table
 
 from freelearn.common.csv_text import csv_text
 from freelearn.common.files import write_text
+from freelearn.discovery.referee.referee import CLAIMS
 
-# What is claimed of a table; of any other the effects that are listed are none.
-CLAIMS = ("adequate", "named", "class", "proposed")
 # σ and states from which on an effect has to be found; floors between the states at which an answer is right, or wrong.
 LARGE, STATES = 15.0, 5
 # Of effects that are hidden together, what the others cannot do in one's place, in σ: from, up to.

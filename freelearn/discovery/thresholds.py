@@ -91,6 +91,9 @@ FITTED, ONE_PLACE = 10, 4
 PLACES_TOLD = 8
 # Odds of a form that was chosen from thousands: about one in ten thousand of the library's own.
 WRITTEN_ODDS = 4e-6
+# Times that the search writes: beside what it wrote something else may be left. Times what the noise makes, as it was
+# found, that the held-out error may be for it to write again: a model that is farther off is not one form away.
+WRITTEN_ROUNDS, NEARLY = 2, 2.0
 # Reduction of χ² that a second input has to explain beside what a constant more has to.
 SECOND_INPUT = 10.0
 # So many effects of the library together may stand for one that it lacks.

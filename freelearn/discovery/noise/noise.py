@@ -208,6 +208,15 @@ class Whitener:
         """The error E that the noise alone would make, with the readings' largest values (2,)."""
         return noise_floor(self.variance, self.present, scale)
 
+    def found_floor(self, scale: Tensor) -> float:
+        """The same of the noise as it was found."""
+        return noise_floor(self.scattered, self.right, scale)
+
+    @property
+    def right(self) -> Tensor:
+        """Readings that count and did not slip, (N, 2) bool."""
+        return self.counts if self.scatter is None else self.counts & ~self.scatter.slipped
+
     @property
     def expected(self) -> float:
         """What the noise alone makes of the sum of squares of whitened residuals: less than their number where the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import comb
 
@@ -110,12 +111,18 @@ def imposed(states: States) -> dict[str, Tensor]:
 
 
 def monomials(states: States, degree: int) -> tuple[Tensor, list[str]]:
-    """Products of powers of what is imposed (each scaled to [−1, 1]) up to a total degree: (N, k)."""
-    named = {name: scaled(x) for name, x in imposed(states).items()}
+    """Products of powers of what is imposed up to a total degree: (N, k)."""
+    return _monomials(imposed(states), degree)
+
+
+def _monomials(inputs: Mapping[str, Tensor], degree: int) -> tuple[Tensor, list[str]]:
+    """The same of some inputs (N,), each scaled to [−1, 1]."""
+    named = {name: scaled(x) for name, x in inputs.items()}
+    one = torch.ones_like(next(iter(named.values())))
     columns, names = [], []
     for powers in _powers(len(named), degree):
         parts = [(name, p) for name, p in zip(named, powers, strict=True) if p]
-        column = torch.ones(len(states), dtype=torch.float64)
+        column = one
         for name, p in parts:
             column = column * named[name] ** p
         columns.append(column)
@@ -141,7 +148,7 @@ def bases(states: States) -> list[Basis]:
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
     coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
     fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
-    uneven = torch.cat([*(binned(x, states) for x in _places(states)), _waves(states)], dim=1)
+    uneven = torch.cat([*(binned(x, states) for x in _places(states).values()), _waves(states)], dim=1)
     everywhere = torch.arange(len(states))
     past = history(states)
     pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven, past) if columns.shape[1]]
@@ -170,30 +177,27 @@ def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
     kinds = [monomials(states, degree)[0], torch.cat([states.direction[:, None] * low, order], dim=1)]
     bearable = min(visits // SHARING, BINS)
     if bearable >= FEWEST_BINS:
-        kinds += [binned(x, states, bearable) for x in _places(states)]
+        kinds += [binned(x, states, bearable) for x in _places(states).values()]
     kinds.append(_waves(states, min(bearable, WAVES)))
     kinds.append(history(states))
     kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
     return torch.cat(kinds, dim=1), kind
 
 
-def _places(states: States) -> list[Tensor]:
+def _places(states: States) -> dict[str, Tensor]:
     """The two quantities of a kinematic state."""
-    return list(imposed(states).values())[:2]
+    return dict(list(imposed(states).items())[:2])
 
 
 def place_shapes(states: States) -> Tensor:
     """Functions of the place alone, of one row for each kinematic state (n,): a constant, polynomials and bins, (n, k),
     as many as the states bear."""
-    places = [scaled(x) for x in _places(states)]
-    powers = [_powers(2, degree) for degree in range(1, SAMPLE_DEGREE + 1)]
-    bearable = len(states) // SHARING
-    chosen = max((p for p in powers if len(p) + 1 <= bearable), key=len, default=[])
-    columns = [torch.ones(len(states), dtype=torch.float64)]
-    columns += [places[0] ** i * places[1] ** j for i, j in chosen]
-    most = min((bearable - len(columns)) // 2, BINS // 2)
-    uneven = [bins(x, most) for x in places if most >= FEWEST_BINS and float(x.max()) > float(x.min())]
-    return torch.cat([torch.stack(columns, dim=1), *uneven], dim=1)
+    places, bearable = _places(states), len(states) // SHARING
+    degree = max(d for d in range(SAMPLE_DEGREE + 1) if comb(d + 2, 2) < bearable or d == 0)
+    smooth, _ = _monomials(places, degree)
+    most = min((bearable - smooth.shape[1] - 1) // 2, BINS // 2)
+    uneven = [bins(x, most) for x in places.values() if most >= FEWEST_BINS and float(x.max()) > float(x.min())]
+    return torch.cat([smooth, *uneven], dim=1)
 
 
 def dense(basis: Basis, count: int) -> Tensor:

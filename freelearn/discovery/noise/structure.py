@@ -113,23 +113,19 @@ def displaced(residual: Tensor, states: States, whiten: Whitener) -> float | Non
     misfit that differs from state to state and not with the pressure would pass for places that were set badly. Their
     own scatter is what it is measured by, so that it does not matter how large they are."""
     count, shared = whiten.states, whiten.shared
-    visible = whiten.gathered(shared.transpose(1, 2) @ shared)
     # The rows of a state with errors u of its place: white = (I + A Aᵀ)^−½ (A u + noise), of which Aᵀ white is left.
-    size, axes = torch.linalg.eigh(visible)
-    size = size.clamp_min(0)
-    kept = torch.where(size > VISIBLE, 1 / (size * (1 + size)).sqrt(), 0.0)
+    size, axes = torch.linalg.eigh(whiten.gathered(shared.transpose(1, 2) @ shared))
+    visible, turned = size > VISIBLE, axes.transpose(1, 2)
     along = whiten.gathered((shared * residual[..., None]).sum(1))
-    target = (axes.transpose(1, 2) @ along[..., None])[..., 0] / torch.where(size > VISIBLE, size.sqrt(), torch.inf)
-    rows = torch.bincount(whiten.state, minlength=count)
-    first = torch.argsort(whiten.state, stable=True)[torch.cumsum(rows, 0) - rows]
-    shapes = place_shapes(states[first])
-    moved = (kept * size)[:, :, None] * axes.transpose(1, 2)
+    target = (turned @ along[..., None])[..., 0] / torch.where(visible, size.sqrt(), torch.inf)
+    shapes = place_shapes(states[torch.as_tensor(np.unique(whiten.state.numpy(), return_index=True)[1])])
+    moved = torch.where(visible, (size / (1 + size)).sqrt(), 0.0)[:, :, None] * turned
     design = (moved[..., None] * shapes[:, None, None, :]).reshape(-1, moved.shape[2] * shapes.shape[1])
     basis = orthonormal(design)
-    rank, freedom = basis.shape[1], int((size > VISIBLE).sum()) - basis.shape[1]
+    rank, freedom = basis.shape[1], int(visible.sum()) - basis.shape[1]
     if freedom < FEWEST_FREE or not rank:
         return None
-    flat = winsorized(target.reshape(-1), (size > VISIBLE).reshape(-1))
+    flat = winsorized(target.reshape(-1), visible.reshape(-1))
     missed = flat - basis @ (basis.T @ flat)
     whole, rest = float(flat.square().sum()), float(missed.square().sum())
     # Without each state in turn: one that is odd is nothing that they have in common.

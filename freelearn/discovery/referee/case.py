@@ -64,7 +64,7 @@ class Case:
     def present(self) -> Tensor:
         """Readings that count, (N, 2) bool: those that are there and did not slip."""
         scatter = self.whiten.scatter
-        return self.whiten.told if scatter is None else self.whiten.told & self.whiten.counts & ~scatter.slipped
+        return self.whiten.told if scatter is None else self.whiten.told & self.whiten.right
 
     @cached_property
     def scatters_more(self) -> bool:
@@ -107,7 +107,8 @@ class Case:
 
         without: covariance (p, p) of a fit that did not see them. places: times that errors of places are as large as
         they were found to be."""
-        variance = self.noise + (places**2 - 1) * torch.where(self.present, self.whiten.places.square().sum(-1), 0.0)
+        by_place = self.whiten.places.square().sum(-1).nan_to_num(0.0, 0.0, 0.0)
+        variance = self.noise + (places**2 - 1) * torch.where(self.present, by_place, 0.0)
         if without is not None:
             by = self.fit.raw_jacobian
             variance = variance + torch.einsum("ncp,pq,ncq->nc", by, without, by).clamp_min(0)

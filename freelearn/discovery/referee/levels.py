@@ -113,23 +113,22 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     if raw is None:
         return None
     plain = None if case.plain is None else _raw(case, case.plain, fold)
-    each = []
-    for part in parts:
-        each.append((_named(case, way, part), case.error(raw, torch.as_tensor(part.copy()))))
-    placed = _expected(case, parts, CERTIFIED) if case.places_assumed else None
+    owns = [torch.as_tensor(part.copy()) for part in parts]
+    each = [(_named(case, way, part), case.error(raw, own)) for part, own in zip(parts, owns, strict=True)]
+    unknown = [(own, case.covariance_from(~own)) for own in owns]
+    placed = _expected(case, unknown, CERTIFIED) if case.places_assumed else None
     return LeftOut(
         way, case.error(raw), None if plain is None else case.error(plain), case.error(cubic),
-        *_expected(case, parts), placed, each,
+        *_expected(case, unknown), placed, each,
     )  # fmt: skip
 
 
-def _expected(case: Case, parts: Sequence[np.ndarray], places: float = 1.0) -> tuple[float, float]:
-    """E that noise makes, and noise and what the rows beside each part do not know of the parameters. places: times
-    that their errors are as large as they were found to be."""
+def _expected(case: Case, unknown: Sequence[tuple[Tensor, Tensor]], places: float = 1.0) -> tuple[float, float]:
+    """E that noise makes, and noise and what is not known of the parameters. unknown: rows of each part (N,) bool, and
+    the covariance (p, p) that the others leave. places: times that their errors are as large as they were found."""
     shares, counts = 0.0, 0
-    for part in parts:
-        own = torch.as_tensor(part.copy())
-        expected = case.expected(own, case.covariance_from(~own), places)
+    for own, covariance in unknown:
+        expected = case.expected(own, covariance, places)
         shares, counts = shares + int(own.sum()) * expected**2, counts + int(own.sum())
     every = torch.ones(len(case.rows), dtype=torch.bool)
     return case.expected(every, places=places), (shares / max(counts, 1)) ** 0.5

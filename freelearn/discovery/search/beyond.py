@@ -10,24 +10,18 @@ from typing import Any
 from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteFit, refitted
-from freelearn.discovery.noise.noise import noise_floor
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.search.stages import Explored, continued
-from freelearn.discovery.thresholds import PLACES_TOLD, WRITTEN_ODDS
+from freelearn.discovery.thresholds import NEARLY, PLACES_TOLD, WRITTEN_ODDS, WRITTEN_ROUNDS
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.effects.registry import EFFECTS, lent
 from freelearn.physics.written.source import effect_class
 from freelearn.physics.written.written_effect import Written
 
 Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
-# Times that the search writes: beside what it wrote something else may be left.
-ROUNDS = 2
-# Times what the noise makes, as it was found, that the held-out error may be for that: a model that is farther off is
-# not one form away.
-NEARLY = 2.0
 
 
 def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack) -> Ending:
@@ -47,8 +41,8 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         bases.append(guesses(before.final.fit))
     kinds: Kinds = {}
     found, after, wrote = known, before, list[str]()
-    for _ in range(ROUNDS):
-        new = _new_kinds(bases, kinds)
+    for _ in range(WRITTEN_ROUNDS):
+        new = _new_kinds(bases)
         if not new:
             break
         kinds |= new
@@ -57,9 +51,10 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         found, after = more, ended(prepared, more) if hopeful else after
         wrote = [name for name in after.answer.shown.effects if name in kinds]
         # Beside what was written something else may be left that is in no library.
-        if not wrote or after.complete or after.final.E_heldout > NEARLY * _found_floor(prepared, after.final):
+        final = after.final
+        if not wrote or after.complete or final.E_heldout > NEARLY * final.whiten.found_floor(prepared.scale):
             break
-        bases = [guesses(after.final.fit)]
+        bases = [guesses(final.fit)]
     if not kinds:
         return before
     if not wrote:
@@ -73,22 +68,15 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     return replace(after if after.complete else before, proposals=proposals)
 
 
-def _found_floor(prepared: Prepared, step: Step) -> float:
-    """The error that noise alone makes, as large as it was found to be about a step."""
-    whiten = step.whiten
-    right = whiten.counts if whiten.scatter is None else whiten.counts & ~whiten.scatter.slipped
-    return noise_floor(whiten.scattered, right, prepared.scale)
-
-
-def _new_kinds(bases: Sequence[Sequence[Guess]], known: Kinds) -> Kinds:
-    """What is guessed on some models, by name, without what is known."""
+def _new_kinds(bases: Sequence[Sequence[Guess]]) -> Kinds:
+    """What is guessed on some models, by name, without what is lent already."""
     kinds: Kinds = {}
     for guesses in bases:
         for guess in shortlist(guesses):
             written = guess.written()
             kind = effect_class(written)
             # A user's own of this name is a candidate like any other.
-            if kind.name not in EFFECTS and kind.name not in known:
+            if kind.name not in EFFECTS:
                 kinds.setdefault(kind.name, (written, kind))
     return kinds
 

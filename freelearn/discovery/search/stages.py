@@ -254,22 +254,17 @@ class _View:
         """What the noise leaves of a right model on the rows looked at, as a share of the largest loads; even: without
         places that were elsewhere."""
         whiten = self.noise.whitener(None, self.some, even)
-        variance = whiten.own.square() if even else whiten.scattered
-        return noise_floor(variance, whiten.counts & ~self._scatter().slipped, self.scale)
+        return noise_floor(whiten.own.square(), whiten.right, self.scale) if even else whiten.found_floor(self.scale)
 
     def misfit(self, best: Hypothesis) -> float:
         """The error of the best set on the rows looked at, as a share of the largest loads; readings that slipped do
         not count."""
-        counts = self._whitener(0.0).counts & ~self._scatter().slipped
-        return relative_error((self._seen(best) / self.scale).square(), counts)
+        return relative_error((self._seen(best) / self.scale).square(), self._whitener(0.0).right)
 
     def _seen(self, best: Hypothesis) -> Tensor:
         """Residuals of the rows looked at, of a fit to these or to all."""
         raw = best.fit.raw_residual
         return raw if self.some is None or len(raw) == len(self.rows) else raw[self.some]
-
-    def _scatter(self) -> Scatter:
-        return self.noise.scatter if self.some is None else self.noise.scatter.of(self.some)
 
     def _whitener(self, share: float) -> Whitener:
         return self.noise.whitener(share * self.scale if share else None, self.some, bool(share) and self.even)
