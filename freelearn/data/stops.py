@@ -5,6 +5,7 @@ A clamp after a shift after such a pair is one again, so blocks of samples compo
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -87,7 +88,8 @@ class _Moved(torch.autograd.Function):
         blocks, shape = elements.blocks, torch.broadcast_shapes(
             x.shape[1:], *(rate.shape[1:] for rate in (signal, low, high) if rate is not None)
         )  # fmt: skip
-        *_, (_, last) = elements.coded()
+        # The last codes alone: those of all samples are as much memory as the elements have states.
+        _, last = deque(elements.coded(), maxlen=1).pop()
         last = _into(last)
         along, size = None, elements.size(len(shape))
         rate = x.new_zeros(len(ratios), *shape, blocks.count)
