@@ -6,6 +6,9 @@ import torch
 from nightly import usually
 
 import freelearn as fl
+from freelearn.data.rows import Rows
+from freelearn.physics.models.build import build_model
+from freelearn.queries.inverse.bands import Bands
 from freelearn.queries.inverse.miss import among_recordings
 from freelearn.testing.reference.simulated_logs import UNIT, log
 
@@ -43,6 +46,13 @@ def test_few_recordings_do_not_narrow_what_is_known_beforehand_but_many_do():
     few = number < 6
     assert float(among_recordings(score, number, False)) == pytest.approx(1.96 / 2, rel=0.15)
     assert float(among_recordings(score[few], number[few], False)) == pytest.approx(1.96)
+
+
+def test_a_log_of_which_no_row_was_read_has_no_bands():
+    rows = Rows.from_table(log({}, 0, recordings=2, seconds=2.0).assign(force_n=np.nan, moment_nmm=np.nan))
+    model = build_model("continuum", {})
+    nothing = np.full((len(model.declared), len(model.declared)), np.nan)
+    assert Bands.from_model(model, rows, torch.ones(len(rows), dtype=torch.bool), nothing, None) is None
 
 
 @pytest.mark.slow

@@ -57,7 +57,7 @@ def held_out(model: Model, rows: Rows, fitted: Tensor, by_states: bool) -> HeldO
         usable = usable & ~fitted
     log = rows.states.recording is not None
     place = _drawn(rows.state, usable.numpy(), MOST_SAMPLES if log else MOST_ROWS)
-    place = place[:: -(-len(place) // MOST_ROWS)] if log else place
+    place = place[:: max(1, -(-len(place) // MOST_ROWS))] if log else place
     some, seen = rows[place], fitted[place]
     problem = Problem(model, some)
     vector = model.vector().detach()
