@@ -6,7 +6,7 @@ step of all blocks fits the processor's cache, where a tree over the samples rea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
@@ -45,3 +45,14 @@ class Blocks:
     def joined(self, cut: Tensor) -> Tensor:
         """(length, …, count) → (N, …)."""
         return cut.movedim(-1, 0).flatten(0, 1)[: self.samples]
+
+
+def composed(compose: Callable[..., tuple[Tensor, ...]], blocks: tuple[Tensor, ...]) -> tuple[Tensor, ...]:
+    """What the first 1, 2, …, B blocks make together of what comes into them, from what each does: each tensor
+    (…, blocks). compose(earlier, later). Twice as many blocks at every turn (Hillis & Steele 1986)."""
+    reach, count = 1, blocks[0].shape[-1]
+    while reach < count:
+        further = compose(tuple(b[..., :-reach] for b in blocks), tuple(b[..., reach:] for b in blocks))
+        blocks = tuple(torch.cat([b[..., :reach], f], dim=-1) for b, f in zip(blocks, further, strict=True))
+        reach *= 2
+    return blocks

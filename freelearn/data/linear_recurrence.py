@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from freelearn.data.blocks import Blocks
+from freelearn.data.blocks import Blocks, composed
 
 
 def linear_recurrence(factor: Tensor, added: Tensor) -> Tensor:
@@ -27,8 +27,7 @@ class _LinearRecurrence(torch.autograd.Function):
         for place in range(blocks.length):
             torch.addcmul(b[place], a[place], y, out=y)
             left *= a[place]
-        ended = _composed(left, y)
-        y = torch.roll(ended, 1, -1)
+        y = torch.roll(composed(_after, (left, y))[1], 1, -1)
         y[..., 0] = 0
         found = blocks.empty(added, shape)
         for place in range(blocks.length):
@@ -72,13 +71,6 @@ def _before(y: Tensor) -> Tensor:
     return torch.cat([torch.zeros_like(y[:1]), y[:-1]])
 
 
-def _composed(left: Tensor, ended: Tensor) -> Tensor:
-    """Where the first 1, 2, …, B blocks end, (…, blocks), from what is left in each of what comes in and where it ends
-    from nothing. Twice as many blocks at every turn (Hillis & Steele 1986)."""
-    reach = 1
-    while reach < ended.shape[-1]:
-        further = torch.addcmul(ended[..., reach:], left[..., reach:], ended[..., :-reach])
-        ended = torch.cat([ended[..., :reach], further], dim=-1)
-        left = torch.cat([left[..., :reach], left[..., reach:] * left[..., :-reach]], dim=-1)
-        reach *= 2
-    return ended
+def _after(one: tuple[Tensor, ...], two: tuple[Tensor, ...]) -> tuple[Tensor, ...]:
+    """Of two blocks together: what is left of what comes in, and where they end from nothing."""
+    return two[0] * one[0], torch.addcmul(two[1], two[0], one[1])

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import torch
 from torch import Tensor
 
-from freelearn.data.blocks import Blocks
+from freelearn.data.blocks import Blocks, composed
 
 # Which bound an element lay at last, in the two lowest bits of a code; the rest is the sample.
 LOW, HIGH = 1, 2
@@ -245,7 +245,8 @@ class _Elements:
         for _ in self._steps(extremes):
             pass
         ended = self.x[-1]
-        into = torch.clamp(ended - self.x[0, ..., :1], *_composed(ended, *extremes)).roll(1, -1)
+        _, low, high = composed(_after, (ended, *extremes))
+        into = torch.clamp(ended - self.x[0, ..., :1], low, high).roll(1, -1)
         into[..., 0] = 0
         return into
 
@@ -262,16 +263,8 @@ class _Elements:
             yield at, code
 
 
-def _composed(ended: Tensor, low: Tensor, high: Tensor) -> tuple[Tensor, Tensor]:
-    """Bounds (elements, …, blocks) that the first 1, 2, …, B blocks put, from those of each. ended: x at the blocks'
-    last samples, (…, blocks). Twice as many blocks at every turn (Hillis & Steele 1986)."""
-    reach = 1
-    while reach < ended.shape[-1]:
-        shift = ended[..., reach:] - ended[..., :-reach]
-        bounds = low[..., reach:], high[..., reach:]
-        low, high = (
-            torch.cat([each[..., :reach], torch.clamp(each[..., :-reach] + shift, *bounds)], dim=-1)
-            for each in (low, high)
-        )
-        reach *= 2
-    return low, high
+def _after(one: tuple[Tensor, ...], two: tuple[Tensor, ...]) -> tuple[Tensor, ...]:
+    """Of two blocks together: x at the last sample, and the bounds that they put."""
+    (x, low, high), (end, floor, roof) = one, two
+    shift = end - x
+    return end, torch.clamp(low + shift, floor, roof), torch.clamp(high + shift, floor, roof)
