@@ -72,10 +72,13 @@ def festo(report: Report) -> None:
         gone = f", {lost} of 32 recordings run away and are not counted" if (lost := _lost(table, missed)) else ""
         report(f"Festo logs, {what}", f"{share:.2%} ({median:.2%})", "", f"{words}{gone}, {_since(began)}")
 
+    def continuum(left_out: Array) -> Array:
+        return festo_logs.physical(table, festo_logs.fitted(table, effects, ~left_out), left_out)
+
     one(lambda out: festo_logs.linear(table, False, out), "cubic", "4 numbers a configuration")
     one(lambda out: festo_logs.linear(table, True, out), "cubic + plays + creep", "8 numbers a configuration")
     one(lambda out: _narx_of_muscle(table, out), "NARX (SysIdentPy)", "told up to 4 readings a recording")
-    one(lambda out: festo_logs.physical(table, effects, out), f"continuum + {' + '.join(effects)}", "6 numbers in all")
+    one(continuum, f"continuum + {' + '.join(effects)}", "6 numbers in all")
 
 
 def _narx_of_muscle(table: pd.DataFrame, left_out: Array) -> Array:
