@@ -226,17 +226,15 @@ def among_recordings(scores: Tensor, recording: Tensor, told: bool) -> Tensor:
     Student's t takes the normal distribution's place (JCGM 100:2008, G.4); nor do they say that less than the normal
     quantile of what is known beforehand is enough.
     """
-    names, number = recording.unique(return_inverse=True)
-    count = len(names)
+    square = _means(scores.square(), recording)
+    count = len(square)
     if count < 2:
         return _conformal(scores)
-    rows = torch.bincount(number, minlength=count)
-    square = torch.zeros(count, dtype=scores.dtype).index_add_(0, number, scores.square()) / rows
     size = float(square.mean())
     draws = min(max(2 * size**2 * count / max(float(square.var()), 1e-300), count), MOST_FREEDOM)
     if count >= RANKED:
         return _conformal(scores, draws)
-    return _conformal(scores).clamp_min(student(draws) * size**0.5 if told else NORMAL).clamp_min(NORMAL)
+    return _conformal(scores).clamp_min(max(NORMAL, student(draws) * size**0.5) if told else NORMAL)
 
 
 def _beyond(held: HeldOutRows, known: Tensor, accurate: bool) -> Tensor:
@@ -265,7 +263,12 @@ def _beyond(held: HeldOutRows, known: Tensor, accurate: bool) -> Tensor:
 def _standard_errors(beyond: Tensor, axes: Tensor, recording: Tensor) -> Tensor:
     """Of the means of products (n, 2, 2) along two axes, as recordings scatter: (2,); none of a single recording."""
     along = torch.einsum("ia,nij,ja->na", axes, beyond, axes)
+    means = _means(along, recording)
+    return means.std(0) / len(means) ** 0.5 if len(means) > 1 else along.new_zeros(2)
+
+
+def _means(each: Tensor, recording: Tensor) -> Tensor:
+    """Of rows (n, …), each of a recording (n,), every recording's mean: (recordings, …)."""
     names, number = recording.unique(return_inverse=True)
-    rows = torch.bincount(number, minlength=len(names))[:, None]
-    means = along.new_zeros(len(names), 2).index_add_(0, number, along) / rows
-    return means.std(0) / len(names) ** 0.5 if len(names) > 1 else along.new_zeros(2)
+    rows = torch.bincount(number, minlength=len(names)).reshape(-1, *[1] * (each.ndim - 1))
+    return each.new_zeros(len(names), *each.shape[1:]).index_add_(0, number, each) / rows
