@@ -171,9 +171,7 @@ def by_inputs(chain: Chain, recording: Recording[States], values: Values, sample
         shown: Tensor = torch.func.jvp(tail, (loads, inputs), (rate, pushed))[1]
         return shown
 
-    some = max(1, TOGETHER // len(recording))
-    columns: Tensor = torch.func.vmap(column, out_dims=2, chunk_size=some)(samples)
-    return columns
+    return torch.stack(_each(column, len(recording), samples), dim=-1)
 
 
 def _steady_by_inputs(chain: Chain, states: States, inputs: Tensor, values: Values) -> tuple[Tensor, Tensor, Tensor]:
