@@ -32,10 +32,11 @@ rests, within the band, where its own moment (wall, fluid and friction) is neare
 of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so; a
 log's runs whose times begin anew are laid end to end.
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
-`block_tilt` is asked of several actuators on one end block alone; its picture is that of one, which it lifts as a mount
-that gives way does. `viscoelasticity` needs the times too, and states in the order in which the bed went to them,
-buckled and left-out ones included. It knows the last move alone: where states last less than τ, earlier ones are felt,
-and not told.
+`block_tilt` and `wall_modulus` are asked of several actuators on one end block alone; their pictures are those of one,
+which the former lifts as a mount that gives way does, and whose C1 the latter changes; of several each has its own,
+unless `per_sample=false` says that they are of one stock. `viscoelasticity` needs the times too, and states in the
+order in which the bed went to them, buckled and left-out ones included. It knows the last move alone: where states last
+less than τ, earlier ones are felt, and not told.
 
 Effects of the *history* act in [logs](logs.md) alone, tables with `time_s` and `run`: on the pressure, on the wall's
 stresses, on the loads or on the readings, as their docstrings say. They carry a state from sample to sample.

@@ -41,7 +41,7 @@ def test_members_share_their_values_where_samples_do(block, tmp_path):
 
 @pytest.mark.parametrize("shared", [False, True])
 def test_a_search_asks_for_one_value_or_one_of_each_member(shared, block, tmp_path):
-    candidates = ["fiber_misalignment", "force_gain", "wall_stiffening"]
+    candidates = ["fiber_misalignment", "force_gain", "wall_stiffening", "wall_modulus"]
     overrides = [*block, "train=all", "figures=false", f"per_sample={'false' if shared else 'true'}"]
     overrides += [f"ruled_out=[{','.join(sorted(set(EFFECTS) - set(candidates)))}]"]
     with open(tmp_path / "terminal.txt", "w") as file:
@@ -51,6 +51,9 @@ def test_a_search_asks_for_one_value_or_one_of_each_member(shared, block, tmp_pa
     labels = {name for name in found["trail"][-1]["parameters"] if name.startswith("fiber_misalignment.")}
     each = {f"fiber_misalignment.angle[{n}]" for n in (1, 2, 3)}
     assert labels == ({"fiber_misalignment.angle"} if shared else each)
+    # How much stiffer one tube is than the first is no question where all are alike.
+    reasons = [entry["reason"] for entry in found["candidates"] if entry["effect"] == "wall_modulus"]
+    assert any("alike" in str(reason) for reason in reasons) is shared
 
 
 def test_samples_share_their_values_too(tmp_path):

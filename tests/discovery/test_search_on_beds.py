@@ -195,6 +195,17 @@ def test_which_member_is_at_fault_is_told():
     np.testing.assert_allclose(angles, [0.0, 0.03, 0.0], atol=0.004)
 
 
+def test_a_tube_of_another_rubber_is_found_among_three():
+    """The third tube's modulus is ×1.8 that of the others, which a length and a gain could try to stand for."""
+    table = table_of(BLOCK, {3: {"wall_modulus": {"log_ratio": 0.6}}}, 41)
+    found = search(question(table, [*LIBRARY, "wall_modulus"]))
+    assert found.effects == ["wall_modulus"]
+    values = found.final.fit.values()
+    # C1 is the first one's. By five such tables the third's ratio scatters by 0.03.
+    ratios = [values[f"wall_modulus.log_ratio[{n}]"] for n in (2, 3)]
+    np.testing.assert_allclose(ratios, [0.0, 0.6], atol=0.1)
+
+
 def test_an_effect_is_found_among_blanks():
     table = blanked(table_of("isometric", {"friction_hysteresis": {"force": 0.5}}, 21), ["force_n"], 0.4, 21)
     found = search(question(table, LIBRARY))

@@ -156,6 +156,13 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     base = task.build(settings.effects)
     check_numbers(task.known, base)
     library, untestable = candidates(base, settings.effects, table.columns, task.rows)
+    if not settings.per_sample:
+        untestable += [
+            not_testable(name, "per_sample=false says that all actuators are alike")
+            for name in library
+            if EFFECTS[name].compares
+        ]
+        library = [name for name in library if not EFFECTS[name].compares]
     untestable += [not_testable(name, "ruled out: it is known to be absent") for name in settings.ruled_out]
     library = [name for name in library if name not in settings.ruled_out]
     check_model(base, task.rows.states)

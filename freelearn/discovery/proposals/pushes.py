@@ -138,7 +138,7 @@ def _strains(fit: WhiteFit, rows: Rows) -> dict[str, Tensor]:
     states = _placed(fit, rows)
     states = states.side_by_side() if states.members else states
     with torch.no_grad():
-        energy = fit.model.energy(fit.model.values())  # type: ignore[operator]
+        energy = fit.model.energy(fit.model.values(), states)  # type: ignore[operator]
         inflated = inflate(states, energy, LAYERS)
         wall = Deformation(Layers.from_tube(Tube.from_states(states, LAYERS)), inflated.u)
         away = {

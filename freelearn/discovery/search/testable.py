@@ -17,7 +17,6 @@ from freelearn.discovery.residuals.hysteresis import ALONE, FEWEST, comparisons
 from freelearn.discovery.search.measuring_order import DRIFT
 from freelearn.discovery.thresholds import SORTED
 from freelearn.physics.chain.model import Model
-from freelearn.physics.chain.ports import TiltEffect
 from freelearn.physics.effects.geometry.strand_jamming import area_of
 from freelearn.physics.effects.registry import EFFECTS
 
@@ -63,7 +62,7 @@ def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
     they can, and for all other effects."""
     if name == DRIFT:
         return unclocked(columns, rows)
-    if issubclass(EFFECTS[name], TiltEffect) and len(rows.states.members) < 2:
+    if EFFECTS[name].together and len(rows.states.members) < 2:
         return "needs several actuators on one end block"
     return HISTORY[name](rows) if name in HISTORY else ""
 

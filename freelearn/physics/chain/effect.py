@@ -65,6 +65,10 @@ class Effect(Generic[P]):
     late: ClassVar[bool] = False
     # Whether it acts on each actuator of an end block, or on the block.
     of_each: ClassVar[bool] = True
+    # Whether it can be told of several actuators on one end block alone.
+    together: ClassVar[bool] = False
+    # Whether it says how these differ, which is nothing where all share one value (per_sample=false).
+    compares: ClassVar[bool] = False
 
     def __init__(self, samples: Sequence[int] = (), members: int = 0) -> None:
         """samples: those of a fit; with several, a `per_sample` parameter has one value for each. members: how many

@@ -31,6 +31,8 @@ from freelearn.physics.chain.material import Material
 from freelearn.physics.chain.parameters import P, Parameters
 from freelearn.physics.mechanics.automatic import along, gradient
 from freelearn.physics.mechanics.energy import Energy
+from freelearn.physics.mechanics.tube import Tube
+from freelearn.physics.mechanics.wall import Wall
 
 
 class BoundaryEffect(Effect[P]):
@@ -83,6 +85,7 @@ class TiltEffect(Effect[P]):
     """
 
     of_each = False
+    together = True
     port = "boundary"
     method = "tilt"
     yields = True
@@ -111,7 +114,7 @@ class GeometryEffect(Effect[P]):
 class EnergyEffect(Effect[P]):
     """Adds a strain energy to the wall; the stresses follow by automatic differentiation.
 
-    Its parameters are shared by all samples.
+    Its parameters are shared by all samples, and by the actuators of an end block unless it says `of_each`.
     """
 
     of_each = False
@@ -141,10 +144,15 @@ class EnergyEffect(Effect[P]):
         """∂²psi/∂I∂I [Pa], row by row. None leaves it to autograd; an effect may write it by hand for speed."""
         return None
 
-    def term(self, values: Mapping[str, Tensor]) -> EffectEnergy:
-        """The strain energy that the effect adds, as mechanics sees it. values: the model's, with C1 and C2."""
+    def closed_form(self, tube: Tube, p: P, material: Material) -> Wall | None:
+        """The wall that this energy makes of N tubes, integrated exactly. None leaves it to quadrature."""
+        return None
+
+    def term(self, values: Mapping[str, Tensor], states: States | None = None) -> EffectEnergy:
+        """The strain energy that the effect adds, as mechanics sees it. values: the model's, with C1 and C2. states:
+        whose walls these are, where each actuator has parameters of its own."""
         material = Material(C1=values["C1"], C2=values["C2"])
-        return EffectEnergy(self, self.own(values), material)
+        return EffectEnergy(self, self.own(values, states), material)
 
     @classmethod
     def problem(cls) -> str | None:
@@ -303,6 +311,10 @@ class EffectEnergy(Energy):
     def gradient(self, *invariants: Tensor) -> tuple[Tensor, ...]:
         """∂Ψ/∂I for each invariant [Pa]."""
         return self.effect.psi_gradient(*invariants, p=self.p, material=self.material)
+
+    def closed_form(self, tube: Tube) -> Wall | None:
+        """As Energy.closed_form, where the effect has one."""
+        return self.effect.closed_form(tube, self.p, self.material)
 
     def gradient_rate(
         self, invariants: tuple[Tensor, ...], rates: tuple[Tensor, ...]

@@ -52,20 +52,19 @@ class Continuum(Model[Material]):
         """The terms of the strain energy that the model itself has."""
         return [NeoHookean(p.C1), StandardFiber(p.C2)]
 
-    def energy(self, values: Values) -> EnergySum:
-        """The wall's strain energy: the model's own terms, then those of the effects."""
-        return EnergySum([*self.base_energy(self.own(values)), *(e.term(values) for e in self._energy)])
+    def energy(self, values: Values, states: States) -> EnergySum:
+        """The strain energy of the walls of these states: the model's own terms, then those of the effects."""
+        return EnergySum([*self.base_energy(self.own(values)), *(e.term(values, states) for e in self._energy)])
 
     def bare(self, states: States, values: Values) -> Prediction:
         """Loads of the tube in radial equilibrium; without one, those of a ballooned tube."""
-        energy = self.energy(values)
-        inflated = inflate(states, energy, self.points)
+        inflated = inflate(states, self.energy(values, states), self.points)
         status = torch.where(inflated.balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
         return Prediction(loads_at(inflated), status)
 
     def diameter(self, states: States, values: Values) -> Tensor:
         """As Chain.diameter: r_o² = r_i² + (R_o² − R_i²)/λz."""
-        inflated = inflate(states, self.energy(values), self.points)
+        inflated = inflate(states, self.energy(values, states), self.points)
         return 2 * (inflated.u + Tube.from_states(states).solid).sqrt()
 
     def bind(self, states: States) -> Bound | None:

@@ -81,7 +81,7 @@ def isotropic_effects() -> list[str]:
 
 
 def _of_the_rubber(effect: type[EnergyEffect[Any]]) -> bool:
-    return set(effect.depends_on) <= set(ISOTROPIC) and not effect.at_bore
+    return set(effect.depends_on) <= set(ISOTROPIC) and not effect.at_bore and not effect.together
 
 
 def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
@@ -101,6 +101,11 @@ def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
         if effect.at_bore:
             raise UserError(
                 f"Effect {effect.name!r} acts at a tube's bore, and a rubber specimen has none: "
+                f"leave it out here and give it to train.py. Possible are {possible}."
+            )
+        if effect.together:
+            raise UserError(
+                f"Effect {effect.name!r} compares actuators on one end block, and a rubber specimen is alone: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
         effects.append(effect)

@@ -1,0 +1,84 @@
+"""Tubes on one end block whose walls are not of one rubber."""
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from freelearn.data.states import States
+from freelearn.physics.chain.material import Material
+from freelearn.physics.chain.parameters import Parameter, Parameters, Prior, parameter
+from freelearn.physics.chain.ports import EnergyEffect
+from freelearn.physics.mechanics.energy import NeoHookean
+from freelearn.physics.mechanics.tube import Tube
+from freelearn.physics.mechanics.wall import Wall
+
+
+class Stock(Parameters):
+    """log_ratio: natural logarithm of a tube's shear modulus over the first one's; 0.1 is a wall 10 % stiffer."""
+
+    log_ratio: Tensor = parameter(
+        "a",
+        "1",
+        start=0.0,
+        lower=-3.0,
+        upper=3.0,
+        none=0.0,
+        scale=0.1,
+        per_member=True,
+        # Each of the two moduli ×÷ 1.3; that of the first is in all ratios.
+        prior=Prior(0.0, 0.4, "silicones of one Shore hardness: up to ×÷ 1.3 (Marechal et al. 2021)", common=0.5),
+    )
+
+
+class WallModulus(EnergyEffect[Stock]):
+    """Ψ of actuator i += (C1ᵢ − C1)/2 (I₁ − 3), C1ᵢ = C1 e^a: a neo-Hookean wall of a modulus of its own.
+
+    C1 is the first actuator's, to which each other has a ratio: all together are no more than their moduli. Tubes of
+    several stocks, coats that were cured longer, threads that stiffen the rubber between them by how densely they are
+    wound. Of one actuator alone it is C1 itself. The fibers, and what other effects add to the wall, are the same for
+    all.
+    """
+
+    name = "wall_modulus"
+    place = 7
+    of_each = True
+    together = True
+    compares = True
+    suspect = "Actuators on one block follow their pressures more or less than their drawings say, each by its share."
+    source = "neo-Hookean walls: Ogden (1997); tubes of several stocks: Marechal et al. (2021)"
+    parameter_class = Stock
+    depends_on = ("i1",)
+
+    def psi(self, *invariants: Tensor, p: Stock, material: Material) -> Tensor:
+        """As EnergyEffect.psi."""
+        return self._more(p, material).psi(*invariants)
+
+    def psi_gradient(self, *invariants: Tensor, p: Stock, material: Material) -> tuple[Tensor, ...]:
+        """(C1ᵢ − C1)/2 everywhere."""
+        (slope,) = self._more(p, material).gradient(*invariants)
+        return (slope.expand_as(invariants[0]),)
+
+    def psi_hessian(self, *invariants: Tensor, p: Stock, material: Material) -> tuple[tuple[Tensor, ...], ...]:
+        """Zero: the gradient is constant."""
+        return ((0 * invariants[0],),)
+
+    def closed_form(self, tube: Tube, p: Stock, material: Material) -> Wall | None:
+        """The neo-Hookean wall's."""
+        return self._more(p, material).closed_form(tube)
+
+    def own(self, values: Mapping[str, Tensor], states: States | None = None) -> Stock:
+        """As Effect.own; of the first actuator none."""
+        if not self.members:
+            return super().own(values, states)
+        others = [values[label] for label in self.declared()]
+        return Stock(log_ratio=self._of_rows(torch.stack([torch.zeros_like(others[0]), *others], dim=-1), states))
+
+    def _numbers(self, p: Parameter) -> tuple[int, ...]:
+        """All but the first."""
+        return super()._numbers(p)[1:]
+
+    @staticmethod
+    def _more(p: Stock, material: Material) -> NeoHookean:
+        """What the wall has beyond C1."""
+        return NeoHookean(material.C1 * torch.expm1(p.log_ratio))
