@@ -120,7 +120,8 @@ COMMANDS: dict[str, Callable[[Attacked], list[str]]] = {
         "train", *a.measured, "train=all", "effects=[force_offset]", f"fits={a.out}/fits", f"hydra.run.dir={a.out}/run",
     ],
     "sweep": lambda a: [*SWEEP, *a.measured, f"fits={a.out}/fits", f"hydra.sweep.dir={a.out}/sweep"],
-    "discover": lambda a: ["discover", *a.hidden, among(*FEW, "length_compliance"), f"hydra.run.dir={a.out}/run"],
+    "discover": lambda a: ["discover", *a.hidden, among(*(FEW if EVERY else ("force_offset",)), "length_compliance"),
+                           f"hydra.run.dir={a.out}/run"],
     "predict": lambda a: ["predict", f"run={a.fitted}", f"data.path={a.questions}", f"hydra.run.dir={a.out}/run"],
     "plan": lambda a: [
         "plan", f"run={a.fitted}", "rows=4", "goal=narrow", "parameter=C1", "figures=false",

@@ -100,9 +100,9 @@ def assert_ended(kind: Kind, ended: Ended, run: Path, marks: str) -> None:
 
 
 SAMPLE = [
-    *chosen([kind for kind in KINDS if kind.answer == REFUSE], 8),
-    *chosen([kind for kind in KINDS if kind.answer == WARN], 3),
-    *chosen([kind for kind in KINDS if kind.answer == ACCEPT], 3),
+    *chosen([kind for kind in KINDS if kind.answer == REFUSE], 5),
+    *chosen([kind for kind in KINDS if kind.answer == WARN], 2),
+    *chosen([kind for kind in KINDS if kind.answer == ACCEPT], 2),
 ]
 
 

@@ -253,7 +253,9 @@ def test_where_nothing_is_missing_nothing_is_written(tmp_path):
     assert not list(tmp_path.glob("*.py"))
 
 
+# By day an interrupted search that goes on has to end the same (test_discover.py).
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_seed_writes_the_same(written, table, tmp_path):
     folder, found = written
     again = run(table, tmp_path / "again")

@@ -101,7 +101,7 @@ def test_a_sweep_goes_on_where_it_stopped(sweep, tmp_path):
 
 
 def test_a_killed_sweep_leaves_only_whole_results_and_resumes(csv, sweep, commands, tmp_path):
-    jobs = 40 if EVERY else 16
+    jobs = 40 if EVERY else 8
     overrides = ("model=linear", f"seed=range({jobs})", "train=all")
     folder = tmp_path / "sweep"
     process = commands.start(*words(csv, folder, tmp_path / "fits", *overrides))

@@ -102,7 +102,7 @@ def test_an_accuracy_that_is_misstated_threefold_changes_no_answer(hidden, seed)
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", usually("heavy, slipped", nightly=["heavy", "growing"]))
 def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
-    found = [searched(laboratory(seed, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(20), 6)]
+    found = [searched(laboratory(seed, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(20), 4)]
     # An effect is named by chance, or a complete model called incomplete.
     assert sum(f.verdict != "adequate" for f in found) <= most(CHANCE + ALPHA_STRUCTURE, len(found))
 
@@ -118,7 +118,7 @@ def test_nothing_is_named_where_nothing_is_missing_however_noise_behaves(noise):
 )
 def test_what_is_missing_is_named_however_noise_behaves(effects, noise):
     """Noises of a bed: a second effect is added by chance with the share that it is found where there is none."""
-    found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(10), 4)]
+    found = [searched(laboratory(seed, effects, **BEHAVIORS[noise]).table)[0] for seed in chosen(range(10), 2)]
     assert all(set(effects) <= set(f.effects) for f in found)
     wrong = sum(f.verdict != "named" or f.effects != list(effects) for f in found)
     assert wrong <= most(CHANCE + ALPHA_STRUCTURE, len(found))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from exported import HISTORY, VALUES, already, log_run, sampled
 from fitted_folders import folder_of
+from nightly import usually
 
 import freelearn
 from freelearn.common.errors import UserError
@@ -75,7 +76,8 @@ def in_c(function, folder):
 
 
 @needs_compiler
-@pytest.mark.parametrize("effect", sorted(HISTORY))
+# Those of MANY are followed in C by the export of all of them at once.
+@pytest.mark.parametrize("effect", usually(*sorted(set(HISTORY) - set(MANY)), nightly=MANY))
 def test_c_follows_every_effect_of_the_history(tmp_path, effect):
     fitted = log_run(tmp_path / "run", [effect])
     step = stepped(Actuator.from_fitted(fitted))

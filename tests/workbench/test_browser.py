@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from nightly import EVERY
 from playwright.sync_api import expect
 from pydantic import TypeAdapter
 from written_searches import CABLE, write_search
@@ -64,19 +65,25 @@ def address(work):
 
 
 @pytest.fixture
-def tab(browser, address):
-    """A fresh tab on a fresh session; fails the test where the page asked anybody else for anything."""
+def page(browser, address):
+    """A fresh tab; fails the test where a page in it asked anybody else for anything."""
     elsewhere, errors = [], []
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.on("request", lambda r: r.url.startswith((address, "data:", "blob:")) or elsewhere.append(r.url))
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.set_default_timeout(90_000)
-    page.goto(address)
-    page.wait_for_url("**session=**")
     yield page
     page.close()
     assert not elsewhere
     assert not errors
+
+
+@pytest.fixture
+def tab(page, address):
+    """That tab on a fresh session."""
+    page.goto(address)
+    page.wait_for_url("**session=**")
+    return page
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +141,9 @@ def turn(tab, name):
 
 def faults(page):
     """What axe finds that keeps somebody from using the page; colors are looked at as they are before dark mode."""
-    found = Axe().run(page, options={"resultTypes": ["violations"]}).response["violations"]
+    # What would have to be fetched once more to be listened to takes axe half its time; there is nothing like that.
+    assert not page.locator("audio, video").count()
+    found = Axe().run(page, options={"resultTypes": ["violations"], "preload": False}).response["violations"]
     return [(v["id"], [n["html"] for n in v["nodes"]]) for v in found if v["impact"] in ("serious", "critical")]
 
 
@@ -206,23 +215,22 @@ def test_the_loop_ends_with_the_right_effect_and_the_error_at_the_noise_floor(ta
     direct = settings(TrainSettings, [*question.overrides("train"), "fits=null", "figures=false"])
     assert pytest.approx(E, rel=1e-12) == train(direct, work / "direct").errors["sample3"].E
 
-    # Reloading loses nothing, nor do going away and back.
-    tab.reload()
-    tab.get_by_text("continuum + friction_hysteresis, fitted on").wait_for()
-    assert tab.get_by_label("data", exact=True).input_value() == "my own file"
-    expect(tab.get_by_label(re.compile("^friction_hysteresis:"))).to_be_checked(timeout=20_000)
+    # Going away and back loses nothing; reloading is asked below.
     address = tab.url
     tab.goto("about:blank")
     tab.go_back()
     tab.get_by_text("continuum + friction_hysteresis, fitted on").wait_for()
     assert tab.url == address
-    # Off again: the error is the first one's.
+    assert tab.get_by_label("data", exact=True).input_value() == "my own file"
+    expect(tab.get_by_label(re.compile("^friction_hysteresis:"))).to_be_checked(timeout=20_000)
+    # Off again; by night it is fitted without it.
     turn(tab, "What is missing")
     tab.get_by_label(re.compile("^friction_hysteresis:")).click()
     tab.get_by_text("no effect added").wait_for()
     turn(tab, "Compare")
-    button(tab, "Fit").click()
-    tab.get_by_text(re.compile("^continuum, fitted on")).wait_for()
+    if EVERY:
+        button(tab, "Fit").click()
+        tab.get_by_text(re.compile("^continuum, fitted on")).wait_for()
     with tab.expect_download() as download:
         button(tab, "Report").click()
     assert "data: nothing here" not in Path(download.value.path()).read_text()
@@ -238,7 +246,7 @@ def searched(session):
 
 
 @pytest.mark.nightly
-def test_suspected_readings_are_left_out_with_the_keyboard(tab, copied):
+def test_suspected_readings_are_left_out_with_the_keyboard(page, copied):
     session, place = copied
     path = searched(session) / "discovery.json"
     table = pd.read_csv(json.loads((session / "state.json").read_text())["question"]["path"])
@@ -249,19 +257,19 @@ def test_suspected_readings_are_left_out_with_the_keyboard(tab, copied):
     }  # fmt: skip
     suspects = [first, first | {"line": two, "sigmas": 7.0, "lines": [two]}]
     path.write_text(json.dumps(json.loads(path.read_text()) | {"suspects": suspects}))
-    tab.goto(place)
+    page.goto(place)
     told = "the force shows −4.00 N where +4.00 N was expected (−80 σ): <b>sign</b>"
-    box, other = tab.get_by_label(f"line {one}: {told}"), tab.get_by_label(re.compile(f"^line {two}:"))
+    box, other = page.get_by_label(f"line {one}: {told}"), page.get_by_label(re.compile(f"^line {two}:"))
     box.wait_for()
     assert box.is_checked()
     other.focus()
-    tab.keyboard.press("Space")
+    page.keyboard.press("Space")
     assert not other.is_checked()
-    again = button(tab, "Leave these out and search again")
+    again = button(page, "Leave these out and search again")
     again.focus()
-    tab.keyboard.press("Enter")
-    tab.get_by_text(re.compile("1 marked to be left out")).wait_for()
-    tab.get_by_text("Searching: done").wait_for()
+    page.keyboard.press("Enter")
+    page.get_by_text(re.compile("1 marked to be left out")).wait_for()
+    page.get_by_text("Searching: done").wait_for()
     state = json.loads((session / "state.json").read_text())
     found = json.loads((session / state["search"]["folder"] / "discovery.json").read_text())
     assert found["left_out"] == 1
@@ -270,34 +278,34 @@ def test_suspected_readings_are_left_out_with_the_keyboard(tab, copied):
 
 
 @pytest.mark.nightly
-def test_what_the_search_wrote_is_added_and_saved_and_fitted(tab, copied):
+def test_what_the_search_wrote_is_added_and_saved_and_fitted(page, copied):
     again, place = copied
     search = searched(again).name
-    tab.goto(place)
-    tab.get_by_text("ΔF = a max(Δl − Δl₀, 0), Δl in units of 6 mm.").wait_for()
-    box = tab.get_by_label(f"{CABLE.name}: written by a search, {CABLE.formula}", exact=True)
+    page.goto(place)
+    page.get_by_text("ΔF = a max(Δl − Δl₀, 0), Δl in units of 6 mm.").wait_for()
+    box = page.get_by_label(f"{CABLE.name}: written by a search, {CABLE.formula}", exact=True)
     assert not box.count()
     titles = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Title')"
-    assert CABLE.formula in tab.evaluate(f"{titles}.map(m => m.text)")
+    assert CABLE.formula in page.evaluate(f"{titles}.map(m => m.text)")
     # All charts are drawn, each in its place.
     charts = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Figure')"
-    tab.wait_for_function(f"({charts})().length === 7 && ({charts})().every(m => m.inner_width > 100)")
-    with tab.expect_download() as download:
-        tab.get_by_text("Save the file", exact=True).click()
+    page.wait_for_function(f"({charts})().length === 7 && ({charts})().every(m => m.inner_width > 100)")
+    with page.expect_download() as download:
+        page.get_by_text("Save the file", exact=True).click()
     assert download.value.suggested_filename == f"proposed_{CABLE.name}.py"
     assert Path(download.value.path()).read_bytes() == (again / search / f"proposed_{CABLE.name}.py").read_bytes()
-    button(tab, "Add it").click()
-    turn(tab, "What is missing")
+    button(page, "Add it").click()
+    turn(page, "What is missing")
     box.wait_for()
     assert box.is_checked()
-    turn(tab, "Compare")
-    assert not button(tab, "Add it").is_visible()
-    button(tab, "Fit").click()
-    tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
-    expect(tab.locator("pre").first).to_have_text(re.compile("^FREELEARN_EFFECTS="), timeout=20_000)
+    turn(page, "Compare")
+    assert not button(page, "Add it").is_visible()
+    button(page, "Fit").click()
+    page.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
+    expect(page.locator("pre").first).to_have_text(re.compile("^FREELEARN_EFFECTS="), timeout=20_000)
     # Reloading loses nothing.
-    tab.reload()
-    tab.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
+    page.reload()
+    page.get_by_text(f"continuum + {CABLE.name}, fitted on").wait_for()
     assert box.is_checked()
 
 
@@ -318,12 +326,13 @@ def test_the_sealed_answer_opens_after_the_search(tab):
 def test_nothing_is_cut_at_any_width(browser, copied):
     """Nor in dark mode, where the page is dark too."""
     session, place = copied
+    searched(session)
     page = browser.new_page(viewport={"width": 1024, "height": 900}, color_scheme="dark")
     page.set_default_timeout(90_000)
     page.goto(place)
     page.get_by_text("Where it fails, worst first").wait_for()
     charts = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Figure')"
-    page.wait_for_function(f"({charts})().length === 6 && ({charts})().every(m => m.inner_width > 100)")
+    page.wait_for_function(f"({charts})().length === 7 && ({charts})().every(m => m.inner_width > 100)")
 
     def edges():
         charts = boxes(page, ".bk-Figure")
@@ -331,7 +340,7 @@ def test_nothing_is_cut_at_any_width(browser, copied):
 
     for width in (1024, 1440, 2560):
         page.set_viewport_size({"width": width, "height": 900})
-        end = time.monotonic() + 20
+        end = time.monotonic() + 90
         # The window's width is used: charts reach its right edge.
         while not width - 60 < edges()[1] <= width + 1:
             assert time.monotonic() < end, (width, edges())
@@ -410,60 +419,60 @@ def test_two_tabs_do_not_mix_and_a_fit_can_be_cancelled(tab, browser, address):
     other.close()
 
 
-def test_the_slider_and_a_click_on_the_map_change_the_curves(tab, copied):
-    tab.goto(copied[1])
+def test_the_slider_and_a_click_on_the_map_change_the_curves(page, copied):
+    page.goto(copied[1])
     # Bokeh's own document tells what its charts hold.
     title = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'Title')"
     title += ".map(m => m.text).find(t => t.startsWith('F–P'))"
-    tab.wait_for_function(f"({title})() !== undefined")
-    before = tab.evaluate(title)
+    page.wait_for_function(f"({title})() !== undefined")
+    before = page.evaluate(title)
     # Bands are hidden and shown by a box, which is remembered.
     areas = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'GlyphRenderer'"
     areas += " && m.glyph.type === 'VArea' && m.data_source.get_length() > 1).length"
-    bands = tab.get_by_label("95 % bands", exact=True)
+    bands = page.get_by_label("95 % bands", exact=True)
     assert bands.is_checked()
-    assert tab.evaluate(areas) == 2
+    assert page.evaluate(areas) == 2
     bands.focus()
-    tab.keyboard.press("Space")
-    tab.wait_for_function(f"({areas})() === 0")
-    tab.reload()
-    tab.wait_for_function(f"({title})() !== undefined")
+    page.keyboard.press("Space")
+    page.wait_for_function(f"({areas})() === 0")
+    page.reload()
+    page.wait_for_function(f"({title})() !== undefined")
     assert not bands.is_checked()
     bands.click()
-    tab.wait_for_function(f"({areas})() === 2")
-    handle = tab.locator(".noUi-handle").first
+    page.wait_for_function(f"({areas})() === 2")
+    handle = page.locator(".noUi-handle").first
     handle.focus()
     handle.press("Home")
     handle.press("ArrowRight")
-    tab.wait_for_function(f"({title})() !== {json.dumps(before)}")
+    page.wait_for_function(f"({title})() !== {json.dumps(before)}")
     # An entry of the legend hides what it names.
     squares = "() => Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.type === 'GlyphRenderer'"
     squares += " && m.data_source.get_column('direction')?.[0] === 'rising').map(m => m.visible)"
-    assert tab.evaluate(squares) == [True, True, True]
-    entry = tab.get_by_text("measured", exact=True).first
+    assert page.evaluate(squares) == [True, True, True]
+    entry = page.get_by_text("measured", exact=True).first
     entry.click()
-    assert sorted(tab.evaluate(squares)) == [False, True, True]
+    assert sorted(page.evaluate(squares)) == [False, True, True]
     entry.click()
-    assert tab.evaluate(squares) == [True, True, True]
+    assert page.evaluate(squares) == [True, True, True]
     # A move leaves legends and the room of axes as they are: the browser lays nothing out anew.
     entry.evaluate("entry => entry.before = true")
     room = "() => Bokeh.index.query(v => v.model.type === 'Figure').flatMap(v => v.model.left.map(axis =>"
     room += " v.renderer_views.get(axis).bbox.width))"
-    axes = tab.evaluate(room)
+    axes = page.evaluate(room)
     for _ in range(5):
-        by_slider = tab.evaluate(title)
+        by_slider = page.evaluate(title)
         handle.press("ArrowRight")
-        tab.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
-        assert tab.evaluate(room) == axes
+        page.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
+        assert page.evaluate(room) == axes
     assert entry.evaluate("entry => entry.before")
-    by_slider = tab.evaluate(title)
+    by_slider = page.evaluate(title)
     chart = "() => Bokeh.index.query_one(v => v.model.title?.text?.startsWith('force: measured')).el"
-    drawn = tab.evaluate_handle(chart).as_element()
+    drawn = page.evaluate_handle(chart).as_element()
     drawn.scroll_into_view_if_needed()
     box = drawn.bounding_box()
     for share in np.linspace(0.3, 0.7, 7):
-        tab.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
-    tab.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
+        page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_function(f"({title})() !== {json.dumps(by_slider)}")
 
 
 def test_it_listens_on_this_machine_only(address):
@@ -509,8 +518,8 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     right = tab.get_by_label("the units are right as they are", exact=True)
     right.focus()
     tab.keyboard.press("Space")
-    button(tab, "Fit").click(timeout=20_000)
-    tab.get_by_text("Fitting: done").wait_for()
+    # What it fits then is asked in test_mapping.py.
+    expect(button(tab, "Fit")).to_be_enabled(timeout=20_000)
     with tab.expect_download() as download:
         tab.get_by_text("Recipe (YAML)", exact=True).click()
     assert "sign: -1" in Path(download.value.path()).read_text()
@@ -519,22 +528,22 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     assert Path(download.value.path()).read_text().startswith("sample,gamma_deg,")
 
 
-def test_every_tab_is_turned_with_the_keyboard_and_can_be_used_by_everybody(tab, copied):
+def test_every_tab_is_turned_with_the_keyboard_and_can_be_used_by_everybody(page, copied):
     session, place = copied
     searched(session)
-    tab.goto(place)
-    tab.get_by_text("Where it fails, worst first").wait_for()
-    tabs = tab.get_by_role("tab")
+    page.goto(place)
+    page.get_by_text("Where it fails, worst first").wait_for()
+    tabs = page.get_by_role("tab")
     names = tabs.all_inner_texts()
     assert names == ["Compare", "What is missing", "Predict and command", "Plan", "Rubber", "Study"]
     tabs.first.focus()
-    assert not faults(tab)
+    # The first one is looked at above, at its narrowest.
     for name in names[1:]:
-        tab.keyboard.press("ArrowRight")
-        tab.keyboard.press("Enter")
-        expect(tab.get_by_role("tab", selected=True)).to_have_text(name)
-        drawn(tab)
-        assert not faults(tab), name
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("tab", selected=True)).to_have_text(name)
+        drawn(page)
+        assert not faults(page), name
 
 
 def test_an_endless_row_of_fields_is_not_needed_to_reach_a_button(tab):
@@ -576,33 +585,33 @@ def logged(work, address):
 
 
 @pytest.mark.nightly
-def test_a_log_is_played_beside_the_model_and_its_window_moved_with_the_keyboard(tab, logged):
-    tab.goto(logged)
+def test_a_log_is_played_beside_the_model_and_its_window_moved_with_the_keyboard(page, logged):
+    page.goto(logged)
     model = "Bokeh.documents.flatMap(d => [...d._all_models.values()])"
     said = f"() => {model}.find(m => m.type === 'Div' && m.text.startsWith('t ='))?.text"
     spans = f"() => {model}.filter(m => m.type === 'Span').map(m => m.location)"
-    tab.get_by_label("speed", exact=True).select_option("5 times as fast")
-    button(tab, "Play").click()
-    tab.wait_for_function(f"({said})() !== undefined")
-    tab.wait_for_function(f"({spans})().every(t => t > 10)", timeout=9_000)
-    button(tab, "Pause").click()
-    button(tab, "Play").wait_for()
+    page.get_by_label("speed", exact=True).select_option("5 times as fast")
+    button(page, "Play").click()
+    page.wait_for_function(f"({said})() !== undefined")
+    page.wait_for_function(f"({spans})().every(t => t > 10)", timeout=9_000)
+    button(page, "Pause").click()
+    button(page, "Play").wait_for()
     # One instant in pressure, force and moment, and as a mark on each loop.
-    places = tab.evaluate(spans)
+    places = page.evaluate(spans)
     assert len(places) == 3
     assert len(set(places)) == 1
-    assert re.search(r"P = .* kPa .* F = .* N \(this fit .*\) .* M = .* N·mm", tab.evaluate(said))
+    assert re.search(r"P = .* kPa .* F = .* N \(this fit .*\) .* M = .* N·mm", page.evaluate(said))
     marks = f"() => {model}.filter(m => m.type === 'Scatter').length"
-    assert tab.evaluate(marks) >= 2
+    assert page.evaluate(marks) >= 2
     force = f"() => {model}.find(m => m.type === 'Figure' && m.title.text === 'force').renderers[0].data_source.data.x"
-    before = tab.evaluate(f"({force})().length")
-    handle = tab.locator("[aria-label='time window, to']")
+    before = page.evaluate(f"({force})().length")
+    handle = page.locator("[aria-label='time window, to']")
     handle.focus()
     handle.press("Home")
     handle.press("PageUp")
-    tab.wait_for_function(f"({force})().length < {before / 3}")
-    assert tab.evaluate("document.documentElement.scrollWidth") <= 1280
-    names = [one.get_attribute("aria-label") for one in tab.locator(".noUi-handle").all()]
+    page.wait_for_function(f"({force})().length < {before / 3}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1280
+    names = [one.get_attribute("aria-label") for one in page.locator(".noUi-handle").all()]
     assert names == ["recording", "cursor at time t", "time window, from", "time window, to"]
-    drawn(tab)
-    assert not faults(tab)
+    drawn(page)
+    assert not faults(page)

@@ -189,9 +189,9 @@ class Scan:
         """Of each form the shapes that promise most."""
         gains, amounts = terms.gains(self._gram(columns))
         gains = gains / self.variance
-        constants = np.array([form.count for form in terms.forms])[terms.of]
-        worth = gains - np.array([price(int(count), len(inputs), self.whiten.count) for count in constants])
-        self.tried += len(constants)
+        prices = np.array([price(form.count, len(inputs), self.whiten.count) for form in terms.forms])
+        worth = gains - prices[terms.of]
+        self.tried += len(terms.of)
         scales = tuple(pushes.scales[i.name] for i in inputs)
         for form, one in terms.best(worth):
             own = tuple(amounts[one][: len(form.terms)].tolist())
