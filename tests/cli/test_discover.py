@@ -177,6 +177,8 @@ def tangled(s, loads):
 def test_what_no_form_holds_is_unexplained(tmp_path):
     found = run(table({}, extra=tangled, samples=(3,), share=0.15), tmp_path, QUICK)
     assert found["verdict"] == "unexplained"
+    # By the search itself, before the referee has refuted anything.
+    assert json.loads((tmp_path / "referee.json").read_text())["claimed"] == "unexplained"
     assert found["proposals"] == []
     assert found["remainder"]["hint"]
 
