@@ -21,6 +21,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(ROOT / "experiments"), str(ROOT)
 
 from arteries import arteries_table  # noqa: E402
 from free_end import free_end_table  # noqa: E402
+from held_pose import LOG, held_pose_table  # noqa: E402
 from hung_torque import hung_torque_table  # noqa: E402
 from left_out import left_out_table  # noqa: E402
 from questions import QUESTIONS  # noqa: E402
@@ -65,6 +66,8 @@ def main() -> None:
             console.print(arteries_table(each, out))
         if each.recipe == "parallel_free_end":
             console.print(free_end_table(each, out))
+            if (asked.folder / LOG).exists():
+                console.print(held_pose_table(asked.folder))
         if each.recipe == "torsion_4angles":
             console.print(hung_torque_table(each, out))
     console.print(f"reports: {out}")

@@ -3,44 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import torch
-from free_block import LEANING, MEMBERS, OF_EACH, START
+from free_block import BUILT, BUILT_EACH, LEANING, MEMBERS, OF_EACH, RUBBERS, START
 from left_out import fit
 from questions import PRESSURES
 from rich.table import Table
 from sets import RealSet
+from smooth_rivals import Predict, gaussian_process, least_squares, levels, more_inputs, polynomial_columns
 
 from freelearn.data.rows import Rows
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import MODELS
 
-COMMANDED = ("P1_cmd_Pa", "P2_cmd_Pa", "P3_cmd_Pa")
 # Elongation in mm and rotation in degrees.
 SHOWN = np.array([1e3, 180 / np.pi])
 TENTHS, SEED = 10, 0
+# Effects, and those of which each actuator has a value of its own.
 PHYSICAL = (
-    (),
-    ("off_axis",),
-    ("off_axis", "small_strain_stiffness"),
-    LEANING,
-    (*LEANING, "wall_thickness"),
-    (*LEANING, "block_tilt"),
-    (*LEANING, "block_tilt", "end_taper"),
+    ((), ()),
+    (("off_axis",), ()),
+    (("off_axis", "small_strain_stiffness"), ()),
+    (LEANING, OF_EACH),
+    ((*LEANING, "wall_thickness"), OF_EACH),
+    ((*LEANING, "block_tilt"), OF_EACH),
+    ((*LEANING, "block_tilt", "end_taper"), OF_EACH),
+    ((*LEANING, "wall_thickness"), ("wall_thickness",)),
+    (RUBBERS, BUILT_EACH),
+    ((*RUBBERS, "end_taper"), BUILT_EACH),
+    (BUILT, BUILT_EACH),
 )
-
-# Rows to fit and rows to predict, (N,) bool each → (n, 2) m and rad.
-Predict = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def free_end_table(chosen: RealSet, out: Path) -> Table:
-    """RMSE of elongation and rotation, in and out of the fit: polynomials, the models of PHYSICAL, and repeats."""
+    """RMSE of elongation and rotation, in and out of the fit: smooth rivals, the models of PHYSICAL, and repeats."""
     table = chosen.read(out)
     rows, pressures = Rows.from_table(table), table[list(PRESSURES)].to_numpy(float)
+    raw = pd.read_csv(chosen.table(out))
     pose, corner, tenth = rows.readings.value.numpy(), _corner(pressures), _tenths(len(table))
     heads = ("parameters", "all rows", "corner left out", "random tenths left out", "values")
     shown = Table("model", *heads, title="parallel_free_end: root mean square error, mm / degrees")
@@ -53,13 +55,17 @@ def free_end_table(chosen: RealSet, out: Path) -> Table:
         folds = [predict(tenth != k, tenth == k) - pose[tenth == k] for k in range(TENTHS)]
         shown.add_row(name, str(count), *(_told(e) for e in [*missed, np.concatenate(folds)]), told)
 
-    for degree, name in ((1, "straight line"), (3, "cubic")):
-        polynomial = _Polynomial(pressures, pose, degree)
-        row(f"{name} in the pressures", 2 * polynomial.columns.shape[1], polynomial)
-    for effects in PHYSICAL:
-        physical = _Physical(rows, effects)
+    for degree, name in ((1, "straight line"), (2, "square"), (3, "cubic"), (4, "quartic"), (5, "quintic")):
+        columns = polynomial_columns(pressures, degree)
+        row(f"{name} in the pressures", 2 * columns.shape[1], least_squares(columns, pose))
+    for name, columns in more_inputs(raw, pressures).items():
+        row(f"cubic and {name}", 2 * columns.shape[1], least_squares(columns, pose))
+    # It has no parameters to count: what it was fitted to is its memory.
+    row("Gaussian process in the pressures", 0, gaussian_process(pressures, pose))
+    for effects, of_each in PHYSICAL:
+        physical = _Physical(rows, effects, of_each)
         row(" + ".join(["continuum", *effects]), len(physical.start), physical, physical.values)
-    for name, spread in repeats(pd.read_csv(chosen.table(out)), pose).items():
+    for name, spread in repeats(raw, pose).items():
         shown.add_row(f"repeats: {name}", "", _told(spread), "", "", "")
     return shown
 
@@ -71,7 +77,7 @@ def repeats(raw: pd.DataFrame, pose: np.ndarray) -> dict[str, np.ndarray]:
     step apart, f(1,1) − f(2,1) − f(1,2) + f(2,2) knows no slope, and has twice the scatter of one of them. Half
     of it is given.
     """
-    level = np.stack([np.unique(raw[name].round(), return_inverse=True)[1] for name in COMMANDED], axis=1)
+    level = levels(raw)
     place = {tuple(at): i for i, at in enumerate(level.tolist())}
     unit = np.eye(3, dtype=int)
     found = {}
@@ -96,32 +102,12 @@ def _tenths(count: int) -> np.ndarray:
     return np.random.default_rng(SEED).permutation(np.arange(count) % TENTHS)
 
 
-@dataclass(frozen=True)
-class _Polynomial:
-    """A full polynomial in the three pressures."""
-
-    pressures: np.ndarray
-    pose: np.ndarray
-    degree: int
-
-    @property
-    def columns(self) -> np.ndarray:
-        x = (self.pressures - self.pressures.mean(0)) / self.pressures.std(0)
-        powers = [p for p in np.ndindex(*[self.degree + 1] * 3) if sum(p) <= self.degree]
-        return np.stack([np.prod(x ** np.array(p), axis=1) for p in powers], axis=1)
-
-    def __call__(self, fitted: np.ndarray, asked: np.ndarray) -> np.ndarray:
-        columns = self.columns
-        predicted: np.ndarray = columns[asked] @ np.linalg.lstsq(columns[fitted], self.pose[fitted], rcond=None)[0]
-        return predicted
-
-
 class _Physical:
-    """The continuum model with effects; every later fit starts from the first one."""
+    """The continuum model with effects; every later fit starts from the first one. of_each: as in PHYSICAL."""
 
-    def __init__(self, rows: Rows, effects: tuple[str, ...]) -> None:
+    def __init__(self, rows: Rows, effects: tuple[str, ...], of_each: tuple[str, ...]) -> None:
         # In the order of the registry, as they act.
-        made = [EFFECTS[name](members=MEMBERS if name in OF_EACH else 0) for name in EFFECTS if name in effects]
+        made = [EFFECTS[name](members=MEMBERS if name in of_each else 0) for name in EFFECTS if name in effects]
         self.model, self.rows = MODELS["continuum"](effects=made), rows
         self.model.set_values({name: value for name, value in START.items() if name in self.model.declared})
         self.start = self.model.vector().detach().clone()
