@@ -6,14 +6,15 @@ and short protocols; its effects have the literature's forms, not the package's 
 muscles taught, hidden in helices and in braids, on the kinematic and the isometric bed, in the literature's forms.
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
-claimed. --plan few: tables of few states, judged by states between those that were measured. --plan time: logs
-with effects of the history, integrated by small steps. --plan unknown: random smooth functions of place and pressure
-added to what a laboratory measures, of which no effect of the library may be claimed.
+claimed. --plan regular: even steps at even places, by gauges of three grades. --plan few: tables of few states, judged
+by states between those that were measured. --plan time: logs with effects of the history, integrated by small steps.
+--plan unknown: random smooth functions of place and pressure added to what a laboratory measures, of which no effect of
+the library may be claimed.
 
 Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong, hidden_few,
-hidden_time or hidden_unknown, and plots recovery against size, the confusion matrix, what slipped, false alarms,
-coverage of the 95 % intervals and time; of the plan few it writes tables, of the plans time and unknown it only prints.
-Data sets already done are not done again.
+hidden_time, hidden_unknown or hidden_regular, and plots recovery against size, the confusion matrix, what slipped,
+false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables, of the plans time, unknown and
+regular it only prints. Data sets already done are not done again.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from hidden_effects.few import few
 from hidden_effects.over_time import over_time, report_time
 from hidden_effects.plan import PLANS, some
+from hidden_effects.regular import regular, report_regular
 from hidden_effects.wrong import wrong
 from rich.progress import track
 
@@ -43,6 +45,7 @@ OUT = {
     "few": Path("outputs/hidden_few"),
     "time": Path("outputs/hidden_time"),
     "unknown": Path("outputs/hidden_unknown"),
+    "regular": Path("outputs/hidden_regular"),
 }
 
 
@@ -52,6 +55,10 @@ def examine(job: dict) -> dict:
         from hidden_effects.wrong import examine_wrong
 
         return examine_wrong(job)
+    if "regular" in job:
+        from hidden_effects.regular import examine_regular
+
+        return examine_regular(job)
     if "recordings" in job:
         from hidden_effects.over_time import examine_time
 
@@ -74,10 +81,10 @@ def done(job: dict, out: Path) -> bool:
 def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
-    plans = PLANS | {"wrong": wrong, "few": few, "time": over_time}
+    plans = PLANS | {"wrong": wrong, "few": few, "time": over_time, "regular": regular}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24 or 67 data sets each"
+        "--seeds", type=int, default=1, help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67 or 24 data sets each"
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
@@ -106,6 +113,9 @@ def main() -> None:
     results = [json.loads((out / f"{job['number']}.json").read_text()) for job in jobs]
     if arguments.plan == "wrong":
         report_wrong(results)
+        return
+    if arguments.plan == "regular":
+        report_regular(results)
         return
     if arguments.plan == "time":
         report_time(results)

@@ -3,19 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, student
 
-from freelearn.data.accuracy import PAPER
+from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.prepare import Question, prepare
 from freelearn.discovery.referee.case import Case
 from freelearn.discovery.residuals.suspects import UNITS, state_outliers, suspects
 from freelearn.discovery.search.search import search
 from freelearn.physics.models.build import build_model
-from freelearn.testing.reference import laboratory
+from freelearn.testing.reference import laboratory, other_beds
 from freelearn.testing.reference.laboratory import Laboratory
 
 MADE = bench(2, **SHORT)
@@ -217,3 +218,53 @@ def test_where_the_model_lacks_something_everywhere_no_state_is_blamed():
     found = search(bench(4, **SHORT, extra=extra).question(["friction_hysteresis", "force_offset"]))
     assert found.verdict != "adequate"
     assert not [s for s in found.suspects if s.load in ("elongation", "twist")]
+
+
+DESIGN = {1: (28.0, -28.0, 180.0, 6.0, 7.2)}
+LENGTHS, PRESSURES, ALONE_AT = np.array([0.0, -6.0, -12.0, -18.0]), np.linspace(60, 500, 9), -24.0
+
+
+@pytest.fixture(scope="module")
+def muscle():
+    """Four lengths of a muscle with its noise, and of a fifth one row."""
+
+    def measured(lengths, pressures, seed):
+        asked = other_beds.nominal("isometric", DESIGN, np.stack([lengths, 0 * lengths], axis=1), pressures)
+        return other_beds.measure("isometric", asked, 1.2e6, 2e8, {}, seed)
+
+    alone = measured(np.array([ALONE_AT]), PRESSURES[-1:], 2)
+    return pd.concat([measured(LENGTHS, PRESSURES, 1), alone], ignore_index=True)
+
+
+def asked_of(table):
+    accuracy = Accuracy.engineering(**other_beds.ACCURACY)
+    return Question(lambda names: build_model("continuum", {}, names, [1]), [], Rows.from_table(table), accuracy, 0)
+
+
+def said_of_the_last(table):
+    found = search(asked_of(table))
+    return found, [s for s in found.suspects if s.row == len(table) - 1]
+
+
+def test_one_row_at_a_length_of_its_own_that_is_grossly_wrong_spoils_nothing(muscle):
+    """No neighbor says what it should be, and 800 N against 300 bend all that is fitted to it."""
+    largest = muscle["force_n"].abs().max()
+    last = muscle.index == len(muscle) - 1
+    for wrong in (-2.5 * largest, 3 * largest):
+        found, (suspect,) = said_of_the_last(muscle.assign(force_n=muscle["force_n"].mask(last, wrong)))
+        assert found.verdict == "adequate"
+        assert suspect.shown == pytest.approx(wrong)
+        # What the other lengths say of this one.
+        assert suspect.expected == pytest.approx(float(muscle["force_n"].iloc[-1]), abs=0.03 * largest)
+        assert found.final.fit.values()["C1"] == pytest.approx(1.2e6, rel=0.05)
+
+
+def test_a_row_alone_at_its_length_is_no_suspect_where_it_is_right_or_where_the_model_errs(muscle):
+    found, none = said_of_the_last(muscle)
+    assert (found.verdict, none) == ("adequate", [])
+    # Twice what the model expects, which is less than what the others show: a misfit, perhaps.
+    last = muscle.index == len(muscle) - 1
+    twice = muscle["force_n"].mask(last, 2 * muscle["force_n"])
+    assert twice.iloc[-1] > twice.min()
+    _, _, noise = prepare(asked_of(muscle.assign(force_n=twice)))
+    assert not noise.scatter.slipped[-1].any()

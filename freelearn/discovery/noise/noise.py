@@ -167,7 +167,8 @@ class Whitener:
         self.told = present if told is None else present & told
         _, self.state = torch.unique(state, return_inverse=True)
         self.states = int(self.state.max()) + 1 if len(state) else 0
-        by_pressure = sensitivity[:, :, 2:] * accuracy.pressure
+        # What one standard deviation of each pressure's readings does to the loads, (N, 2, pressures), and that [Pa].
+        self.by_pressure, self.pressure_error = sensitivity[:, :, 2:] * accuracy.pressure, accuracy.pressure
         own, position = _parts(sensitivity, accuracy, bed, self.told)
         self.doubt, self.even = doubt, even
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
@@ -178,7 +179,7 @@ class Whitener:
         self.scattered = torch.where(found[2], found[0] + found[1].square().sum(-1).nan_to_num(0.0, 0.0, 0.0), 0.0)
         own, position, counts = _found(own, position, present, weigh) if even else found
         # A reading that does not count tells nothing of the other one of its row.
-        both = torch.where(counts.all(-1), (by_pressure[:, 0] * by_pressure[:, 1]).sum(-1), 0.0)
+        both = torch.where(counts.all(-1), self.by_pressure.prod(1).sum(-1), 0.0)
         if weigh is not None:
             both = torch.where(counts.all(-1), both / weigh.reading.prod(-1).sqrt(), 0.0)
         # Standard deviation of each load, (N, 2), but for the position error that a state's rows share.
@@ -255,6 +256,7 @@ class Whitener:
         part.variance, part.shared = self.variance[rows], self.shared[rows]
         part.present, part.told, part.places = self.present[rows], self.told[rows], self.places[rows]
         part.scattered, part.even = self.scattered[rows], self.even
+        part.by_pressure, part.pressure_error = self.by_pressure[rows], self.pressure_error
         part.doubt, part.counts = self.doubt, self.counts[rows]
         part.filter = None if self.filter is None else self.filter.part(rows)
         return part

@@ -41,6 +41,10 @@ FEWEST_STATES = SHARING * FEWEST_BINS
 # Residuals are counted as typically so many deviations of a channel's noise at most. Of a model that is farther off,
 # more digits of one channel would decide against the other, and nothing about the model.
 HOPELESS = 30.0
+# A reading is grossly wrong that exceeds 9 of 10 others so many times, where a fit that bounds its influence expects
+# none such, and that misses this by more than those others are large and so many times what is usual. A larger share of
+# the readings is no error: something else happens there.
+OUTSIDE, STRAY, MOST_GROSS = 1.5, 30.0, 0.1
 MAD = 1.4826  # of a normal distribution: standard deviation over median absolute deviation
 
 
@@ -74,11 +78,12 @@ class Scatter:
     weight: Tensor
     memory: Memory | None = None
     assumed: bool = True
+    gross: Tensor | None = None
 
     def of(self, rows: Tensor) -> Scatter:
         """That of some of the rows alone, (n,) int64: to weigh them by, not to go on from."""
         picked = {n: getattr(self, n)[rows] for n in ("z", "smooth", "good", "reading", "state", "weight")}
-        return replace(self, **picked)
+        return replace(self, **picked, gross=None if self.gross is None else self.gross[rows])
 
     def even(self) -> Scatter:
         """All readings that did not slip with the usual precision, and nothing that a state's rows share: what stands
@@ -89,7 +94,8 @@ class Scatter:
     @property
     def slipped(self) -> Tensor:
         """Readings to point out, (N, 2) bool."""
-        return self.z.abs() > self.tails.limit * self.lifted
+        far = self.z.abs() > self.tails.limit * self.lifted
+        return far if self.gross is None else far | self.gross
 
     @property
     def deviations(self) -> Tensor:
@@ -117,7 +123,9 @@ def scatter(
     """
     bed = states.bed
     readings = readings or Readings.whole(raw)
+    gross = _gross(raw, loads, readings) if before is None else before.gross
     told = readings.informative_mask(loads)
+    told = told if gross is None else told & ~gross
     noise = (sensors(like, bed) ** 2 + (sensitivity[:, :, 2:] * like.pressure).square().sum(-1)).sqrt()
     positions = sensitivity[:, :, :2] * shared(like, bed)
     samples = [
@@ -147,7 +155,29 @@ def scatter(
             now = replace(now, memory=remembered(error, counts, visit, clock))
     lifted = (_typical(raw / (noise * now.deviations), told) / HOPELESS).clamp_min(1.0)
     # What is censored is believed like any other, once the model comes to it; what is not there never.
-    return replace(now, reading=torch.where(readings.present, now.reading / lifted**2, 0.0), lifted=lifted)
+    there = readings.present
+    if gross is not None:
+        size = noise * now.scale * now.growth.factor(loads, states.pressure)
+        z, good = torch.where(gross, (raw - now.smooth) / size, now.z), torch.where(gross, 0.0, now.good)
+        there, now = there & ~gross, replace(now, z=z, good=good, gross=gross)
+    return replace(now, reading=torch.where(there, now.reading / lifted**2, 0.0), lifted=lifted)
+
+
+def _gross(raw: Tensor, loads: Tensor, readings: Readings) -> Tensor | None:
+    """Readings that are grossly wrong, (N, 2) bool, of a fit in which no reading has more than bounded influence; None
+    where there are none."""
+    found = torch.zeros_like(readings.present)
+    for load in range(2):
+        there = readings.informative_mask(loads)[:, load]
+        if not bool(there.any()):
+            continue
+        shown, missed = readings.value[there, load].abs(), raw[there, load].abs()
+        large = shown.quantile(1 - MOST_GROSS)
+        off = (shown > OUTSIDE * large) & (missed > large) & (missed > STRAY * MAD * missed.median())
+        off &= loads[there, load].abs() <= OUTSIDE * large
+        if int(off.sum()) <= MOST_GROSS * len(off):
+            found[torch.nonzero(there)[:, 0][off], load] = True
+    return found if bool(found.any()) else None
 
 
 def huber(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import torch
@@ -71,12 +71,18 @@ BINS, WAVES = 24, 6
 SHARING, FEWEST_BINS = 4, 4
 
 
+# Share of a pressure's range by which it is moved to see how shapes change with it.
+MOVED = 1e-4
+
+
 @dataclass(frozen=True)
 class Block:
-    """Shapes (n, k) on some rows, (n,) of them, and zero on all others."""
+    """Shapes (n, k) on some rows, (n,) of them, and zero on all others. slopes: how they change with the pressure of
+    each actuator in their row, (pressures, n, k) 1/Pa, where that is asked for."""
 
     rows: Tensor
     columns: Tensor
+    slopes: Tensor | None = None
 
 
 # A set of shapes: what belongs to one sample alone costs no more than its own rows.
@@ -143,6 +149,31 @@ def _powers(count: int, degree: int) -> list[tuple[int, ...]]:
 
 def bases(states: States) -> list[Basis]:
     """Shapes that a missing effect may leave: coarse and fine smooth ones, uneven ones, and each sample's own."""
+    return _bases(states, history(states))
+
+
+def bases_with_slopes(states: States) -> list[Basis]:
+    """The same with their slopes; what a log's history leaves is counted as known."""
+    past, inputs = history(states), states.inputs()
+    moved, steps = [], []
+    for place, pressure in enumerate(inputs[2:], 2):
+        # The ends stay, so that what shapes are scaled by does.
+        between = (pressure > pressure.min()) & (pressure < pressure.max())
+        steps.append(MOVED * float(pressure.max() - pressure.min()) or 1.0)
+        other = [*inputs[:place], pressure + steps[-1] * between, *inputs[place + 1 :]]
+        moved.append(_bases(states.with_inputs(other), past))
+    found = []
+    for basis, *others in zip(_bases(states, past), *moved, strict=True):
+        slopes = [
+            [(there.columns - block.columns) / step for there, step in zip(same, steps, strict=True)]
+            for block, *same in zip(basis, *others, strict=True)
+        ]
+        found.append([replace(b, slopes=torch.stack(each)) for b, each in zip(basis, slopes, strict=True)])
+    return found
+
+
+def _bases(states: States, past: Tensor) -> list[Basis]:
+    """past (N, j): what a missing history may leave."""
     rising = states.direction[:, None]
     low, _ = monomials(states, 1)
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
@@ -150,7 +181,6 @@ def bases(states: States) -> list[Basis]:
     fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
     uneven = torch.cat([*(binned(x, states) for x in _places(states).values()), _waves(states)], dim=1)
     everywhere = torch.arange(len(states))
-    past = history(states)
     pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven, past) if columns.shape[1]]
     samples = torch.unique(states.sample)
     if len(samples) == 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -13,7 +14,7 @@ from torch import Tensor
 from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import DEPENDENT, ROUNDING, SMALLEST, norms, orthonormal, summed_products
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
-from freelearn.discovery.noise.shapes import Basis, bases, place_shapes
+from freelearn.discovery.noise.shapes import Basis, Block, bases_with_slopes, place_shapes
 from freelearn.discovery.thresholds import ALPHA_STRUCTURE
 
 # Chance at which a screen speaks. Its false statements are counted by experiments/hidden_effects: at most 2 %.
@@ -33,8 +34,28 @@ class ResidualTest:
     at_most: tuple[float, float] | None = None
 
 
-# Rows (n,) and whitened shapes of theirs, (2n, k).
-WhiteBlock = tuple[Tensor, Tensor]
+class InErrors(NamedTuple):
+    """What errors of the pressures' readings do to k whitened shapes, on average: size (k, k), products of what they
+    change in each, as far as these errors make the residuals, and shared (k, pressures), products of the shapes with
+    what they make of these."""
+
+    size: Tensor
+    shared: Tensor
+
+
+class WhiteBlock(NamedTuple):
+    """rows (n,) and whitened shapes of theirs, columns (2n, k). errors: None where no pressure is in them."""
+
+    rows: Tensor
+    columns: Tensor
+    errors: InErrors | None = None
+
+
+# Share of a shape's square that may be errors of the pressures' readings, and χ² that a set of shapes may see in these
+# beyond that of noise.
+MOST_ERRORS, SEEN_IN_ERRORS = 0.02, 0.5
+# What a fit absorbs changes over the range of a pressure by so many times its size, about.
+CHANGES = 2.0
 # Standard deviations beyond which a residual counts as an outlier.
 OUTLYING = 4.0
 # What an error of place adds to a state's readings, in units of their own variance, for it to be seen at all.
@@ -65,23 +86,28 @@ class Structure:
 def structure(residual: Tensor, jacobian: Tensor, states: States, whiten: Whitener) -> Structure:
     """Tests whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p) for smooth structure: bases of shapes,
     for force and moment separately, and what places would have to be off by."""
-    found = seen(residual, jacobian, whiten, (_white(basis, whiten) for basis in bases(states)))
+    sets = (_white(basis, whiten) for basis in bases_with_slopes(states))
+    found = seen(residual, jacobian, whiten, sets, _in_absorbed(states, whiten))
     of_places = displaced(residual, states, whiten)
     return found if of_places is None else replace(found, p_value=min(1.0, 2 * min(found.p_value, of_places)))
 
 
-def seen(residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[Iterable[WhiteBlock]]) -> Structure:
+def seen(
+    residual: Tensor, jacobian: Tensor, whiten: Whitener, sets: Iterable[Iterable[WhiteBlock]], in_absorbed: float = 0.0
+) -> Structure:
     """What sets of whitened shapes see in whitened residuals (N, 2) of a fit with whitened Jacobian (N, 2, p).
+    in_absorbed: share of the square of what the fit absorbs that errors of the pressures' readings are.
 
     Each set, cleared of what the fit could absorb, is regressed on the residuals; an F-test compares what it explains
     with what the finest one leaves. The least p-value is multiplied by the number of sets (Bonferroni). Residuals
     beyond OUTLYING standard deviations are drawn in to there: a few rows on a kink of the model are not a systematic
     misfit, and neither is one odd state of many: where the F-test sees something, it has to see it without any one of
-    the states too.
+    the states too. Where the order of a regular protocol tells the pressure better than its gauge does, shapes of both
+    are the gauge's errors: what of a set these alone would show in is left out.
     """
     flat = winsorized(residual.reshape(-1), whiten.present.reshape(-1))
     absorbed = orthonormal(jacobian.flatten(0, 1))
-    views = [_view(blocks, absorbed, flat, whiten) for blocks in sets]
+    views = [_view(blocks, absorbed, flat, whiten, in_absorbed) for blocks in sets]
     places = [place for place, view in enumerate(views) if view.rank]
     views = [views[place] for place in places]
     total = max(float(flat.square().sum()), SMALLEST)
@@ -168,28 +194,77 @@ class _View:
 
 def _white(basis: Basis, whiten: Whitener) -> Iterator[WhiteBlock]:
     """The shapes of a basis, given to either load."""
-    return ((block.rows, whitened_basis(block.columns, whiten.part(block.rows))) for block in basis)
+    for block in basis:
+        part = whiten.part(block.rows)
+        yield WhiteBlock(block.rows, whitened_basis(block.columns, part), _in_errors(block, part))
 
 
-def _view(blocks: Iterable[WhiteBlock], absorbed: Tensor, flat: Tensor, whiten: Whitener) -> _View:
+def _in_errors(block: Block, whiten: Whitener) -> InErrors | None:
+    """whiten: of the block's rows. What it takes off for what a state's rows share is left in: it is hardly any."""
+    if block.slopes is None:
+        return None
+    count, k = block.columns.shape
+    # Of one standard deviation of either load, and of each pressure's error, in a row's whitened readings.
+    unit = whiten.apart(torch.diag(whiten.variance.sqrt().mean(0)).expand(count, 2, 2))
+    made = whiten.apart(whiten.by_pressure)
+    size, shared = torch.zeros(2, k, 2, k, dtype=torch.float64), torch.zeros(2, k, made.shape[2], dtype=torch.float64)
+    for place, slopes in enumerate(block.slopes):
+        own = torch.nonzero(slopes.abs().amax(0))[:, 0]
+        change, share = slopes[:, own] * whiten.pressure_error, made[:, :, place].square().sum(1)
+        for a in range(2):
+            shared[a, own, place] = change.T @ (unit[:, :, a] * made[:, :, place]).sum(1)
+            for b in range(2):
+                weight = (unit[:, :, a] * unit[:, :, b]).sum(1) * share
+                size[a, own[:, None], b, own] += change.T @ (weight[:, None] * change)
+    return InErrors(size.reshape(2 * k, 2 * k), shared.reshape(2 * k, -1))
+
+
+def _in_absorbed(states: States, whiten: Whitener) -> float:
+    """Share of the square of what a fit absorbs that errors of the pressures' readings are, as far as these make the
+    residuals: where hardly anything is left of a shape beside it, they are what is left."""
+    made = whiten.apart(whiten.by_pressure).square().sum(1).mean(0)
+    wide = torch.stack([p.max() - p.min() for p in states.inputs()[2:]])
+    return float((made * (CHANGES * whiten.pressure_error / wide.clamp_min(SMALLEST)).square().clamp_max(1.0)).sum())
+
+
+def _view(blocks: Iterable[WhiteBlock], absorbed: Tensor, flat: Tensor, whiten: Whitener, in_absorbed: float) -> _View:
     """A set of shapes seen beside an orthonormal span (2N, r) and residuals (2N,).
 
     All from inner products, block by block: the cleared columns themselves would cost several passes over them."""
     span, residual = absorbed.reshape(len(flat) // 2, 2, -1), flat.reshape(-1, 2)
-    grams, shared, along = [], [], []
-    for rows, columns in blocks:
+    grams, shared, along, sizes, in_errors = [], [], [], [], []
+    for rows, columns, errors in blocks:
         length = norms(columns)
-        columns = columns[:, length > 0] / length[length > 0]
+        there, length = length > 0, length[length > 0]
+        columns = columns[:, there] / length
         grams.append(columns.T @ columns)
         shared.append(span[rows].flatten(0, 1).T @ columns)
         along.append(summed_products(columns, residual[rows].reshape(-1), whiten.state[rows], whiten.states))
+        none = InErrors(columns.new_zeros(len(there), len(there)), columns.new_zeros(len(there), 1))
+        size, made = errors or none
+        sizes.append(size[there][:, there] / length / length[:, None])
+        in_errors.append(made[there] / length[:, None])
     together, taken = torch.block_diag(*grams), torch.cat(shared, dim=1)
     size, axes = torch.linalg.eigh(together - taken.T @ taken)
     kept = size > DEPENDENT
     axes = axes[:, kept] / size[kept].sqrt()
+    axes = _told_apart(axes, torch.block_diag(*sizes) + in_absorbed * taken.T @ taken, torch.cat(in_errors))
     return _View(
-        int(kept.sum()), axes, torch.cat(along, 1), summed_products(absorbed, flat, whiten.state, whiten.states), taken
+        axes.shape[1], axes, torch.cat(along, 1), summed_products(absorbed, flat, whiten.state, whiten.states), taken
     )
+
+
+def _told_apart(axes: Tensor, size: Tensor, shared: Tensor) -> Tensor:
+    """Axes (k, rank) of a set of shapes without those that errors of the pressures' readings would show in. size,
+    shared: see InErrors, of the whole set."""
+    share, turned = torch.linalg.eigh(axes.T @ size @ axes)
+    axes = axes @ turned[:, share <= MOST_ERRORS]
+    seen = axes.T @ shared
+    large = seen.square().sum(0) > SEEN_IN_ERRORS
+    if not bool(large.any()):
+        return axes
+    along = orthonormal(seen[:, large])
+    return axes @ torch.linalg.qr(along, mode="complete")[0][:, along.shape[1] :]
 
 
 def winsorized(residual: Tensor, present: Tensor) -> Tensor:

@@ -19,7 +19,7 @@ from freelearn.data.recordings import Recording, recurred
 from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import VANISHING, norms
 from freelearn.discovery.noise.shapes import rows_of_samples, scaled, times
-from freelearn.discovery.noise.structure import seen
+from freelearn.discovery.noise.structure import WhiteBlock, seen
 from freelearn.discovery.referee.case import FAIL, PASS, Case, Check
 
 # Chance of calling a model changing that does not, of each kind of change. Right models of logs, whose samples know
@@ -109,7 +109,7 @@ def _check(case: Case, change: Change) -> Check:
     def white(driver: Tensor) -> Tensor:
         return whiten(driver[:, :, None] * change.shapes[:, None, :]).flatten(0, 1)
 
-    found = seen(fit.residual, fit.jacobian, whiten, ([(everywhere, white(d))] for d in drivers.values()))
+    found = seen(fit.residual, fit.jacobian, whiten, ([WhiteBlock(everywhere, white(d))] for d in drivers.values()))
     if found.p_value >= CHANCE:
         says = f"Nothing changes {change.name} that noise would not make look so."
         return Check(name, PASS, found.p_value, CHANCE, says, decides=False)

@@ -18,7 +18,7 @@ NAME = "rising against falling pressure"
 # Why nothing can be compared on an end block.
 ALONE = "no two rows differ by their direction alone"
 # Fewer comparisons show nothing.
-FEWEST = 10
+FEWEST_COMPARISONS = 6
 # Chance of not having slipped above which a reading is compared.
 PROBABLY = 0.5
 # A falling row is compared where rising ones of its state surround it, up to this much [Pa].
@@ -86,7 +86,8 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     seen = whiten.told.numpy()
     there = np.array([seen[p.falling] & seen[p.rising].all(axis=0) for p in pairs]).reshape(-1, 2)
     readings = enumerate(states.bed.readings)
-    told = [i for i, quantity in readings if quantity in states.bed.measured and there[:, i].sum() >= FEWEST]
+    enough = there.sum(0) >= FEWEST_COMPARISONS
+    told = [i for i, quantity in readings if quantity in states.bed.measured and enough[i]]
     if not told:
         few = "too few falling-pressure rows beside rising ones to compare"
         return ResidualTest(NAME, None, None, few)
@@ -132,5 +133,7 @@ def _p_value(z: np.ndarray, basis: np.ndarray) -> float:
     """F-test of differences z (n,) for a part along an orthonormal basis (n, k)."""
     explained = float(((basis.T @ z) ** 2).sum())
     freedom = len(z) - basis.shape[1]
+    if freedom < 1:
+        return 1.0
     rest = max(float((z**2).sum()) - explained, 1e-300) / freedom
     return f_test(explained / basis.shape[1] / rest, basis.shape[1], freedom)

@@ -13,7 +13,7 @@ from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.step import Candidate, not_testable
 from freelearn.discovery.noise.shapes import imposed
 from freelearn.discovery.referee.case import CANNOT, Check
-from freelearn.discovery.residuals.hysteresis import ALONE, FEWEST, comparisons
+from freelearn.discovery.residuals.hysteresis import ALONE, FEWEST_COMPARISONS, comparisons
 from freelearn.discovery.search.measuring_order import DRIFT
 from freelearn.discovery.thresholds import SORTED
 from freelearn.physics.chain.model import Model
@@ -24,6 +24,8 @@ from freelearn.physics.effects.registry import EFFECTS
 
 # The column that says when a row was measured.
 TIME = "time_s"
+# Rows that have to show what an effect does.
+FEWEST = 10
 # A row counts as less severe than an earlier one below this share of the harshest so far.
 MILDER = 0.99
 # Strands lie closer than at rest below this share of the braid's area there.
@@ -100,9 +102,11 @@ def _friction(rows: Rows) -> str:
     if rows.states.members:
         return f"cannot be told of several actuators on one end block: {ALONE}"
     count = len(comparisons(rows.states, rows.state))
-    if count >= FEWEST:
+    if count >= FEWEST_COMPARISONS:
         return ""
-    return f"needs {FEWEST} rows of falling pressure beside rising ones of the same state: there are {count}"
+    return (
+        f"needs {FEWEST_COMPARISONS} rows of falling pressure beside rising ones of the same state: there are {count}"
+    )
 
 
 def _braid(rows: Rows) -> str:
