@@ -42,7 +42,8 @@ def _grid(lengths: list[float], twists: list[float]) -> Array:
 
 PROTOCOLS = {
     "muscle, rising": Protocol(
-        "isometric", (28, -28, 180, 6.0, 7.2), _grid([0, -5, -10, -15, -20], [0]), np.linspace(50, 500, 10), (1.2e6, 2e8)
+        "isometric", (28, -28, 180, 6.0, 7.2), _grid([0, -5, -10, -15, -20], [0]),
+        np.linspace(50, 500, 10), (1.2e6, 2e8),
     ),
     "muscle, up and down": Protocol(
         "isometric", (24, -24, 250, 5.0, 6.2), _grid([0, -5, -10, -15, -20, -25, -30], [0]),

@@ -123,7 +123,7 @@ def scatter(
     """
     bed = states.bed
     readings = readings or Readings.whole(raw)
-    gross = _gross(raw, loads, readings) if before is None else before.gross
+    gross = _gross(raw, loads, readings, states.pressure) if before is None else before.gross
     told = readings.informative_mask(loads)
     told = told if gross is None else told & ~gross
     noise = (sensors(like, bed) ** 2 + (sensitivity[:, :, 2:] * like.pressure).square().sum(-1)).sqrt()
@@ -163,9 +163,9 @@ def scatter(
     return replace(now, reading=torch.where(there, now.reading / lifted**2, 0.0), lifted=lifted)
 
 
-def _gross(raw: Tensor, loads: Tensor, readings: Readings) -> Tensor | None:
+def _gross(raw: Tensor, loads: Tensor, readings: Readings, pressure: Tensor) -> Tensor | None:
     """Readings that are grossly wrong, (N, 2) bool, of a fit in which no reading has more than bounded influence; None
-    where there are none."""
+    where there are none. What is read under a pressure (N,) that no other row reaches may be as large as it is."""
     found = torch.zeros_like(readings.present)
     for load in range(2):
         there = readings.informative_mask(loads)[:, load]
@@ -175,6 +175,10 @@ def _gross(raw: Tensor, loads: Tensor, readings: Readings) -> Tensor | None:
         large = shown.quantile(1 - MOST_GROSS)
         off = (shown > OUTSIDE * large) & (missed > large) & (missed > STRAY * MAD * missed.median())
         off &= loads[there, load].abs() <= OUTSIDE * large
+        if bool(off.all()) or not bool(off.any()):
+            continue
+        under = pressure[there]
+        off &= under <= under[~off].max()
         if int(off.sum()) <= MOST_GROSS * len(off):
             found[torch.nonzero(there)[:, 0][off], load] = True
     return found if bool(found.any()) else None

@@ -264,7 +264,8 @@ def _told_apart(axes: Tensor, size: Tensor, shared: Tensor) -> Tensor:
     if not bool(large.any()):
         return axes
     along = orthonormal(seen[:, large])
-    return axes @ torch.linalg.qr(along, mode="complete")[0][:, along.shape[1] :]
+    beside: Tensor = torch.linalg.qr(along, mode="complete")[0][:, along.shape[1] :]
+    return axes @ beside
 
 
 def winsorized(residual: Tensor, present: Tensor) -> Tensor:

@@ -139,12 +139,7 @@ def _so_far(best: Hypothesis) -> None:
 
 def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     """What the search ended with, readings that slipped, what the referee says of it, and all."""
-    exact = ending.models.alone(ending.final)
-    together, without_drift = slipped_together(prepared, exact)
-    if together or without_drift is not exact:
-        # The last model lacks what only mended what the blocks explain: no class of the answer is left of that.
-        classes = [c for c in ending.classes if DRIFT not in c and next(iter(c)) in without_drift.effects]
-        ending = replace(ending, final=without_drift, classes=classes)
+    together, ending = _put_right(prepared, ending)
     sorted_by = confounded(prepared, ending.final)
     begin("asking whether the claim stands")
     referee = looked_at(prepared, ending)
@@ -159,7 +154,8 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     asked = prepared.question.added(ending.final.effects)
     # What blocks of slipped readings explain is settled already.
     if claim == "unexplained" and not together:
-        ending = standing(ending)
+        # Of what does not stand, some may only have mended blocks.
+        together, ending = _put_right(prepared, standing(ending))
     hypotheses = ending.known.hypotheses
     ranking = hypotheses.rank(hypotheses.found[frozenset()])
     steps = staircase(prepared, ending)
@@ -186,6 +182,17 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
         rivals(ending) if claim == "undecided" else {}, None if claim in CLAIMS else predicts_best(ending),
         [] if set(asked) == set(effects) else asked,
     )  # fmt: skip
+
+
+def _put_right(prepared: Prepared, ending: Ending) -> tuple[list[Block], Ending]:
+    """Blocks of readings that slipped together, and the ending without what only mended what they explain: no class of
+    the answer is left of that."""
+    exact = ending.models.alone(ending.final)
+    together, final = slipped_together(prepared, exact)
+    if not together and final is exact:
+        return together, ending
+    classes = [c for c in ending.classes if DRIFT not in c and next(iter(c)) in final.effects]
+    return together, replace(ending, final=final, classes=classes)
 
 
 def rivals(ending: Ending) -> dict[str, Step]:
