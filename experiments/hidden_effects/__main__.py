@@ -6,8 +6,9 @@ and short protocols; its effects have the literature's forms, not the package's 
 muscles taught, hidden in helices and in braids, on the kinematic and the isometric bed, in the literature's forms.
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
-claimed. --plan regular: even steps at even places, by gauges of three grades. --plan few: tables of few states, judged
-by states between those that were measured. --plan time: logs with effects of the history, integrated by small steps.
+claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
+few: tables of few states, judged by states between those that were measured. --plan time: logs with effects of the
+history, integrated by small steps.
 --plan unknown: random smooth functions of place and pressure added to what a laboratory measures, of which no effect of
 the library may be claimed.
 
@@ -84,7 +85,7 @@ def main() -> None:
     plans = PLANS | {"wrong": wrong, "few": few, "time": over_time, "regular": regular}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67 or 24 data sets each"
+        "--seeds", type=int, default=1, help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67 or 36 data sets each"
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")

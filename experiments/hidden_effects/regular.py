@@ -1,7 +1,8 @@
 """Regular protocols: the same pressures at the same lengths and twists, in order, on four beds, gauges of three grades.
 
-Where steps are even the row's number tells the pressure, better than a coarse gauge does. A quarter of the tables hides
-one effect, of the sizes that real actuators have; the others hide nothing.
+Where steps are even the row's number tells the pressure, better than a coarse gauge does. Some tables visit each place
+three times, and stand each time where they stood. A third of the tables hides one effect, of the sizes that real
+actuators have; the others hide nothing.
 """
 
 from __future__ import annotations
@@ -71,13 +72,18 @@ HIDDEN = ("fiber_misalignment", "end_clamps", "second_invariant", "length_offset
 
 
 def regular(seeds: int) -> list[dict]:
-    """Twenty-four a round: six protocols by three gauges with nothing hidden, and one effect in each protocol."""
+    """Thirty-six a round: of each of six protocols three gauges with nothing hidden and one effect, and by the middle
+    gauge three visits of each place with nothing hidden and with that effect."""
     jobs = []
     for seed in range(seeds):
         for place, protocol in enumerate(PROTOCOLS):
-            each = [{"kind": "none", "hidden": [], "gauge": gauge} for gauge in GAUGES]
-            each.append({"kind": "one", "hidden": [HIDDEN[(seed + place) % len(HIDDEN)]], "gauge": GAUGES[seed % 3]})
-            jobs += [{"protocol": protocol, "regular": True, "seed": seed} | job for job in each]
+            none, one = (
+                {"kind": "none", "hidden": []},
+                {"kind": "one", "hidden": [HIDDEN[(seed + place) % len(HIDDEN)]]},
+            )
+            each = [none | {"gauge": gauge} for gauge in GAUGES] + [one | {"gauge": GAUGES[seed % 3]}]
+            each += [job | {"gauge": GAUGES[1], "visits": 3} for job in (none, one)]
+            jobs += [{"protocol": protocol, "regular": True, "visits": 1, "seed": seed} | job for job in each]
     return [{"number": number} | job for number, job in enumerate(jobs)]
 
 
@@ -98,7 +104,19 @@ def make(job: Mapping[str, Any]) -> tuple[pd.DataFrame, dict[str, float]]:
     accuracy |= {name: SENSORS * value for name, value in largest.items()}
     generator = np.random.default_rng([job["seed"], 31])
     hidden = {name: MUSCLE[name](generator, max(largest.values())) | FIXED.get(name, {}) for name in job["hidden"]}
-    return measured(hidden, accuracy), accuracy
+    if job["visits"] == 1:
+        return measured(hidden, accuracy), accuracy
+    # Where each place really is stays the same; readings err anew.
+    once = measured(hidden, {n: e if n in other_beds.STATE[protocol.bed] else 0.0 for n, e in accuracy.items()})
+    read, later = (*largest, "pressure_kpa"), float(once["time_s"].max()) + 20
+    parts = [
+        once.assign(
+            time_s=once["time_s"] + visit * later,
+            **{name: once[name] + generator.normal(0, accuracy[name], len(once)) for name in read},
+        )
+        for visit in range(job["visits"])
+    ]
+    return pd.concat(parts, ignore_index=True), accuracy
 
 
 def examine_regular(job: dict[str, Any]) -> dict[str, Any]:
@@ -133,9 +151,11 @@ def report_regular(results: list[dict[str, Any]]) -> None:
     frame = frame.assign(names=names, right=right)
     none, one = (frame[frame["kind"] == kind] for kind in ("none", "one"))
     rows = rate("nothing hidden: nothing named", none, ~none["names"], "≥ 97")
-    for gauge, part in none.groupby("gauge"):
-        rows += rate(f"nothing hidden, gauge of {100 * gauge:g} %: adequate", part, part["right"], "")
-    rows += rate("one effect: in the answer", one, one["right"], "")
+    for (visits, gauge), part in none.groupby(["visits", "gauge"]):
+        what = f"nothing hidden, gauge of {100 * gauge:g} %{', three visits' * (visits > 1)}: adequate"
+        rows += rate(what, part, part["right"], "")
+    for visits, part in one.groupby("visits"):
+        rows += rate(f"one effect{', three visits' * (visits > 1)}: in the answer", part, part["right"], "")
     shown = Table(title=f"{len(frame)} tables, plan regular", title_justify="left")
     for heading in ("what", "of", "rate %", "target"):
         shown.add_column(heading, justify="left" if heading == "what" else "right")
@@ -144,6 +164,7 @@ def report_regular(results: list[dict[str, Any]]) -> None:
     console.print(shown)
     for r in frame[~frame["right"]].to_dict("records"):
         hidden, answer = ", ".join(r["hidden"]) or "nothing", "; ".join("/".join(c) for c in r["classes"]) or "nothing"
-        line = f"  {r['number']} {r['protocol']}, gauge {100 * r['gauge']:g} %: {hidden} → {r['verdict']}: {answer}"
+        where = f"{r['protocol']} × {r['visits']}, gauge {100 * r['gauge']:g} %"
+        line = f"  {r['number']} {where}: {hidden} → {r['verdict']}: {answer}"
         console.print(line, markup=False, soft_wrap=True)
     console.print(f"time: median {frame['seconds'].median():.1f} s, longest {frame['seconds'].max():.1f} s per table")

@@ -80,11 +80,18 @@ def loads_of(table: pd.DataFrame) -> Tensor:
 
 @dataclass(frozen=True)
 class Rows:
-    """Configurations, what was read there, and the number of their kinematic state (N,)."""
+    """Configurations, what was read there, and the number of their kinematic state (N,). visit: of their visit, (N,),
+    where a state is several visits of one place."""
 
     states: States
     readings: Readings
     state: np.ndarray
+    visit: np.ndarray | None = None
+
+    @property
+    def visits(self) -> np.ndarray:
+        """Number of each row's visit, (N,)."""
+        return self.state if self.visit is None else self.visit
 
     @classmethod
     def from_table(cls, table: pd.DataFrame) -> Rows:
@@ -117,20 +124,20 @@ class Rows:
         states = self.states.replace(
             bed=KINEMATIC, length=self.states.reference_length + place[:, 0], twist=place[:, 1]
         )
-        return Rows(states, Readings.whole(hung), self.state)
+        return Rows(states, Readings.whole(hung), self.state, self.visit)
 
     def __len__(self) -> int:
         return len(self.states)
 
     def __getitem__(self, rows: Tensor | slice) -> Rows:
         """The rows of these numbers (n,) int64, or marked by (N,) bool, or of a slice, which shares their memory."""
-        if isinstance(rows, slice):
-            return Rows(self.states[rows], self.readings[rows], self.state[rows])
-        there = rows.to(self.loads.device)
-        return Rows(self.states[there], self.readings[there], self.state[rows.cpu().numpy()])
+        there = rows if isinstance(rows, slice) else rows.to(self.loads.device)
+        own = rows if isinstance(rows, slice) else rows.cpu().numpy()
+        visit = None if self.visit is None else self.visit[own]
+        return Rows(self.states[there], self.readings[there], self.state[own], visit)
 
     def to(self, device: torch.device | str) -> Rows:
         """The same rows with their tensors on a device; themselves where they are there already."""
         if self.loads.device == torch.device(device):
             return self
-        return Rows(self.states.to(device), self.readings.to(device), self.state)
+        return Rows(self.states.to(device), self.readings.to(device), self.state, self.visit)

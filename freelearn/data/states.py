@@ -256,10 +256,10 @@ def _member(table: pd.DataFrame, number: int) -> States:
 def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     """Number of the kinematic state that each row belongs to: (N,) int64, in order of first appearance.
 
-    A state is one visit of the bed to a length and twist: its rows share sample and twist, and `step` counts
-    up in them. A repeat of a state later in the file is a visit, and so a state, of its own: it has its own
-    position error. The length is left out of the comparison where the step keeps counting, because real beds
-    creep while the pressure changes; a new count starts a new state.
+    A state is one visit of the bed to a length and twist: its rows share sample and twist, and `step` counts up in
+    them. A repeat of a state later in the file is a visit, and so a state, of its own: it may have a position error of
+    its own (whether it has, a search asks: discovery.fits.visits). The length is left out of the comparison where the
+    step keeps counting, because real beds creep while the pressure changes; a new count starts a new state.
 
     Under a dead load a state is one load as hung: rows that share sample, force and moment while `step` counts up. Of a
     log a state is one recording: its rows share what was set when the actuator was mounted for it.

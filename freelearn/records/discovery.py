@@ -60,7 +60,7 @@ class Discovery:
 
 def final_estimates(findings: Findings) -> list[Estimate]:
     """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
-    fit, states = findings.final.fit, len(np.unique(findings.rows.state))
+    fit, states = findings.final.fit, len(np.unique(findings.rows.visits))
     return searched_estimates(fit.values(), stderr(findings.final), fit.model, states)
 
 

@@ -89,9 +89,9 @@ def neighbor_scatter(raw: Tensor, rows: Rows) -> Tensor:
     pressure, direction = states.pressure.numpy(), np.sign(states.direction.numpy())
     counts = (rows.readings.present & ~rows.readings.slack[:, None]).numpy()
     found: list[list[float]] = [[], []]
-    for visit in np.unique(rows.state):
-        for way in np.unique(direction[rows.state == visit]):
-            own = np.flatnonzero((rows.state == visit) & (direction == way))
+    for visit in np.unique(rows.visits):
+        for way in np.unique(direction[rows.visits == visit]):
+            own = np.flatnonzero((rows.visits == visit) & (direction == way))
             own = own[np.argsort(pressure[own], kind="stable")]
             for channel in range(2):
                 place = own[counts[own, channel]]
@@ -161,7 +161,7 @@ def _from_repeats(raw: Tensor, sensitivity: Tensor, rows: Rows, like: Accuracy) 
     position = sensitivity.numpy()[:, :, :2] * shared(like, bed).numpy() * there[:, None]
     by_visit: dict[int, list[int]] = {}
     for row in apart:
-        by_visit.setdefault(int(rows.state[row]), []).append(row)
+        by_visit.setdefault(int(rows.visits[row]), []).append(row)
     rests, moves, leverage = [], [], []
     for visit in by_visit.values():
         target = np.array([apart[row] for row in visit]) / scale
@@ -194,7 +194,7 @@ def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
     return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, most)) ** 0.5
 
 
-def _places(states: States) -> pd.DataFrame:
+def places(states: States) -> pd.DataFrame:
     """Where each row was measured, rounded to what counts as the same."""
     near = {"length": SAME_MM * MM, "twist": SAME_DEG * DEG, "force": SAME_N, "moment": SAME_NMM * NMM}
     grains = [near[quantity.field] for quantity in states.bed.state]
@@ -219,7 +219,7 @@ def repeats(places: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
 
 def repeat_rows(rows: Rows) -> list[np.ndarray]:
     """`repeats` of the rows, by where they were measured."""
-    return repeats(_places(rows.states), rows.state)
+    return repeats(places(rows.states), rows.visits)
 
 
 def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None:

@@ -16,6 +16,7 @@ from freelearn.data.rows import Rows
 from freelearn.discovery.fits.derivatives import Build
 from freelearn.discovery.fits.left_out import HeldOut, folds_of, held_out
 from freelearn.discovery.fits.step import Step
+from freelearn.discovery.fits.visits import joined_visits
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.discovery.noise.noise import Noise, Whitener, relative_error, sensitivities
 from freelearn.discovery.noise.scatter import Scatter, huber, scatter
@@ -123,12 +124,13 @@ def prepare(question: Question) -> tuple[Prepared, WhiteFit, Noise]:
     start = starts(model, rows, 1, torch.Generator().manual_seed(question.seed))[0]
     kept = torch.ones(len(rows), dtype=torch.bool)
     fit = _first_fit(model, rows, start, prior)
+    every = rows = joined_visits(fit, rows)
     noise: Noise | None = None
     for _ in range(WHITENINGS):
         with torch.no_grad():
-            answered = fit.model(question.rows.states).status == Status.OK
+            answered = fit.model(every.states).status == Status.OK
         if int(answered.sum()) > 2 * len(fit.vector) and not torch.equal(answered, kept):
-            rows, kept, noise = question.rows[torch.nonzero(answered)[:, 0]], answered, None
+            rows, kept, noise = every[torch.nonzero(answered)[:, 0]], answered, None
             fit = evaluated(fit.model, rows, fit.vector)
         noise = noise_about(fit, rows, question.accuracy, None if noise is None else noise.scatter)
         fit = white_fit(model, rows, noise.whitener(), fit.vector, prior, near=fit.near)
