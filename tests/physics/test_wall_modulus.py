@@ -10,6 +10,7 @@ from freelearn.data.rows import Rows
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
 from freelearn.fitting.problem import Problem
 from freelearn.fitting.uncertainty import uncertainty
+from freelearn.physics.effects.effect_check import check_effects
 from freelearn.physics.mechanics.energy import EnergySum
 from freelearn.physics.mechanics.tube import Tube
 from freelearn.physics.models.build import build_model
@@ -84,6 +85,14 @@ def test_a_fit_finds_each_modulus(hung):
     assert dict(zip(found.names, found.values, strict=True)) == pytest.approx(truth, rel=1e-3)
     # No two of them are one number.
     assert np.isfinite(found.stderr).all()
+
+
+def test_a_fit_of_one_tube_or_of_values_that_all_share_is_refused():
+    check_effects(several().effects, several().values(), block(table_of()))
+    one, shared = build_model("continuum", {}, ["wall_modulus"]), made("continuum", ["wall_modulus"], members=0)
+    for model, states in ((one, alone(table_of(), DESIGNS[0])), (shared, block(table_of()))):
+        with pytest.raises(UserError, match=r"'wall_modulus' compares actuators on one end block.*Leave it out here"):
+            check_effects(model.effects, model.values(), states)
 
 
 def test_a_rubber_specimen_has_none():
