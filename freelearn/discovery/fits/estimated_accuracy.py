@@ -195,7 +195,8 @@ def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
 
 
 def places(states: States) -> pd.DataFrame:
-    """Where each row was measured, rounded to what counts as the same."""
+    """Where each row was measured, rounded to what counts as the same: its sample, the two quantities of its state,
+    pressures, direction."""
     near = {"length": SAME_MM * MM, "twist": SAME_DEG * DEG, "force": SAME_N, "moment": SAME_NMM * NMM}
     grains = [near[quantity.field] for quantity in states.bed.state]
     inputs = states.inputs()
@@ -207,10 +208,10 @@ def places(states: States) -> pd.DataFrame:
     return pd.DataFrame({"sample": states.sample.numpy(), **rounded, "direction": states.direction.numpy()})
 
 
-def repeats(places: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
+def repeats(where: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
     """Rows of each place that was visited more than once, one row of a visit. state: number of each row's visit."""
     groups = []
-    for _, rows in places.groupby(list(places.columns)).indices.items():
+    for _, rows in where.groupby(list(where.columns)).indices.items():
         _, first = np.unique(state[rows], return_index=True)
         if len(first) > 1:
             groups.append(np.asarray(rows)[first])

@@ -27,8 +27,10 @@ def joined_visits(fit: WhiteFit, rows: Rows) -> Rows:
     differ, or too few rows tell. fit: of the rows."""
     if rows.states.recording is not None:
         return rows
-    grid = places(rows.states)[["sample", "0", "1"]]
-    place = grid.groupby(list(grid.columns), sort=False).ngroup().to_numpy(copy=True)
+    # A visit is where it began: its length may creep while the pressure changes.
+    _, first, visit = np.unique(rows.state, return_index=True, return_inverse=True)
+    began = places(rows.states).iloc[first]
+    place = began.groupby(list(began.columns[:3]), sort=False).ngroup().to_numpy()[visit]
     again = [own for own in (np.flatnonzero(place == n) for n in np.unique(place)) if len(set(rows.state[own])) > 1]
     told, chances = rows.readings.informative_mask(fit.shown).numpy(), list[float]()
     for channel in range(2):
