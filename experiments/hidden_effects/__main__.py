@@ -31,7 +31,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from hidden_effects.few import few
 from hidden_effects.over_time import over_time, report_time
 from hidden_effects.plan import PLANS, some
-from hidden_effects.regular import regular, report_regular
+from hidden_effects.regular import regular
 from hidden_effects.wrong import wrong
 from rich.progress import track
 
@@ -57,7 +57,7 @@ def examine(job: dict) -> dict:
 
         return examine_wrong(job)
     if "regular" in job:
-        from hidden_effects.regular import examine_regular
+        from hidden_effects.examine_regular import examine_regular
 
         return examine_regular(job)
     if "recordings" in job:
@@ -116,6 +116,8 @@ def main() -> None:
         report_wrong(results)
         return
     if arguments.plan == "regular":
+        from hidden_effects.examine_regular import report_regular
+
         report_regular(results)
         return
     if arguments.plan == "time":

@@ -45,17 +45,14 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     made = few.make(job)
     table = as_read(made.table, made.bed)
     seen = table[usable_rows(table)].reset_index(drop=True)
-    accuracy = told(made.told)
-    rows = Rows.from_table(seen)
-    library, _ = candidates(build([]), [], seen.columns, rows)
+    question = asked(seen, made.told, job["seed"] % 1000)
     size, alone = sizes(made)
-    result = job | {"rows": len(rows), "values": made.hidden, "sizes": size, "alone": alone, "floor": made.floor}
+    result = job | {"rows": len(seen), "values": made.hidden, "sizes": size, "alone": alone, "floor": made.floor}
     began = time.perf_counter()
     try:
         with within(LIMIT):
-            stopped = [check.name for check in failed(looked_over(seen, build, [], accuracy))]
-            clocked = not unclocked(seen.columns, rows)
-            found = search(Question(build, library, rows, accuracy, job["seed"] % 1000, clocked=clocked))
+            stopped = [check.name for check in failed(looked_over(seen, build, [], question.accuracy))]
+            found = search(question)
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
@@ -65,6 +62,13 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
         "fresh": fresh(found.final.fit.model, made), "fresh_before": fresh(found.steps[0].fit.model, made),
         "seconds": time.perf_counter() - began,
     }  # fmt: skip
+
+
+def asked(seen: pd.DataFrame, accuracy: Mapping[str, float], seed: int) -> Question:
+    """What discover.py asks of a table's usable rows, of all that they can tell. accuracy: in the table's units."""
+    rows = Rows.from_table(seen)
+    library, _ = candidates(build([]), [], seen.columns, rows)
+    return Question(build, library, rows, told(accuracy), seed, clocked=not unclocked(seen.columns, rows))
 
 
 @contextmanager

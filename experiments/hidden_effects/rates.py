@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from rich.table import Table
 
 from freelearn.testing.reference.truths import MOVED
 
@@ -60,6 +61,22 @@ def contradicted(result: dict, screen: str) -> bool:
         return False
     rubs = [result["truth"][f"friction_hysteresis.{load}"] for load in ("force", "moment")]
     return any(2 * f > most for f, most in zip(rubs, result["hysteresis_at_most"], strict=True))
+
+
+def table(title: str, headings: list[str], cells: list[list[str]]) -> Table:
+    """To be printed; the first column holds words, the others numbers."""
+    shown = Table(title=title, title_justify="left")
+    for heading in headings:
+        shown.add_column(heading, justify="left" if heading == headings[0] else "right")
+    for each in cells:
+        shown.add_row(*each)
+    return shown
+
+
+def rates_table(title: str, rows: list[Row]) -> Table:
+    """Rates to be printed."""
+    cells = [[what, str(count), value, target] for what, count, value, target in rows]
+    return table(title, ["what", "of", "rate %", "target"], cells)
 
 
 def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[Row]:

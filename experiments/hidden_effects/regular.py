@@ -7,7 +7,6 @@ actuators have; the others hide nothing.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,9 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from hidden_effects.few import MUSCLE
-from hidden_effects.rates import rate
-from rich.console import Console
-from rich.table import Table
 
 from freelearn.testing.reference import literature, other_beds
 from freelearn.testing.reference.literature import FIXED
@@ -117,54 +113,3 @@ def make(job: Mapping[str, Any]) -> tuple[pd.DataFrame, dict[str, float]]:
         for visit in range(job["visits"])
     ]
     return pd.concat(parts, ignore_index=True), accuracy
-
-
-def examine_regular(job: dict[str, Any]) -> dict[str, Any]:
-    """Makes a table, searches it, and says what came out; all JSON."""
-    import torch
-    from hidden_effects.examine_few import as_read, build, said, told
-
-    from freelearn.data.columns import usable_rows
-    from freelearn.data.rows import Rows
-    from freelearn.discovery.fits.prepare import Question
-    from freelearn.discovery.search.search import search
-    from freelearn.discovery.search.testable import candidates, unclocked
-
-    torch.set_num_threads(1)
-    table, accuracy = make(job)
-    read = as_read(table, PROTOCOLS[job["protocol"]].bed)
-    seen = read[usable_rows(read)].reset_index(drop=True)
-    rows = Rows.from_table(seen)
-    library, _ = candidates(build([]), [], seen.columns, rows)
-    began = time.perf_counter()
-    clocked = not unclocked(seen.columns, rows)
-    found = search(Question(build, library, rows, told(accuracy), job["seed"], clocked=clocked))
-    return job | said(found, []) | {"rows": len(rows), "seconds": time.perf_counter() - began}
-
-
-def report_regular(results: list[dict[str, Any]]) -> None:
-    """Prints what is said of the tables, by gauge, and every answer that is not right."""
-    console, frame = Console(width=120), pd.DataFrame(results)
-    names = frame["classes"].map(bool) & frame["verdict"].isin(["named", "class", "proposed"])
-    right = [v in ("named", "class") and any(h[0] in c for c in cs) if h else v == "adequate"
-             for v, h, cs in zip(frame["verdict"], frame["hidden"], frame["classes"], strict=True)]  # fmt: skip
-    frame = frame.assign(names=names, right=right)
-    none, one = (frame[frame["kind"] == kind] for kind in ("none", "one"))
-    rows = rate("nothing hidden: nothing named", none, ~none["names"], "≥ 97")
-    for (visits, gauge), part in none.groupby(["visits", "gauge"]):
-        what = f"nothing hidden, gauge of {100 * gauge:g} %{', three visits' * (visits > 1)}: adequate"
-        rows += rate(what, part, part["right"], "")
-    for visits, part in one.groupby("visits"):
-        rows += rate(f"one effect{', three visits' * (visits > 1)}: in the answer", part, part["right"], "")
-    shown = Table(title=f"{len(frame)} tables, plan regular", title_justify="left")
-    for heading in ("what", "of", "rate %", "target"):
-        shown.add_column(heading, justify="left" if heading == "what" else "right")
-    for what, count, value, target in rows:
-        shown.add_row(what, str(count), value, target)
-    console.print(shown)
-    for r in frame[~frame["right"]].to_dict("records"):
-        hidden, answer = ", ".join(r["hidden"]) or "nothing", "; ".join("/".join(c) for c in r["classes"]) or "nothing"
-        where = f"{r['protocol']} × {r['visits']}, gauge {100 * r['gauge']:g} %"
-        line = f"  {r['number']} {where}: {hidden} → {r['verdict']}: {answer}"
-        console.print(line, markup=False, soft_wrap=True)
-    console.print(f"time: median {frame['seconds'].median():.1f} s, longest {frame['seconds'].max():.1f} s per table")

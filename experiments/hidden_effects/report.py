@@ -14,11 +14,12 @@ from hidden_effects.rates import (
     of_laboratory,
     of_moves,
     of_unknown,
+    rates_table,
     right,
     slips_of,
+    table,
 )
 from rich.console import Console
-from rich.table import Table
 
 from freelearn.testing.reference.truths import MOVED
 
@@ -32,13 +33,11 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     frame["right"] = [right(r) for r in results]
     frame["possible"] = [possible(r) for r in results]
     rates = {"laboratory": of_laboratory, "braids": of_braids, "moves": of_moves, "unknown": of_unknown}
-    rows = rates.get(plan, of_clean)(frame)
-    cells = [[what, str(count), value, target] for what, count, value, target in rows]
-    console.print(_table(f"{len(results)} data sets, plan {plan}", ["what", "of", "rate %", "target"], cells))
+    console.print(rates_table(f"{len(results)} data sets, plan {plan}", rates.get(plan, of_clean)(frame)))
     if plan == "laboratory":
         headings = ["measured with", "sets", "right at 15 σ", "nothing named", "slips found", "accused %", "intervals"]
         title = "By how it was measured: rates in %, in brackets of how many"
-        console.print(_table(title, headings, by_setting(frame)))
+        console.print(table(title, headings, by_setting(frame)))
     if "seconds" in frame:
         seconds = frame["seconds"]
         console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per data set")
@@ -72,7 +71,7 @@ def report_wrong(results: list[dict]) -> None:
         said, claims = f"{100 * part['said'].mean():.0f}", str(int(part["claim"].astype(bool).sum()))
         rows.append([str(kind), str(len(part)), said, str(int(part["refused"].sum())), claims])
     headings = ["mapped wrongly", "tables", "fault said %", "refused", "claims"]
-    console.print(_table(f"{len(results)} data sets, plan wrong (targets: ≥ 85 % said, no claim)", headings, rows))
+    console.print(table(f"{len(results)} data sets, plan wrong (targets: ≥ 85 % said, no claim)", headings, rows))
     seconds = frame["seconds"]
     console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per table")
     for _, r in frame[~frame["said"]].iterrows():
@@ -107,12 +106,3 @@ def missed(frame: pd.DataFrame) -> list[str]:
         what = f"{'+'.join(r['hidden']) or 'nothing'} at {r['size']} σ{told}"
         lines.append(f"missed {r['number']}: {what} → {r['verdict']} {r['classes'] or r.get('reason', '')}")
     return lines
-
-
-def _table(title: str, headings: list[str], rows: list[list[str]]) -> Table:
-    table = Table(title=title, title_justify="left")
-    for heading in headings:
-        table.add_column(heading, justify="left" if heading == headings[0] else "right")
-    for row in rows:
-        table.add_row(*row)
-    return table

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from hidden_effects.rates import Row, rate
+from hidden_effects.rates import Row, rate, rates_table
 from rich.console import Console
-from rich.table import Table
 
 from freelearn.common.csv_text import csv_text
 from freelearn.common.files import write_text
@@ -26,12 +25,7 @@ def report_few(results: list[dict[str, Any]], out: Path) -> None:
     console, frame = Console(width=120), told(results)
     rows = rates(frame)
     title = f"{len(results)} tables, plan few"
-    shown = Table(title=title, title_justify="left")
-    for heading in ("what", "of", "rate %", "target"):
-        shown.add_column(heading, justify="left" if heading == "what" else "right")
-    for what, count, value, target in rows:
-        shown.add_row(what, str(count), value, target)
-    console.print(shown)
+    console.print(rates_table(title, rows))
     for line in lines(frame):
         console.print(f"  {line}", markup=False, soft_wrap=True)
     write_text(out / "rates.md", markdown(title, rows))

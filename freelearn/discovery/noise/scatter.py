@@ -123,8 +123,8 @@ def scatter(
     """
     bed = states.bed
     readings = readings or Readings.whole(raw)
-    gross = _gross(raw, loads, readings, states.pressure) if before is None else before.gross
     told = readings.informative_mask(loads)
+    gross = _gross(raw, loads, told, states.pressure) if before is None else before.gross
     told = told if gross is None else told & ~gross
     noise = (sensors(like, bed) ** 2 + (sensitivity[:, :, 2:] * like.pressure).square().sum(-1)).sqrt()
     positions = sensitivity[:, :, :2] * shared(like, bed)
@@ -163,24 +163,24 @@ def scatter(
     return replace(now, reading=torch.where(there, now.reading / lifted**2, 0.0), lifted=lifted)
 
 
-def _gross(raw: Tensor, loads: Tensor, readings: Readings, pressure: Tensor) -> Tensor | None:
+def _gross(raw: Tensor, loads: Tensor, told: Tensor, pressure: Tensor) -> Tensor | None:
     """Readings that are grossly wrong, (N, 2) bool, of a fit in which no reading has more than bounded influence; None
-    where there are none. What is read under a pressure (N,) that no other row reaches may be as large as it is."""
-    found = torch.zeros_like(readings.present)
+    where there are none. raw, loads: as for `scatter`; told: (N, 2) bool, readings that tell something. What is read
+    under a pressure (N,) that no other row reaches may be as large as it is."""
+    found = torch.zeros_like(told)
     for load in range(2):
-        there = readings.informative_mask(loads)[:, load]
+        there = told[:, load]
         if not bool(there.any()):
             continue
-        shown, missed = readings.value[there, load].abs(), raw[there, load].abs()
+        shown, missed = (loads - raw)[there, load].abs(), raw[there, load].abs()
         large = shown.quantile(1 - MOST_GROSS)
         off = (shown > OUTSIDE * large) & (missed > large) & (missed > STRAY * MAD * missed.median())
         off &= loads[there, load].abs() <= OUTSIDE * large
-        if bool(off.all()) or not bool(off.any()):
-            continue
-        under = pressure[there]
-        off &= under <= under[~off].max()
+        if bool(off.any()):
+            # Not all of them: at most one of ten exceeds nine others.
+            off &= pressure[there] <= pressure[there][~off].max()
         if int(off.sum()) <= MOST_GROSS * len(off):
-            found[torch.nonzero(there)[:, 0][off], load] = True
+            found[there, load] = off
     return found if bool(found.any()) else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -149,11 +149,11 @@ def _powers(count: int, degree: int) -> list[tuple[int, ...]]:
 
 def bases(states: States) -> list[Basis]:
     """Shapes that a missing effect may leave: coarse and fine smooth ones, uneven ones, and each sample's own."""
-    return _bases(states, history(states))
+    return list(_bases(states, history(states)))
 
 
-def bases_with_slopes(states: States) -> list[Basis]:
-    """The same with their slopes; what a log's history leaves is counted as known."""
+def bases_with_slopes(states: States) -> Iterator[Basis]:
+    """The same with their slopes, one after another; what a log's history leaves is counted as known."""
     past, inputs = history(states), states.inputs()
     moved, steps = [], []
     for place, pressure in enumerate(inputs[2:], 2):
@@ -162,31 +162,36 @@ def bases_with_slopes(states: States) -> list[Basis]:
         steps.append(MOVED * float(pressure.max() - pressure.min()) or 1.0)
         other = [*inputs[:place], pressure + steps[-1] * between, *inputs[place + 1 :]]
         moved.append(_bases(states.with_inputs(other), past))
-    found = []
     for basis, *others in zip(_bases(states, past), *moved, strict=True):
-        slopes = [
-            [(there.columns - block.columns) / step for there, step in zip(same, steps, strict=True)]
+        yield [
+            replace(
+                block,
+                slopes=torch.stack([(b.columns - block.columns) / step for b, step in zip(same, steps, strict=True)]),
+            )
             for block, *same in zip(basis, *others, strict=True)
         ]
-        found.append([replace(b, slopes=torch.stack(each)) for b, each in zip(basis, slopes, strict=True)])
-    return found
 
 
-def _bases(states: States, past: Tensor) -> list[Basis]:
+def _bases(states: States, past: Tensor) -> Iterator[Basis]:
     """past (N, j): what a missing history may leave."""
     rising = states.direction[:, None]
     low, _ = monomials(states, 1)
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
-    coarse = torch.cat([monomials(states, 2)[0], rising * low, order], dim=1)
-    fine = torch.cat([monomials(states, POOLED_DEGREE)[0], rising * low, order], dim=1)
-    uneven = torch.cat([*(binned(x, states) for x in _places(states).values()), _waves(states)], dim=1)
+
+    def smooth(degree: int) -> Tensor:
+        return torch.cat([monomials(states, degree)[0], rising * low, order], dim=1)
+
     everywhere = torch.arange(len(states))
-    pooled = [[Block(everywhere, columns)] for columns in (coarse, fine, uneven, past) if columns.shape[1]]
-    samples = torch.unique(states.sample)
-    if len(samples) == 1:
-        return pooled
-    each = torch.cat([monomials(states, SAMPLE_DEGREE)[0], rising * low, order], dim=1)
-    return [*pooled, [Block(rows, each[rows]) for rows in rows_of_samples(states)]]
+    yield [Block(everywhere, smooth(2))]
+    yield [Block(everywhere, smooth(POOLED_DEGREE))]
+    yield [
+        Block(everywhere, torch.cat([*(binned(x, states) for x in _places(states).values()), _waves(states)], dim=1))
+    ]
+    if past.shape[1]:
+        yield [Block(everywhere, past)]
+    if len(torch.unique(states.sample)) > 1:
+        each = smooth(SAMPLE_DEGREE)
+        yield [Block(rows, each[rows]) for rows in rows_of_samples(states)]
 
 
 def rows_of_samples(states: States) -> list[Tensor]:

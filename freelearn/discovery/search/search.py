@@ -154,8 +154,10 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     asked = prepared.question.added(ending.final.effects)
     # What blocks of slipped readings explain is settled already.
     if claim == "unexplained" and not together:
-        # Of what does not stand, some may only have mended blocks.
-        together, ending = _put_right(prepared, standing(ending))
+        before, ending = ending, standing(ending)
+        if ending.final is not before.final:
+            # Of what does not stand, some may only have mended blocks.
+            together, ending = _put_right(prepared, ending)
     hypotheses = ending.known.hypotheses
     ranking = hypotheses.rank(hypotheses.found[frozenset()])
     steps = staircase(prepared, ending)
