@@ -154,7 +154,7 @@ SMALLEST, LARGEST = 0.5, 2.0
 # Share of draws that hide one effect; the others hide two.
 ONE = 0.6
 # What is seen of braids and of several actuators on one end block alone: the simulated bed has one helix each.
-ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt", "wall_modulus")
+ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt", "wall_modulus", "fiber_modulus")
 
 Hidden = dict[str, dict[str, float]]
 

@@ -21,8 +21,10 @@ Standard forms and sources stand in each effect's docstring (`freelearn/physics/
 [what each does to F and M](#what-each-does) over the kinematic plane stands in pictures below.
 
 **per sample**: where a training set holds several samples, what is set by building or mounting a sample (offsets of the
-mounting, play, fiber angle, wall thickness, friction) has one value for each of them. What belongs to the rig (load
-cells, gauges, the stiffness of shaft and stage), to the material or to fittings that all samples share has one value.
+mounting, play, fiber angle, wall thickness, friction) has one value for each of them, and so have the zeros of load
+cells and gauges, which are set anew when a sample is mounted. What belongs to the rig (gains of load cells and gauges,
+the stiffness of shaft and stage), to the material or to fittings that all samples share has one value: tubes of several
+stocks are an effect, `wall_modulus`, and so are fibers of several, `fiber_modulus`.
 
 **beds**: those on which an effect can be told ([what a bed imposes and measures](glossary.md)); on another one the
 search says that it cannot be tested.
@@ -32,11 +34,11 @@ rests, within the band, where its own moment (wall, fluid and friction) is neare
 of each row: a table without `time_s` is taken to have 20 s from row to row, and a run with this effect says so; a
 log's runs whose times begin anew are laid end to end.
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
-`block_tilt` and `wall_modulus` are asked of several actuators on one end block alone; their pictures are those of one,
-which the former lifts as a mount that gives way does, and whose C1 the latter changes; of several each has its own,
-unless `per_sample=false` says that they are of one stock. `viscoelasticity` needs the times too, and states in the
-order in which the bed went to them, buckled and left-out ones included. It knows the last move alone: where states last
-less than τ, earlier ones are felt, and not told.
+`block_tilt` is asked of several actuators on one end block alone, `wall_modulus` and `fiber_modulus` of such or of
+several samples, unless `per_sample=false` says that they are of one stock; their pictures are those of one actuator,
+which the first lifts as a mount that gives way does, and whose C1, or C2, the others change. `viscoelasticity` needs
+the times too, and states in the order in which the bed went to them, buckled and left-out ones included. It knows the
+last move alone: where states last less than τ, earlier ones are felt, and not told.
 
 Effects of the *history* act in [logs](logs.md) alone, tables with `time_s` and `run`: on the pressure, on the wall's
 stresses, on the loads or on the readings, as their docstrings say. They carry a state from sample to sample.

@@ -26,6 +26,7 @@ from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
+    AT_ONCE,
     BEAM,
     FAR,
     FORERUNNERS,
@@ -69,6 +70,9 @@ class Explored:
 
 def explored(prepared: Prepared, fit: WhiteFit, noise: Noise, told: Told = lambda h: None) -> Explored:
     """Looks at sets of effects on top of the first model. told: of each set that is the best so far."""
+    glance = _View(prepared, noise, told)
+    if (right := glance.right_at_once(glance.begin(fit))) is not None:
+        return glance.usual(glance.settled(right))
     view = _View(prepared, noise, told)
     now = view.begin(fit)
     return view.usual(view.lowered(now, 2 * view.wrong_by(now.best)))
@@ -134,6 +138,16 @@ class _View:
     def about(self, best: Hypothesis) -> Near | None:
         """Under a dead load, while scouting, the places measured."""
         return held_where_measured(best.fit, self.rows) if self.scouting else None
+
+    def right_at_once(self, now: Hypotheses) -> Hypotheses | None:
+        """The sets under the noise alone, where one of an effect or two is adequate there. Doubt of a share of the
+        largest loads drowns what is clear in small ones: of samples of which one is stiff, and stands elsewhere by more.
+        """
+        for _ in range(AT_ONCE):
+            if self.adequate(now):
+                break
+            now.expand(now.best)
+        return self.right(now) if self.adequate(now) else None
 
     def lowered(self, now: Hypotheses, share: float) -> Explored:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""

@@ -66,6 +66,8 @@ def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
         return unclocked(columns, rows)
     if EFFECTS[name].together and len(rows.states.members) < 2:
         return "needs several actuators on one end block"
+    if EFFECTS[name].compares and max(len(rows.states.members), len(rows.states.sample.unique())) < 2:
+        return "needs several samples, or several actuators on one end block"
     return HISTORY[name](rows) if name in HISTORY else ""
 
 

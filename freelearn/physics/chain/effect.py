@@ -67,7 +67,7 @@ class Effect(Generic[P]):
     of_each: ClassVar[bool] = True
     # Whether it can be told of several actuators on one end block alone.
     together: ClassVar[bool] = False
-    # Whether it says how these differ, which is nothing where all share one value (per_sample=false).
+    # Whether it says how samples, or actuators on one end block, differ: nothing where all share one value.
     compares: ClassVar[bool] = False
 
     def __init__(self, samples: Sequence[int] = (), members: int = 0) -> None:

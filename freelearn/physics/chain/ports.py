@@ -156,12 +156,13 @@ class EnergyEffect(Effect[P]):
 
     @classmethod
     def problem(cls) -> str | None:
-        """As Effect.problem; an energy must name invariants, and its parameters are shared by all samples."""
+        """As Effect.problem; an energy must name invariants, and its parameters are shared by all samples unless it
+        compares these."""
         if not cls.depends_on or not set(cls.depends_on) <= {"i1", "i2", "i4"}:
             return f"its depends_on {cls.depends_on} must name invariants: i1, i2, i4"
         if cls.at_bore and "i4" in cls.depends_on:
             return "an energy at the bore has no fibers: its depends_on must name i1 and i2 alone"
-        if any(p.per_sample for p in cls.declared_parameters()):
+        if not cls.compares and any(p.per_sample for p in cls.declared_parameters()):
             return "the parameters of an energy are shared by all samples, and one of them is per_sample"
         return super().problem()
 

@@ -47,10 +47,10 @@ def check_effects(effects: Sequence[Effect[Any]], values: Mapping[str, Tensor], 
     for effect in effects:
         if reason := effect.untold(states.bed.name):
             raise UserError(f"Effect {effect.name!r} {reason}. Leave it out here.")
-        if effect.compares and len(effect.members) < 2:
+        if effect.compares and len(effect.members or effect.samples) < 2:
             raise UserError(
-                f"Effect {effect.name!r} compares actuators on one end block that have values of their own: of one "
-                "alone, or with per_sample=false, there is nothing to compare. Leave it out here."
+                f"Effect {effect.name!r} compares samples, or actuators on one end block, that have values of their "
+                "own: of one alone, or with per_sample=false, there is nothing to compare. Leave it out here."
             )
         method = effect.method
         try:

@@ -81,7 +81,7 @@ def isotropic_effects() -> list[str]:
 
 
 def _of_the_rubber(effect: type[EnergyEffect[Any]]) -> bool:
-    return set(effect.depends_on) <= set(ISOTROPIC) and not effect.at_bore and not effect.together
+    return set(effect.depends_on) <= set(ISOTROPIC) and not effect.at_bore and not effect.compares
 
 
 def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
@@ -103,9 +103,9 @@ def _isotropic(names: Sequence[str]) -> list[EnergyEffect[Any]]:
                 f"Effect {effect.name!r} acts at a tube's bore, and a rubber specimen has none: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
-        if effect.together:
+        if effect.compares:
             raise UserError(
-                f"Effect {effect.name!r} compares actuators on one end block, and a rubber specimen is alone: "
+                f"Effect {effect.name!r} compares actuators with each other, and a rubber specimen is alone: "
                 f"leave it out here and give it to train.py. Possible are {possible}."
             )
         effects.append(effect)

@@ -65,9 +65,9 @@ def check(rows: Rows, effects: list[str], values: dict[str, float], samples: tup
     return dict(zip(found.names, found.stderr, strict=True))
 
 
-# Effects of the history act along logs: tests/physics/test_history.py. A modulus of one actuator alone is C1 itself:
-# tests/physics/test_wall_modulus.py.
-ALONE = [name for name, effect in EFFECTS.items() if effect.port != "history" and name != "wall_modulus"]
+# Effects of the history act along logs: tests/physics/test_history.py. A modulus of one actuator alone is C1 itself, or
+# C2: tests/physics/test_own_moduli.py.
+ALONE = [name for name, effect in EFFECTS.items() if effect.port != "history" and not effect.compares]
 
 
 @pytest.mark.parametrize("name", ALONE)

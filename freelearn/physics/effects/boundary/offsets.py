@@ -77,6 +77,7 @@ class PressureZero(Parameters):
         lower=-5e4,
         upper=5e4,
         none=0.0,
+        per_sample=True,
         scale=5e3,
         per_member=True,
         prior=Prior(0.0, 5e3, "pressure gauges' data sheets: 1 % of 500 kPa"),

@@ -18,17 +18,18 @@ class ForceZero(Parameters):
         lower=-1e3,
         upper=1e3,
         none=0.0,
+        per_sample=True,
         scale=0.5,
-        prior=Prior(0.0, 0.05, "load cells' data sheets: zero balance", of="force"),
+        prior=Prior(0.0, 0.05, "load cells' data sheets: zero balance", of="force", common=0.5),
     )
 
 
 class ForceOffset(MeasurementEffect[ForceZero]):
-    """F shown = F + F₀."""
+    """F shown = F + F₀. A cell is set to zero anew when a sample is mounted, so each has its own."""
 
     name = "force_offset"
     place = 1
-    suspect = "All forces are off by the same amount, at every state and pressure."
+    suspect = "All forces of a sample are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameter_class = ForceZero
 
@@ -47,17 +48,18 @@ class MomentZero(Parameters):
         lower=-10.0,
         upper=10.0,
         none=0.0,
+        per_sample=True,
         scale=5e-3,
-        prior=Prior(0.0, 0.05, "torque cells' data sheets: zero balance", of="moment"),
+        prior=Prior(0.0, 0.05, "torque cells' data sheets: zero balance", of="moment", common=0.5),
     )
 
 
 class MomentOffset(MeasurementEffect[MomentZero]):
-    """M shown = M + M₀."""
+    """M shown = M + M₀, of each sample its own."""
 
     name = "moment_offset"
     place = 2
-    suspect = "All moments are off by the same amount, at every state and pressure."
+    suspect = "All moments of a sample are off by the same amount, at every state and pressure."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameter_class = MomentZero
     # Other beds have no moment.

@@ -1,6 +1,7 @@
-"""Tubes on one end block whose walls are not of one rubber."""
+"""Tubes, on one end block or measured one after another, whose walls or fibers are not of one stock."""
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -9,13 +10,13 @@ from freelearn.data.states import States
 from freelearn.physics.chain.material import Material
 from freelearn.physics.chain.parameters import Parameter, Parameters, Prior, parameter
 from freelearn.physics.chain.ports import EnergyEffect
-from freelearn.physics.mechanics.energy import NeoHookean
+from freelearn.physics.mechanics.energy import Energy, NeoHookean, StandardFiber
 from freelearn.physics.mechanics.tube import Tube
 from freelearn.physics.mechanics.wall import Wall
 
 
 class Stock(Parameters):
-    """log_ratio: natural logarithm of a tube's shear modulus over the first one's; 0.1 is a wall 10 % stiffer."""
+    """log_ratio: natural logarithm of a tube's modulus over the first one's; 0.1 is one 10 % stiffer."""
 
     log_ratio: Tensor = parameter(
         "a",
@@ -25,6 +26,7 @@ class Stock(Parameters):
         upper=3.0,
         none=0.0,
         scale=0.1,
+        per_sample=True,
         per_member=True,
         # Each of the two moduli ×÷ 1.3; that of the first is in all ratios.
         prior=Prior(0.0, 0.4, "silicones of one Shore hardness: up to ×÷ 1.3 (Marechal et al. 2021)", common=0.5),
@@ -43,33 +45,36 @@ class WallModulus(EnergyEffect[Stock]):
     name = "wall_modulus"
     place = 7
     of_each = True
-    together = True
     compares = True
-    suspect = "Actuators on one block follow their pressures more or less than their drawings say, each by its share."
+    suspect = "Actuators of one drawing are stiff or soft, each by its share: on one block, or one sample after another."
     source = "neo-Hookean walls: Ogden (1997); tubes of several stocks: Marechal et al. (2021)"
     parameter_class = Stock
     depends_on = ("i1",)
+    # The energy of which each actuator has a modulus of its own, and what the material calls that.
+    energy: ClassVar[type[Energy]] = NeoHookean
+    modulus: ClassVar[str] = "C1"
 
     def psi(self, *invariants: Tensor, p: Stock, material: Material) -> Tensor:
         """As EnergyEffect.psi."""
         return self._more(p, material).psi(*invariants)
 
     def psi_gradient(self, *invariants: Tensor, p: Stock, material: Material) -> tuple[Tensor, ...]:
-        """(C1ᵢ − C1)/2 everywhere."""
+        """That of the energy, of what is beyond the first actuator's."""
         (slope,) = self._more(p, material).gradient(*invariants)
         return (slope.expand_as(invariants[0]),)
 
     def psi_hessian(self, *invariants: Tensor, p: Stock, material: Material) -> tuple[tuple[Tensor, ...], ...]:
-        """Zero: the gradient is constant."""
-        return ((0 * invariants[0],),)
+        """As EnergyEffect.psi_hessian."""
+        _, (slope,) = self._more(p, material).gradient_rate(invariants, (torch.ones_like(invariants[0]),))
+        return ((0 * invariants[0] if slope is None else slope.expand_as(invariants[0]),),)
 
     def closed_form(self, tube: Tube, p: Stock, material: Material) -> Wall | None:
-        """The neo-Hookean wall's."""
+        """The energy's."""
         return self._more(p, material).closed_form(tube)
 
     def own(self, values: Mapping[str, Tensor], states: States | None = None) -> Stock:
         """As Effect.own; of the first actuator none."""
-        if not self.members:
+        if not (self.members or self.samples):
             return super().own(values, states)
         others = [values[label] for label in self.declared()]
         return Stock(log_ratio=self._of_rows(torch.stack([torch.zeros_like(others[0]), *others], dim=-1), states))
@@ -78,7 +83,22 @@ class WallModulus(EnergyEffect[Stock]):
         """All but the first."""
         return super()._numbers(p)[1:]
 
-    @staticmethod
-    def _more(p: Stock, material: Material) -> NeoHookean:
-        """What the wall has beyond C1."""
-        return NeoHookean(material.C1 * torch.expm1(p.log_ratio))
+    def _more(self, p: Stock, material: Material) -> Energy:
+        """What the actuator has beyond the first one's modulus."""
+        return self.energy(getattr(material, self.modulus) * torch.expm1(p.log_ratio))
+
+
+class FiberModulus(WallModulus):
+    """Ψ of actuator i += (C2ᵢ − C2)/2 (I₄ − 1)², C2ᵢ = C2 e^a: fibers that stiffen its wall by a share of their own.
+
+    As wall_modulus, of the fibers: threads of several stocks, and threads that are wound more or less densely, whose
+    stiffness per unit of wall C2 is.
+    """
+
+    name = "fiber_modulus"
+    place = 8
+    suspect = "Actuators of one drawing resist the load of their fibers more or less, each by its share."
+    source = "standard fibers: Holzapfel (2000); C2 is their stiffness per unit of wall"
+    depends_on = ("i4",)
+    energy = StandardFiber
+    modulus = "C2"

@@ -1,0 +1,87 @@
+"""Several samples that differ, as tubes of several stocks do and sensors that are set to zero anew for each.
+
+Three samples of actuators drawn at random, each with a value of its own of something; half of the tables hide one
+effect of 30 σ beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from hidden_effects.make import NOISE, sized
+
+from freelearn.testing.reference import literature, other_beds, truths
+from freelearn.testing.reference.laboratory import random_actuators
+
+SAMPLES, STATES, SIZE = 3, 24, 30
+RISING, FALLING = np.linspace(0, 70, 5), (46.0, 23.0)
+# Places go to this share of the length, and to so many degrees of an actuator as slender as the paper's.
+STRETCH, TWIST_DEG, SLENDER = 0.05, 100.0, 15.6
+# What differs → standard deviation of the logarithms of C1 and C2, and of the zeros in the table's units.
+DIFFERS: dict[str, dict[str, float]] = {
+    "the walls' rubber": {"C1": 0.08},
+    "the fibers": {"C2": 0.1},
+    "the load cell's zeros": {"force_n": 0.3, "moment_nmm": 5.0},
+    "the gauge's zero": {"pressure_kpa": 1.5},
+}
+# The effects that say so.
+NAMED = {"C1": "wall_modulus", "C2": "fiber_modulus", "force_n": "force_offset", "moment_nmm": "moment_offset",
+         "pressure_kpa": "pressure_offset"}  # fmt: skip
+BESIDE = (
+    *("second_invariant", "fiber_misalignment", "end_clamps", "length_offset", "force_gain", "twist_offset"),
+    *("length_compliance", "friction_hysteresis", "fiber_dispersion", "moment_gain", "wall_thickness"),
+)
+
+
+def sessions(seeds: int) -> list[dict]:
+    """Eight a round: of each that differs one table with nothing beside it, and one with an effect."""
+    jobs = []
+    for seed in range(seeds):
+        for place, differs in enumerate(DIFFERS):
+            own = {"differs": differs, "seed": seed, "own": [NAMED[name] for name in DIFFERS[differs]]}
+            beside = BESIDE[(5 * seed + place) % len(BESIDE)]
+            jobs += [own | {"kind": "alone", "hidden": []}, own | {"kind": "beside", "hidden": [beside]}]
+    return [{"number": number} | job for number, job in enumerate(jobs)]
+
+
+def make(job: Mapping[str, Any]) -> pd.DataFrame:
+    """The table of a job; its accuracy is NOISE."""
+    material, hidden = _drawn(job)[1], {}
+    for name in job["hidden"]:
+
+        def table(amount: float, name: str = name) -> pd.DataFrame:
+            return _measured(job, {name: truths.grown(name, amount)} if amount else {}, dict.fromkeys(NOISE, 0.0))
+
+        hidden[name] = truths.grown(name, sized(table, SIZE, material, NOISE, 0.0)[0])
+    return _measured(job, hidden, NOISE)
+
+
+def _drawn(job: Mapping[str, Any]) -> tuple[dict[int, Any], tuple[float, float], np.random.Generator]:
+    generator = np.random.default_rng([job["seed"], 2031])
+    actuators = random_actuators(SAMPLES, generator)
+    material = 1e6 * 2 ** generator.uniform(-1, 1), 3e7 * 2 ** generator.uniform(-1, 1)
+    return actuators, material, generator
+
+
+def _measured(job: Mapping[str, Any], fx: Mapping[str, Any], noise: Mapping[str, float]) -> pd.DataFrame:
+    """All samples, each with what is its own."""
+    actuators, (c1, c2), generator = _drawn(job)
+    differs, parts = DIFFERS[job["differs"]], []
+    pressures = np.r_[RISING, FALLING]
+    for number, (gamma, length, inner, outer) in actuators.items():
+        twist = TWIST_DEG * min(1.0, length / outer / SLENDER)
+        places = generator.uniform(-1, 1, (STATES, 2)) * (STRETCH * length, twist)
+        asked = other_beds.nominal(
+            "kinematic", {number: (gamma, np.nan, length, inner, outer)}, places.round(2), pressures
+        )
+        own = {name: deviation * generator.normal() for name, deviation in differs.items()}
+        part = other_beds.measure(
+            "kinematic", asked, c1 * np.exp(own.get("C1", 0.0)), c2 * np.exp(own.get("C2", 0.0)), fx,
+            10 * job["seed"] + number, noise, literature.on_the_rig,
+        )  # fmt: skip
+        zeros = {name: part[name] + value for name, value in own.items() if name in part}
+        parts.append(part.assign(time_s=part["time_s"] + 1e4 * number, **zeros))
+    return pd.concat(parts, ignore_index=True)
