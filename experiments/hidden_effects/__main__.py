@@ -7,16 +7,15 @@ muscles taught, hidden in helices and in braids, on the kinematic and the isomet
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
 claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
-sessions: samples that differ in their rubber, their fibers or the zeros of sensors. --plan
-few: tables of few states, judged by states between those that were measured. --plan time: logs with effects of the
-history, integrated by small steps.
---plan unknown: random smooth functions of place and pressure added to what a laboratory measures, of which no effect of
-the library may be claimed.
+sessions: samples that differ in their rubber, their fibers or the zeros of sensors. --plan few: tables of few states,
+judged by states between those that were measured. --plan time: logs with effects of the history, integrated by small
+steps. --plan unknown: random smooth functions of place and pressure added to what a laboratory measures, of which no
+effect of the library may be claimed.
 
 Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong, hidden_few,
-hidden_time, hidden_unknown, hidden_regular or hidden_sessions, and plots recovery against size, the confusion matrix, what slipped,
-false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables, of the plans time, unknown,
-regular and sessions it only prints. Data sets already done are not done again.
+hidden_time, hidden_unknown, hidden_regular or hidden_sessions, and plots recovery against size, the confusion matrix,
+what slipped, false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables, of the plans
+time, unknown, regular and sessions it only prints. Data sets already done are not done again.
 """
 
 from __future__ import annotations
@@ -92,7 +91,10 @@ def main() -> None:
     plans = PLANS | {"wrong": wrong, "few": few, "time": over_time, "regular": regular, "sessions": sessions}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67, 36 or 8 data sets each"
+        "--seeds",
+        type=int,
+        default=1,
+        help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67, 36 or 8 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")

@@ -66,7 +66,9 @@ def test_of_several_samples_it_is_another_stock_in_each(name):
     other = states.replace(sample=torch.full_like(states.sample, 9))
     mean = {"C1": C1, "C2": C2}
     mean[MODULI[name]] *= np.exp(sum(OWN.values()) / 3)
-    torch.testing.assert_close(loads(model, other), loads(build_model("continuum", mean), states), rtol=1e-10, atol=1e-10)
+    torch.testing.assert_close(
+        loads(model, other), loads(build_model("continuum", mean), states), rtol=1e-10, atol=1e-10
+    )
 
 
 @each

@@ -140,9 +140,10 @@ class _View:
         return held_where_measured(best.fit, self.rows) if self.scouting else None
 
     def right_at_once(self, now: Hypotheses) -> Hypotheses | None:
-        """The sets under the noise alone, where one of an effect or two is adequate there. Doubt of a share of the
-        largest loads drowns what is clear in small ones: of samples of which one is stiff, and stands elsewhere by more.
-        """
+        """The sets under the noise alone, where one of an effect or two is adequate there.
+
+        Doubt of a share of the largest loads drowns what is clear in small ones: so of samples of which one is stiff,
+        whose loads change more where it stands a little elsewhere than all that is missing of the others."""
         for _ in range(AT_ONCE):
             if self.adequate(now):
                 break

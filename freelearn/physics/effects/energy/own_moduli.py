@@ -46,12 +46,14 @@ class WallModulus(EnergyEffect[Stock]):
     place = 7
     of_each = True
     compares = True
-    suspect = "Actuators of one drawing are stiff or soft, each by its share: on one block, or one sample after another."
+    suspect = (
+        "Actuators of one drawing are stiff or soft, each by its share: on one block, or one sample after another."
+    )
     source = "neo-Hookean walls: Ogden (1997); tubes of several stocks: Marechal et al. (2021)"
     parameter_class = Stock
     depends_on = ("i1",)
     # The energy of which each actuator has a modulus of its own, and what the material calls that.
-    energy: ClassVar[type[Energy]] = NeoHookean
+    energy: ClassVar[type[NeoHookean] | type[StandardFiber]] = NeoHookean
     modulus: ClassVar[str] = "C1"
 
     def psi(self, *invariants: Tensor, p: Stock, material: Material) -> Tensor:
