@@ -148,7 +148,9 @@ class _View:
             if self.adequate(now):
                 break
             now.expand(now.best)
-        return self.right(now) if self.adequate(now) else None
+        right = self.right(now) if self.adequate(now) else None
+        # More together may stand for one that no library has: these are looked at under doubt first.
+        return right if right is not None and len(right.best.effects) <= AT_ONCE else None
 
     def lowered(self, now: Hypotheses, share: float) -> Explored:
         """From sets looked at as if every reading were off by a share of the largest loads, on to less."""
