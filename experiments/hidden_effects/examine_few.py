@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -66,9 +67,9 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
 
 def asked(seen: pd.DataFrame, accuracy: Mapping[str, float], seed: int) -> Question:
     """What discover.py asks of a table's usable rows, of all that they can tell. accuracy: in the table's units."""
-    rows = Rows.from_table(seen)
-    library, _ = candidates(build([]), [], seen.columns, rows)
-    return Question(build, library, rows, told(accuracy), seed, clocked=not unclocked(seen.columns, rows))
+    rows, built = Rows.from_table(seen), partial(build, samples=sorted(set(seen["sample"])))
+    library, _ = candidates(built([]), [], seen.columns, rows)
+    return Question(built, library, rows, told(accuracy), seed, clocked=not unclocked(seen.columns, rows))
 
 
 @contextmanager
@@ -103,9 +104,9 @@ def said(found: Findings, stopped: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def build(names: Sequence[str]) -> Model:
+def build(names: Sequence[str], samples: Sequence[int] = (1,)) -> Model:
     """The model that is asked about; few states are those of one tube."""
-    return build_model("continuum", {}, names, [1])
+    return build_model("continuum", {}, names, samples)
 
 
 def told(accuracy: Mapping[str, float]) -> Accuracy:

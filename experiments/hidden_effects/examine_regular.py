@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 import torch
 from hidden_effects.examine_few import as_read, asked, said
-from hidden_effects.rates import rate, rates_table
+from hidden_effects.rates import answer, rate, rates_table, seconds
 from hidden_effects.regular import PROTOCOLS, make
 from rich.console import Console
 
@@ -44,11 +44,9 @@ def report_regular(results: list[dict[str, Any]]) -> None:
         rows += rate(f"one effect{', three visits' * (visits > 1)}: in the answer", part, part["right"], "")
     console.print(rates_table(f"{len(frame)} tables, plan regular", rows))
     for r in frame[~frame["right"]].to_dict("records"):
-        hidden, answer = ", ".join(r["hidden"]) or "nothing", "; ".join("/".join(c) for c in r["classes"]) or "nothing"
-        where = f"{r['protocol']} × {r['visits']}, gauge {100 * r['gauge']:g} %"
-        line = f"  {r['number']} {where}: {hidden} → {r['verdict']}: {answer}"
+        line = f"  {r['number']} {r['protocol']} × {r['visits']}, gauge {100 * r['gauge']:g} %: {answer(r)}"
         console.print(line, markup=False, soft_wrap=True)
-    console.print(f"time: median {frame['seconds'].median():.1f} s, longest {frame['seconds'].max():.1f} s per table")
+    console.print(seconds(frame))
 
 
 def _right(result: dict[str, Any]) -> bool:

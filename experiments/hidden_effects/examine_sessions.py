@@ -7,37 +7,25 @@ from typing import Any
 
 import pandas as pd
 import torch
-from hidden_effects.examine_few import as_read, said
+from hidden_effects.examine_few import as_read, asked, said
 from hidden_effects.make import NOISE
-from hidden_effects.rates import rate, rates_table
+from hidden_effects.rates import answer, rate, rates_table, seconds
 from hidden_effects.sessions import make
 from rich.console import Console
 
-from freelearn.data.accuracy import Accuracy
 from freelearn.data.columns import usable_rows
-from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.referee.referee import CLAIMS
 from freelearn.discovery.search.search import search
-from freelearn.discovery.search.testable import candidates
-from freelearn.physics.models.build import build_model
 
 
 def examine_sessions(job: dict[str, Any]) -> dict[str, Any]:
     """Makes a table, searches it, and says what came out; all JSON."""
     torch.set_num_threads(1)
     table = as_read(make(job), "kinematic")
-    table = table[usable_rows(table)].reset_index(drop=True)
-    rows = Rows.from_table(table)
-    samples = sorted(set(table["sample"]))
-
-    def build(names: Any) -> Any:
-        return build_model("continuum", {}, names, samples)
-
-    library, _ = candidates(build([]), [], table.columns, rows)
+    question = asked(table[usable_rows(table)].reset_index(drop=True), NOISE, job["seed"])
     began = time.perf_counter()
-    found = search(Question(build, library, rows, Accuracy.engineering(**NOISE), job["seed"]))
-    return job | said(found, []) | {"rows": len(rows), "seconds": time.perf_counter() - began}
+    found = search(question)
+    return job | said(found, []) | {"rows": len(question.rows), "seconds": time.perf_counter() - began}
 
 
 def report_sessions(results: list[dict[str, Any]]) -> None:
@@ -50,10 +38,9 @@ def report_sessions(results: list[dict[str, Any]]) -> None:
         rows += rate(f"{differs}{beside}: all of it in the answer, nothing else", part, part["whole"], "")
     console.print(rates_table(f"{len(frame)} tables, plan sessions", rows))
     for r in frame[~frame["whole"]].to_dict("records"):
-        answer = "; ".join("/".join(c) for c in r["classes"]) or "nothing"
-        line = f"  {r['number']} {r['differs']}, {', '.join(r['hidden']) or 'nothing'} → {r['verdict']}: {answer}"
+        line = f"  {r['number']} {r['differs']}, {answer(r)}"
         console.print(line, markup=False, soft_wrap=True)
-    console.print(f"time: median {frame['seconds'].median():.1f} s, longest {frame['seconds'].max():.1f} s per table")
+    console.print(seconds(frame))
 
 
 def _wrong(result: dict[str, Any]) -> bool:

@@ -79,6 +79,17 @@ def rates_table(title: str, rows: list[Row]) -> Table:
     return table(title, ["what", "of", "rate %", "target"], cells)
 
 
+def answer(result: dict) -> str:
+    """What is hidden and what is said of it, in words."""
+    claimed = "; ".join("/".join(members) for members in result["classes"]) or "nothing"
+    return f"{', '.join(result['hidden']) or 'nothing'} → {result['verdict']}: {claimed}"
+
+
+def seconds(frame: pd.DataFrame) -> str:
+    """How long searches took, in words."""
+    return f"time: median {frame['seconds'].median():.1f} s, longest {frame['seconds'].max():.1f} s per table"
+
+
 def rate(what: str, chosen: pd.DataFrame, good: pd.Series, target: str) -> list[Row]:
     """One row; none without data sets."""
     return [(what, len(chosen), f"{100 * good.mean():.1f}", target)] if len(chosen) else []

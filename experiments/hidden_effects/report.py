@@ -16,6 +16,7 @@ from hidden_effects.rates import (
     of_unknown,
     rates_table,
     right,
+    seconds,
     slips_of,
     table,
 )
@@ -39,8 +40,7 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
         title = "By how it was measured: rates in %, in brackets of how many"
         console.print(table(title, headings, by_setting(frame)))
     if "seconds" in frame:
-        seconds = frame["seconds"]
-        console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per data set")
+        console.print(seconds(frame))
     for line in missed(frame):
         console.print(f"  {line}", markup=False, soft_wrap=True)
     if plan == "unknown":
@@ -72,8 +72,7 @@ def report_wrong(results: list[dict]) -> None:
         rows.append([str(kind), str(len(part)), said, str(int(part["refused"].sum())), claims])
     headings = ["mapped wrongly", "tables", "fault said %", "refused", "claims"]
     console.print(table(f"{len(results)} data sets, plan wrong (targets: ≥ 85 % said, no claim)", headings, rows))
-    seconds = frame["seconds"]
-    console.print(f"time: median {seconds.median():.1f} s, longest {seconds.max():.1f} s per table")
+    console.print(seconds(frame))
     for _, r in frame[~frame["said"]].iterrows():
         line = f"  not said {r['number']}: {r['fault']} ({r['kind']}, {r['source']}) → {r['sentences'] or 'nothing'}"
         console.print(line, markup=False, soft_wrap=True)

@@ -42,9 +42,9 @@ BEAM, CHILDREN, PAIRS = 3, 6, 3
 # Sets whose neighbors are looked at, at most, under one noise; and where only a glance is asked: those of the best set,
 # what could stand in for its effects, and the neighbors of what is best then.
 MOST_EXPANDED, GLANCE = 12, 3
-# Sets whose neighbors are looked at under the noise alone, before any doubt, and effects of an answer that few
-# states give so.
-AT_ONCE = 2
+# Sets whose neighbors are looked at under the noise alone, before any doubt, and effects of an answer that so few
+# states give then.
+AT_ONCE, FEW_STATES = 2, 16
 # Rise of the evidence, to first order, below which a neighbor is not fitted: what is linear may promise too little.
 HOPEFUL = -3.0
 # Difference in evidence beyond which a set is not looked at again where the noise changes a little.

@@ -153,7 +153,8 @@ def _buckled(actual: pd.DataFrame, loads: np.ndarray, share: float, generator: n
 SMALLEST, LARGEST = 0.5, 2.0
 # Share of draws that hide one effect; the others hide two.
 ONE = 0.6
-# What is seen of braids and of several actuators on one end block alone: the simulated bed has one helix each.
+# What is seen of braids, of several actuators on one end block, or where these or samples differ: the simulated bed has
+# one helix each, all of one stock.
 ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt", "wall_modulus", "fiber_modulus")
 
 Hidden = dict[str, dict[str, float]]

@@ -15,7 +15,7 @@ from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import DEPENDENT, ROUNDING, SMALLEST, norms, orthonormal, summed_products
 from freelearn.discovery.noise.noise import Whitener, whitened_basis
 from freelearn.discovery.noise.shapes import Basis, Block, bases_with_slopes, place_shapes
-from freelearn.discovery.thresholds import ALPHA_STRUCTURE
+from freelearn.discovery.thresholds import ALPHA_STRUCTURE, FEW_STATES
 
 # Chance at which a screen speaks. Its false statements are counted by experiments/hidden_effects: at most 2 %.
 ALPHA = 0.004
@@ -64,7 +64,7 @@ VISIBLE = 1.0
 FEWEST_FREE = 10
 # A p-value below this is looked at again without each of the states, if these are not so few that one of them may be
 # the one that tells.
-LOOKED_AT, FEW_STATES = 0.05, 16
+LOOKED_AT = 0.05
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,13 @@ from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
 from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
-from freelearn.discovery.noise.structure import FEW_STATES
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     AT_ONCE,
     BEAM,
     FAR,
+    FEW_STATES,
     FORERUNNERS,
     GLANCE,
     HARDLY,
@@ -151,7 +151,7 @@ class _View:
             now.expand(now.best)
         right = self.right(now) if self.adequate(now) else None
         # In few states more together may stand for one that no library has: these are looked at under doubt first.
-        few = self.prepared.rows.state.max() < FEW_STATES
+        few = self._whitener(0.0).states < FEW_STATES
         return None if right is not None and few and len(right.best.effects) > AT_ONCE else right
 
     def lowered(self, now: Hypotheses, share: float) -> Explored:

@@ -29,7 +29,9 @@ class Stock(Parameters):
         per_sample=True,
         per_member=True,
         # Each of the two moduli ×÷ 1.3; that of the first is in all ratios.
-        prior=Prior(0.0, 0.4, "silicones of one Shore hardness: up to ×÷ 1.3 (Marechal et al. 2021)", common=0.5),
+        prior=Prior(
+            0.0, 0.4, "stocks of one kind: ×÷ 1.3, as silicones of one hardness (Marechal et al. 2021)", common=0.5
+        ),
     )
 
 
