@@ -148,8 +148,11 @@ def measure_block(
             moved = [actual[name].to_numpy() - own[name].to_numpy() for name in STATE["kinematic"]]
         s["length"] = s["reference"] + own["elongation_mm"].to_numpy() * MM + moved[0] * MM
         s["twist"] = np.deg2rad(own["twist_deg"].to_numpy() + moved[1])
-        own_c1 = c1 * np.exp(fx.get(n, {}).get("wall_modulus", {}).get("log_ratio", 0.0))
-        loads, balanced = bed_loads(s, own_c1, c2, fx.get(n, {}))
+        own_c1, own_c2 = (
+            modulus * np.exp(fx.get(n, {}).get(name, {}).get("log_ratio", 0.0))
+            for name, modulus in (("wall_modulus", c1), ("fiber_modulus", c2))
+        )
+        loads, balanced = bed_loads(s, own_c1, own_c2, fx.get(n, {}))
         total, right = total + loads, right & balanced
     shown = {"force_n": total[:, 0], "moment_nmm": total[:, 1] / MM}
     return _with_noise("kinematic", table, shown, right, accuracy, generator, names)

@@ -56,6 +56,7 @@ MOVED: dict[str, dict[str, float]] = {
 APART: dict[str, dict[str, float]] = {
     "block_tilt": {"compliance": 2e-6},
     "wall_modulus": {"log_ratio": 0.02},
+    "fiber_modulus": {"log_ratio": 0.02},
     "bladder_slack": {"stiffness": 50.0},
     "strand_jamming": {"stiffness": 500.0},
     "buckling": {"flexibility": 30.0},
