@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hidden_tables import table
+from hidden_tables import QUICK, table
 from rich.console import Console
 
 import freelearn
@@ -63,6 +63,18 @@ def test_of_one_row_nothing_is_said_but_that_it_is_one(heavy, tmp_path):
 
 
 def test_what_a_look_at_the_table_told_is_not_told_again(heavy, tmp_path):
-    run(heavy.assign(moment_nmm=-heavy["moment_nmm"]), tmp_path)
+    run(heavy.assign(moment_nmm=-heavy["moment_nmm"]), tmp_path, QUICK)
     lines = (tmp_path / "terminal.txt").read_text().splitlines()
     assert len([line for line in lines if line.startswith("! moment_nmm may have its sign turned")]) == 1
+
+
+def test_of_rows_that_were_sorted_nothing_is_searched_for(tmp_path):
+    """The states are lost: whatever a search would find belongs to others."""
+    rows = table({}, samples=(3,)).sort_values("pressure_kpa", kind="stable")
+    rows = rows.assign(time_s=20.0 * np.arange(len(rows)), step=0)
+    found = run(rows, tmp_path)
+    assert (found["verdict"], found["effects"], found["models"]) == ("undecided", [], [])
+    assert found["says"].startswith("Undecided: the rows were sorted")
+    assert [check["name"] for check in found["referee"]] == ["order of the rows"]
+    # Who says that they were not has them looked at.
+    assert run(rows[:30], tmp_path / "overruled", "checks=off", QUICK)["models"]

@@ -27,9 +27,12 @@ from freelearn.data.columns import usable_rows
 from freelearn.data.rows import Rows
 from freelearn.data.sets import samples_of
 from freelearn.discovery.checks.look import failed
+from freelearn.discovery.checks.rows_order import NAME as ORDER
+from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.journal import Entry, Journal, kept_in
 from freelearn.discovery.fits.prepare import prepare
 from freelearn.discovery.fits.step import Step, not_testable
+from freelearn.discovery.referee.case import CANNOT, Check
 from freelearn.discovery.search.search import Watch, search
 from freelearn.discovery.search.testable import candidates
 from freelearn.fitting.options import LEVENBERG_MARQUARDT, NORMAL
@@ -112,7 +115,7 @@ def discover(
     view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated, said)
     with view, kept_in(progress.journal()), watched(view.doing):
         measured = _measuring(task)
-        findings = search(task.question(measured.accuracy), step)
+        findings = search(task.question(measured.accuracy), step, _in_no_order(checks) if settings.checks else None)
     if settings.checks and failed(checks):
         findings = replace(findings, verdict="undecided", claimed="undecided")
     # What the search wrote in this run counts as an effect until the run ends.
@@ -198,6 +201,12 @@ def _measuring(task: Task) -> Measuring:
         return Measuring(stated.si(), [])
     prepared, fit, _ = prepare(replace(task.question(PAPER), candidates=[]))
     return estimated(fit, prepared.rows)
+
+
+def _in_no_order(checks: Sequence[TableCheck]) -> Check | None:
+    """Why no search can tell anything of rows that were sorted: what is one state's, and what came before, is lost."""
+    says = next((check.says for check in failed(checks) if check.name == ORDER), None)
+    return None if says is None else Check(ORDER, CANNOT, None, None, says)
 
 
 def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simulated: bool) -> None:

@@ -102,14 +102,15 @@ class Findings:
         return self.steps[-1]
 
 
-def search(question: Question, watch: Watch | None = None) -> Findings:
-    """Looks at sets of effects, and tells what all of them share that fit.
+def search(question: Question, watch: Watch | None = None, reason: Check | None = None) -> Findings:
+    """Looks at sets of effects, and tells what all of them share that fit. reason: why the rows can tell nothing, where
+    that is known already.
 
     Inside a journal (see `kept_in`) it goes on from where an interrupted search of the same question was.
     """
     begin("fitting the model as it is, and how its readings scatter")
     watch = watch or (lambda step, text: None)
-    if (reason := scant(question)) is not None:
+    if (reason := reason or scant(question)) is not None:
         return _untold(question, reason, watch)
     with kept(), ExitStack() as stack:
         prepared, fit, noise = prepare(question)
