@@ -5,6 +5,7 @@ import json
 import re
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ import pytest
 
 from freelearn.common.errors import UserError
 from freelearn.workbench.panels.mapping import Mapping
+from freelearn.workbench.panels.widgets import Dropper
 from freelearn.workbench.state.dropped_files import kept_in_folder, unpacked
 
 # What Panel 2 will call otherwise is called as Panel 1.5 has it, all over the page.
@@ -136,3 +138,14 @@ def test_names_in_an_archive_lead_nowhere(name, tmp_path):
     assert all(path.is_relative_to(made) for path in inside)
     assert all(re.fullmatch(r"[\w .,()\[\]+=-]+", part) for path in inside for part in path.relative_to(made).parts)
     assert not [path for path in tmp_path.rglob("*.csv") if path not in inside]
+
+
+def test_pieces_of_files_that_come_in_turn_are_put_together_each():
+    """A browser sends two files at a time: of larger ones pieces of both come one after another."""
+    came = {}
+    place = Dropper(300, came.__setitem__)
+    sent = [("a.csv", b"1", 1), ("b.csv", b"x", 1), ("a.csv", b"2", 2), ("b.csv", b"y", 2), ("a.csv", b"3", 3)]
+    for name, data, chunk in sent:
+        about = {"name": name, "data": data, "chunk": chunk, "total_chunks": 3 if name == "a.csv" else 2}
+        place._process_event(SimpleNamespace(event_name="upload_event", data=about))
+    assert came == {"a.csv": b"123", "b.csv": b"xy"}

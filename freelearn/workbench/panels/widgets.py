@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -169,16 +170,17 @@ READABLE = """
 GOOD = ".bk-btn.bk-btn-success, .bk-btn.bk-btn-success:hover { background-color: #1b6e3c; border-color: #1b6e3c; }"
 
 
-# A browser sends two files at a time. After a file that comes alone no other comes later, nor after several [ms].
-ALONE, TOGETHER = 600, 3000
+# A browser sends two files at a time, piece by piece. After a file that comes alone no other comes later, nor after
+# several [ms]; and no more of one that has begun after so long [s].
+ALONE, TOGETHER, GIVEN_UP = 1000, 3000, 10.0
 # Of several that were dropped a list stands below the place to drop them, and needs so much more below it [px].
 LISTED = (5, 10, 70, 10)
 
 
 class Dropper(pn.widgets.FileDropper):
     """A place to drop a file of any type: browsers know none of MATLAB's, and what cannot be read is refused in words.
-    Of Panel's it keeps no file once that has been handed on, and never more than one, up to the largest size; of
-    files that are dropped together all, up to that size."""
+    Of Panel's it keeps no file once that has been handed on, and of those that are dropped together, whose pieces come
+    in turn, never more than the largest size."""
 
     def __init__(
         self,
@@ -195,10 +197,9 @@ class Dropper(pn.widgets.FileDropper):
         self._taken, self._several = taken, several
         self._together: dict[str, bytes] = {}
         self._waiting: Any = None
-        self._begin("")
-
-    def _begin(self, name: str) -> None:
-        self._name, self._pieces, self._size = name, list[bytes](), 0
+        # Pieces of files that have not ended, and when the last one came.
+        self._begun: dict[str, list[bytes]] = {}
+        self._heard = 0.0
 
     def _process_event(self, event: Any) -> None:
         if event.event_name == "delete_event":
@@ -211,20 +212,22 @@ class Dropper(pn.widgets.FileDropper):
             log.warning("refused what came as a piece of a file: %s", problem)
             return
         if number == 1:
-            self._begin(name)
-        if name != self._name or number != len(self._pieces) + 1:
+            self._begun[name] = []
+        pieces = self._begun.get(name)
+        if pieces is None or number != len(pieces) + 1:
             # A piece of a file of which there is no beginning, or that is refused already.
             return
-        self._pieces.append(piece)
-        self._size += len(piece)
-        if number == last or self._size > LARGEST_CSV:
-            content = b"".join(self._pieces)
-            self._begin("")
+        pieces.append(piece)
+        self._heard = time.monotonic()
+        if sum(map(_size, self._begun.values())) > LARGEST_CSV:
+            self._begun = {name: pieces}
+        if number == last or _size(pieces) > LARGEST_CSV:
+            content = b"".join(self._begun.pop(name))
             if self._several is None or pn.state.curdoc is None:
                 self._taken(name, content)
                 return
             self.margin = LISTED
-            size = sum(map(len, self._together.values())) + len(content)
+            size = _size(self._together.values()) + len(content)
             self._together = {**(self._together if size <= LARGEST_CSV else {}), name: content}
             self._wait()
 
@@ -237,11 +240,19 @@ class Dropper(pn.widgets.FileDropper):
         self._waiting = document.add_timeout_callback(self._hand_on, TOGETHER if len(self._together) > 1 else ALONE)
 
     def _hand_on(self) -> None:
+        if self._begun and time.monotonic() - self._heard < GIVEN_UP:
+            self._wait()
+            return
+        self._begun = {}
         files, self._together, self._waiting = self._together, {}, None
         if len(files) == 1:
             self._taken(*next(iter(files.items())))
         elif files and self._several is not None:
             self._several(files)
+
+
+def _size(pieces: Iterable[bytes]) -> int:
+    return sum(map(len, pieces))
 
 
 def download(
