@@ -33,6 +33,7 @@ from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
+from freelearn.discovery.search.throughout import throughout
 from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MANY, MODELS_TOLD, MOST_ALIKE, RISES
 
 # Told of each new step and what it is.
@@ -263,7 +264,8 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     case = Case(
         final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
     )
-    return refereed(case, [*held_out_falls(ending, added), *stability(case, hypotheses, ending.answer)])
+    lasting = throughout(prepared, final, added)
+    return refereed(case, [*held_out_falls(ending, added), *stability(case, hypotheses, ending.answer), *lasting])
 
 
 def held_out_falls(ending: Ending, added: Sequence[str]) -> list[Check]:
