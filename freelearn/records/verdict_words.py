@@ -13,6 +13,7 @@ from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.memory import Memory
 from freelearn.discovery.noise.scatter import Scatter
+from freelearn.discovery.referee.case import FAIL, PASS
 from freelearn.discovery.search.search import Findings
 from freelearn.discovery.thresholds import MOST_ALIKE
 from freelearn.records.written_effects import file_of
@@ -103,6 +104,8 @@ def _wrong(step: Step, found: Scatter) -> str:
 # The verdict of a discovery as a sentence or two for the researcher.
 
 NOTHING_LEFT = "nothing systematic is left"
+# Share of what is predicted of other rows of the same states that of other states is nothing.
+OF_OTHERS = 0.1
 # Effects that are told where the table cannot decide between them.
 MOST_TOLD = 5
 
@@ -152,11 +155,26 @@ def _unexplained(findings: Findings) -> str:
     if findings.effects:
         names = ", ".join(findings.effects)
         helped = f" {names} explain{'s' if len(findings.effects) == 1 else ''} a part of it."
-    if failed and findings.claimed != "unexplained":
-        why = _lowered(failed[0].says)
-    else:
-        why = "something systematic is left that no effect in the library accounts for."
+    why = _lowered(failed[0].says) if failed and findings.claimed != "unexplained" else _left(findings)
     return f"Unexplained: {why}{helped}{_best(findings)}"
+
+
+def _left(findings: Findings) -> str:
+    """What is left, as far as a regression predicts it of other rows of the same states, and of other states."""
+    checks = {check.name: check for check in findings.referee.checks} if findings.referee else {}
+    rows, states = (checks.get(f"black box, {way} left out") for way in ("rows", "states"))
+    if rows is not None and states is not None and states.result == PASS:
+        if rows.result == FAIL and (states.figure or 0.0) < OF_OTHERS * (rows.figure or 0.0):
+            return (
+                "what is left is the same in all rows of a state and tells nothing of another state: places that were "
+                "set otherwise than the table says, or a load cell that was zeroed at each of them."
+            )
+        if rows.result == PASS:
+            return (
+                "something is left that no effect in the library accounts for, and that no regression predicts of "
+                "other rows: errors that go on from row to row, such as a zero that wanders, would look like that."
+            )
+    return "something systematic is left that no effect in the library accounts for."
 
 
 def _best(findings: Findings) -> str:

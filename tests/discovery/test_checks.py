@@ -9,7 +9,7 @@ from hidden_tables import NOISE, table
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.discovery.checks.column_readings import _swaps
-from freelearn.discovery.checks.look import failed, looked_over
+from freelearn.discovery.checks.look import failed, looked_over, useless
 from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, actuator
 from freelearn.physics.models.build import build_model
@@ -73,6 +73,22 @@ def test_a_turned_sign_is_said(plain, columns, words):
 )
 def test_another_unit_is_said(plain, name, factor, words):
     assert words in said(plain.assign(**{name: factor * plain[name]}))
+
+
+@pytest.mark.parametrize("columns", [["force_n"], ["force_n", "moment_nmm"]])
+def test_a_cell_that_was_zeroed_at_each_place_is_said(columns):
+    rows = table({"wall_thickness": {"outer_radius": 2e-4}}, samples=(3, 6))
+    state = np.cumsum(rows["step"] == 0)
+    zeroed = rows.assign(**{name: rows[name] - rows[name].groupby(state).transform("first") for name in columns})
+    checks = [check for check in failed(looked(zeroed)) if check.name == "zero of each place"]
+    assert f"{' and '.join(columns)} begin" in checks[0].says
+    assert useless(failed(looked(zeroed))) == checks[0]
+
+
+def test_one_zero_for_all_places_is_none_of_each(plain):
+    """A tube of which nothing is known at rest, and one whose first row everywhere is nearly without load."""
+    for rows in (plain.assign(force_n=plain["force_n"] + 3.0), plain[plain["step"] > 0].reset_index(drop=True)):
+        assert "zeroed at each place" not in said(rows)
 
 
 def test_exchanged_columns_are_said(plain):

@@ -13,6 +13,9 @@ from freelearn.records.verdict_words import verdict_in_words
 GOOD = Check("stability", "pass", 0.0, 1 / 3, "Nothing else comes near.")
 BAD = Check("bands", "fail", 0.7, 0.85, "95 % bands hold 70 %.")
 OPEN = Check("black box", "cannot_tell", None, None, "There are too few rows.")
+SEEN_IN_ROWS = Check("black box, rows left out", "fail", 0.6, 0.1, "A regression predicts 60 %.")
+NOT_IN_ROWS = Check("black box, rows left out", "pass", 0.02, 0.1, "A regression predicts 2 %.")
+NOT_IN_STATES = Check("black box, states left out", "pass", 0.01, 0.1, "A regression predicts 1 %.")
 ASIDE = Check("parameters determined", "cannot_tell", None, 0.7, "The rows hardly determine C2.", decides=False)
 
 
@@ -80,6 +83,12 @@ def findings(verdict, claimed, effects=(), checks=(), shares=(), doubted=(), bes
          "Unexplained: 95 % bands hold 70 %. end_clamps explains a part of it."),
         (findings("unexplained", "unexplained", [], [BAD]),
          "Unexplained: something systematic is left that no effect in the library accounts for."),
+        (findings("unexplained", "unexplained", [], [SEEN_IN_ROWS, NOT_IN_STATES]),
+         "Unexplained: what is left is the same in all rows of a state and tells nothing of another state: places that "
+         "were set otherwise than the table says, or a load cell that was zeroed at each of them."),
+        (findings("unexplained", "unexplained", [], [NOT_IN_ROWS, NOT_IN_STATES]),
+         "Unexplained: something is left that no effect in the library accounts for, and that no regression predicts "
+         "of other rows: errors that go on from row to row, such as a zero that wanders, would look like that."),
         (findings("undecided", "named", ["end_clamps"], [GOOD], {"end_clamps": 0.9, "twist_offset": 0.1},
                   ["end_clamps"]),
          "Undecided: one effect or several others together would explain these rows equally well: "

@@ -26,9 +26,7 @@ from freelearn.data.accuracy import PAPER
 from freelearn.data.columns import usable_rows
 from freelearn.data.rows import Rows
 from freelearn.data.sets import samples_of
-from freelearn.discovery.checks.look import failed
-from freelearn.discovery.checks.rows_order import NAME as ORDER
-from freelearn.discovery.checks.table_check import TableCheck
+from freelearn.discovery.checks.look import failed, useless
 from freelearn.discovery.fits.journal import Entry, Journal, kept_in
 from freelearn.discovery.fits.prepare import prepare
 from freelearn.discovery.fits.step import Step, not_testable
@@ -115,7 +113,9 @@ def discover(
     view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated, said)
     with view, kept_in(progress.journal()), watched(view.doing):
         measured = _measuring(task)
-        findings = search(task.question(measured.accuracy), step, _in_no_order(checks) if settings.checks else None)
+        lost = useless(checks) if settings.checks else None
+        reason = None if lost is None else Check(lost.name, CANNOT, None, None, lost.says)
+        findings = search(task.question(measured.accuracy), step, reason)
     if settings.checks and failed(checks):
         findings = replace(findings, verdict="undecided", claimed="undecided")
     # What the search wrote in this run counts as an effect until the run ends.
@@ -201,12 +201,6 @@ def _measuring(task: Task) -> Measuring:
         return Measuring(stated.si(), [])
     prepared, fit, _ = prepare(replace(task.question(PAPER), candidates=[]))
     return estimated(fit, prepared.rows)
-
-
-def _in_no_order(checks: Sequence[TableCheck]) -> Check | None:
-    """Why no search can tell anything of rows that were sorted: what is one state's, and what came before, is lost."""
-    says = next((check.says for check in failed(checks) if check.name == ORDER), None)
-    return None if says is None else Check(ORDER, CANNOT, None, None, says)
 
 
 def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simulated: bool) -> None:

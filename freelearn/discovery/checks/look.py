@@ -15,8 +15,11 @@ from freelearn.data.table.unit_suspicions import UnitWarning, unit_warnings
 from freelearn.discovery.checks.at_rest import at_rest
 from freelearn.discovery.checks.column_readings import meant
 from freelearn.discovery.checks.plain_fit import Build, Plain
+from freelearn.discovery.checks.rows_order import NAME as ORDER
 from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, TableCheck, actuator
+from freelearn.discovery.checks.zeros_of_places import NAME as ZEROS
+from freelearn.discovery.checks.zeros_of_places import zeros_of_places
 from freelearn.discovery.fits.estimated_accuracy import FEWEST_REPEATS, repeat_rows, repeat_scale
 from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.physics.chain.model import Model
@@ -121,8 +124,8 @@ def looked_over(
         plain = Plain(build, given, table)
         read = list(meant(plain))
         better = max((check.figure or 1.0 for check in failed(read)), default=1.0)
-        checks += [*read, at_rest(plain, accuracy, better), order(table), repeated(plain, accuracy, stated)]
-        checks += [answers(plain), leaves(plain)]
+        checks += [*read, at_rest(plain, accuracy, better), zeros_of_places(plain, accuracy), order(table)]
+        checks += [repeated(plain, accuracy, stated), answers(plain), leaves(plain)]
     return sorted(checks, key=lambda check: check.status != FAIL)
 
 
@@ -138,3 +141,9 @@ def _suspected(table: pd.DataFrame) -> Iterator[TableCheck]:
 def failed(checks: Sequence[TableCheck]) -> list[TableCheck]:
     """Those that stop a claim."""
     return [check for check in checks if check.status == FAIL]
+
+
+def useless(checks: Sequence[TableCheck]) -> TableCheck | None:
+    """The first that says that no search can tell anything: of rows that were sorted it is not known which are one
+    state's, and what came before; of a cell that was zeroed at each place what belongs to the loads."""
+    return next((check for check in failed(checks) if check.name in (ORDER, ZEROS)), None)

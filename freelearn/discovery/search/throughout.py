@@ -59,9 +59,9 @@ def throughout(prepared: Prepared, final: Step, added: Sequence[str]) -> list[Ch
         says = f"Stretches of the session agree on every effect; least on {effect}, which is {errors:.2g} times as "
         return [Check(NAME, PASS, errors, needed, f"{says}large as they differ.", decides=False)]
     says = (
-        f"{effect} is {alone:.2g} times as large as its error if each reading errs by itself, and {errors:.2g} times as "
-        "large as stretches of the session differ: errors that go on from row to row, such as a zero that wanders, would "
-        "look like it. Measure some states again at other times."
+        f"{effect} is {alone:.2g} times as large as its error if each reading errs by itself, and {errors:.2g} times "
+        "as large as stretches of the session differ: errors that go on from row to row, such as a zero that wanders, "
+        "would look like it. Measure some states again at other times."
     )
     return [Check(NAME, CANNOT, errors, needed, says)]
 
