@@ -1,7 +1,7 @@
 """Several samples that differ, as tubes of several stocks do and sensors that are set to zero anew for each.
 
-Three samples of actuators drawn at random, each with a value of its own of something; half of the tables hide one
-effect of 30 σ beside it.
+Three samples of actuators drawn at random, each with a value of its own of something, or measured by a load cell whose
+zero wanders within its accuracy; half of the tables hide one effect of 30 σ beside it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,11 @@ DIFFERS: dict[str, dict[str, float]] = {
     "the fibers": {"C2": 0.1},
     "the load cell's zeros": {"force_n": 0.3, "moment_nmm": 5.0},
     "the gauge's zero": {"pressure_kpa": 1.5},
+    "a zero that wanders": {},
 }
+# What is left of a zero that wanders in the next row.
+LEFT = {"a zero that wanders": 0.93}
+MEASURED = "force_n", "moment_nmm"
 # The effects that say so.
 NAMED = {"C1": "wall_modulus", "C2": "fiber_modulus", "force_n": "force_offset", "moment_nmm": "moment_offset",
          "pressure_kpa": "pressure_offset"}  # fmt: skip
@@ -37,7 +41,7 @@ BESIDE = (
 
 
 def sessions(seeds: int) -> list[dict]:
-    """Eight a round: of each that differs one table with nothing beside it, and one with an effect."""
+    """Ten a round: of each that differs one table with nothing beside it, and one with an effect."""
     jobs = []
     for seed in range(seeds):
         for place, differs in enumerate(DIFFERS):
@@ -83,5 +87,17 @@ def _measured(job: Mapping[str, Any], fx: Mapping[str, Any], noise: Mapping[str,
             10 * job["seed"] + number, noise, literature.on_the_rig,
         )  # fmt: skip
         zeros = {name: part[name] + value for name, value in own.items() if name in part}
+        for name, most in noise.items():
+            if job["differs"] in LEFT and name in MEASURED:
+                zeros[name] = part[name] + most * _wandering(len(part), LEFT[job["differs"]], generator)
         parts.append(part.assign(time_s=part["time_s"] + 1e4 * number, **zeros))
     return pd.concat(parts, ignore_index=True)
+
+
+def _wandering(rows: int, left: float, generator: np.random.Generator) -> np.ndarray:
+    """Errors (rows,) of variance one, each like the one before by so much."""
+    error, errors = generator.normal(), np.empty(rows)
+    for row in range(rows):
+        error = left * error + np.sqrt(1 - left**2) * generator.normal()
+        errors[row] = error
+    return errors

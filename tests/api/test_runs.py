@@ -198,7 +198,7 @@ def test_a_search_asked_again_in_the_session_goes_on_where_it_was(table, monkeyp
     made = []
     search = task.search
 
-    def stopping(question, watch=None):
+    def stopping(question, *asked):
         def step(*told):
             made.append(told)
             raise Interrupted
