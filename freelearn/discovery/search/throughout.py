@@ -16,6 +16,7 @@ import torch
 from scipy import stats
 from torch import Tensor
 
+from freelearn.common.formats import in_words
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.prepare import Prepared, without
@@ -49,6 +50,8 @@ def throughout(prepared: Prepared, final: Step, added: Sequence[str]) -> list[Ch
             continue
         freedom = max(len(final.fit.vector) - len(fewer.fit.vector), 1)
         alone, errors, needed = sigmas(fewer.fit.residual, final.fit.residual, stretch, freedom)
+        if not np.isfinite(errors):
+            continue
         needed = min(needed, ALIKE * alone)
         if least is None or errors / needed < least[2] / least[3]:
             least = effect, alone, errors, needed
@@ -56,18 +59,21 @@ def throughout(prepared: Prepared, final: Step, added: Sequence[str]) -> list[Ch
         return []
     effect, alone, errors, needed = least
     if errors >= needed:
-        says = f"Stretches of the session agree on every effect; least on {effect}, which is {errors:.2g} times as "
-        return [Check(NAME, PASS, errors, needed, f"{says}large as they differ.", decides=False)]
+        says = (
+            f"Stretches of the session agree on every effect: even {effect} is {in_words(errors, 2)} times as large as "
+        )
+        return [Check(NAME, PASS, errors, needed, f"{says}they differ.", decides=False)]
     says = (
-        f"{effect} is {alone:.2g} times as large as its error if each reading errs by itself, and {errors:.2g} times "
-        "as large as stretches of the session differ: errors that go on from row to row, such as a zero that wanders, "
-        "would look like it. Measure some states again at other times."
+        f"{effect} is {in_words(alone, 2)} times as large as its error if each reading errs by itself, and "
+        f"{in_words(errors, 2)} times as large as stretches of the session differ: errors that go on from row to row, "
+        "such as a zero that wanders, would look like it. Measure some states again at other times."
     )
     return [Check(NAME, CANNOT, errors, needed, says)]
 
 
 def sigmas(fewer: Tensor, final: Tensor, stretch: Tensor, freedom: int) -> tuple[float, float, float]:
-    """How many times its error an effect is if each reading errs by itself, if stretches do, and has to be.
+    """How many times its error an effect is if each reading errs by itself, if stretches do (infinite where one of them
+    alone shows it), and has to be.
 
     fewer, final: whitened residuals (N, 2) without it and with it; stretch (N,) int64: each row's; freedom: of its
     parameters."""
@@ -81,7 +87,7 @@ def sigmas(fewer: Tensor, final: Tensor, stretch: Tensor, freedom: int) -> tuple
     whole = float(size.sum().clamp_min(SMALLEST))
     share = size / whole
     if float(share.max()) > LOCAL:
-        return whole**0.5, np.inf, 1.0
+        return whole**0.5, float("inf"), 1.0
     off = each(made * final) / (1 - share).sqrt()
     sure = whole / float(off.square().sum().clamp_min(SMALLEST)) ** 0.5
     # Satterthwaite's degrees of freedom, of stretches that show the effect by these shares.
