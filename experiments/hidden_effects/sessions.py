@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from hidden_effects.make import NOISE, sized
+from scipy.signal import lfilter
 
 from freelearn.testing.reference import literature, other_beds, truths
 from freelearn.testing.reference.laboratory import random_actuators
@@ -20,16 +21,16 @@ SAMPLES, STATES, SIZE = 3, 24, 30
 RISING, FALLING = np.linspace(0, 70, 5), (46.0, 23.0)
 # Places go to this share of the length, and to so many degrees of an actuator as slender as the paper's.
 STRETCH, TWIST_DEG, SLENDER = 0.05, 100.0, 15.6
+# Of this nothing is a sample's own; and what is left of it in the next row.
+WANDERS, LEFT = "a zero that wanders", 0.93
 # What differs → standard deviation of the logarithms of C1 and C2, and of the zeros in the table's units.
 DIFFERS: dict[str, dict[str, float]] = {
     "the walls' rubber": {"C1": 0.08},
     "the fibers": {"C2": 0.1},
     "the load cell's zeros": {"force_n": 0.3, "moment_nmm": 5.0},
     "the gauge's zero": {"pressure_kpa": 1.5},
-    "a zero that wanders": {},
+    WANDERS: {},
 }
-# What is left of a zero that wanders in the next row.
-LEFT = {"a zero that wanders": 0.93}
 MEASURED = "force_n", "moment_nmm"
 # The effects that say so.
 NAMED = {"C1": "wall_modulus", "C2": "fiber_modulus", "force_n": "force_offset", "moment_nmm": "moment_offset",
@@ -87,17 +88,14 @@ def _measured(job: Mapping[str, Any], fx: Mapping[str, Any], noise: Mapping[str,
             10 * job["seed"] + number, noise, literature.on_the_rig,
         )  # fmt: skip
         zeros = {name: part[name] + value for name, value in own.items() if name in part}
-        for name, most in noise.items():
-            if job["differs"] in LEFT and name in MEASURED:
-                zeros[name] = part[name] + most * _wandering(len(part), LEFT[job["differs"]], generator)
+        if job["differs"] == WANDERS:
+            zeros = {name: part[name] + noise[name] * _wandering(len(part), generator) for name in MEASURED}
         parts.append(part.assign(time_s=part["time_s"] + 1e4 * number, **zeros))
     return pd.concat(parts, ignore_index=True)
 
 
-def _wandering(rows: int, left: float, generator: np.random.Generator) -> np.ndarray:
-    """Errors (rows,) of variance one, each like the one before by so much."""
-    error, errors = generator.normal(), np.empty(rows)
-    for row in range(rows):
-        error = left * error + np.sqrt(1 - left**2) * generator.normal()
-        errors[row] = error
+def _wandering(rows: int, generator: np.random.Generator) -> np.ndarray:
+    """Errors (rows,) of variance one, each like the one before by LEFT."""
+    before, new = generator.normal(), generator.normal(size=rows)
+    errors: np.ndarray = lfilter([np.sqrt(1 - LEFT**2)], [1, -LEFT], new, zi=[LEFT * before])[0]
     return errors

@@ -64,7 +64,7 @@ def test_zeros_of_their_own_are_offsets_of_each():
     assert set(result.effects) == {"force_offset", "moment_offset"}
     values = result.final.fit.values()
     for n, (force, moment) in enumerate(zeros, 1):
-        # Where the stiff one stands is known to 3 N, at twenty places.
+        # Where the stiff one stands is known to 3 N, at two dozen places.
         assert values[f"force_offset.force[{n}]"] == pytest.approx(force, abs=1.5 if n == 1 else 0.1)
         assert values[f"moment_offset.moment[{n}]"] == pytest.approx(moment * 1e-3, abs=6e-3 if n == 1 else 1e-3)
 

@@ -23,8 +23,8 @@ FEWEST, ZERO, NOTHING, MOST = 6, 3.0, 0.003, 0.9
 # How many times less a model errs of what loads change by from each place's first row than of the loads, and standard
 # deviations that its loads have in that row.
 BETTER, LOADED = 3.0, 10.0
-# Moduli from which loads at all others follow, which are linear in C1 and C2 [Pa].
-MODULI = (1e6, 1e7), (2e6, 1e7), (1e6, 2e7)
+# C1 and C2 [Pa]: loads at once and twice each say what they are at any other, in which they are linear.
+MODULI = 1e6, 1e7
 # Rows that are looked at, about.
 ENOUGH = 600
 
@@ -69,12 +69,12 @@ def _begins_at_zero(table: pd.DataFrame, quantity: Quantity, begins: np.ndarray,
 def _by_changes(plain: Plain, table: pd.DataFrame, zeroed: Sequence[Quantity]) -> tuple[float, list[float]]:
     """How many times less the plain model errs of the changes than of the loads, and, of each quantity, the root mean
     square of the loads [SI] that it then has in the rows that are read as zero."""
-    rows, state = Rows.from_table(table), kinematic_state(table)
-    first = np.unique(state, return_index=True)[1][state]
-    at = np.stack([_loads(plain, rows, moduli) for moduli in MODULI])
-    # Of each row: what does not depend on the moduli, and how it depends on either, (N, 2).
-    by = [(at[1] - at[0]) / 1e6, (at[2] - at[0]) / 1e7]
-    alone = at[0] - 1e6 * by[0] - 1e7 * by[1]
+    rows = Rows.from_table(table)
+    first = np.unique(rows.state, return_index=True)[1][rows.state]
+    once, *twice = (_loads(plain, rows, times) for times in ((1, 1), (2, 1), (1, 2)))
+    # Of each row: what either modulus makes, and what none does, (N, 2).
+    by = [loads - once for loads in twice]
+    alone = once - by[0] - by[1]
     channels = [rows.states.bed.readings.index(quantity) for quantity in zeroed]
     size = np.abs(rows.loads.numpy()).max(0).clip(min=1e-300)
     design = (np.stack(by, axis=-1) / size[:, None])[:, channels]
@@ -89,11 +89,11 @@ def _by_changes(plain: Plain, table: pd.DataFrame, zeroed: Sequence[Quantity]) -
     return whole / max(changes, 1e-12), [float(np.sqrt(np.mean(shown[:, c] ** 2))) for c in channels]
 
 
-def _loads(plain: Plain, rows: Rows, moduli: tuple[float, float]) -> np.ndarray:
-    """(N, 2) SI, NaN where the model has none."""
+def _loads(plain: Plain, rows: Rows, times: tuple[int, int]) -> np.ndarray:
+    """At so many times either modulus, (N, 2) SI, NaN where the model has none."""
     model = plain.build(plain.given)
     model.prepare(rows)
-    model.set_values(dict(zip(("C1", "C2"), moduli, strict=True)))
+    model.set_values({name: n * modulus for name, n, modulus in zip(("C1", "C2"), times, MODULI, strict=True)})
     with torch.no_grad():
         shown: np.ndarray = model(rows.states).loads.numpy()
     return shown
