@@ -7,7 +7,7 @@ muscles taught, hidden in helices and in braids, on the kinematic and the isomet
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
 claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
-sessions: samples that differ in their rubber, their fibers or the zeros of sensors, or a zero that wanders. --plan few:
+sessions: samples that differ in their rubber, their fibers or their sensors, or a zero that wanders. --plan few:
 tables of few states, judged by states between those that were measured. --plan time: logs with effects of the history,
 integrated by small steps. --plan unknown: random smooth functions of place and pressure added to what a laboratory
 measures, of which no effect of the library may be claimed.

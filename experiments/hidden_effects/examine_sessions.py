@@ -45,7 +45,7 @@ def report_sessions(results: list[dict[str, Any]]) -> None:
 
 def _wrong(result: dict[str, Any]) -> bool:
     """Whether something is claimed of which no member is hidden."""
-    hidden = {*result["own"], *result["hidden"]}
+    hidden = {*result["own"], *result["shared"], *result["hidden"]}
     return result["verdict"] in CLAIMS and any(not hidden & set(members) for members in result["classes"])
 
 

@@ -1,7 +1,8 @@
 """Several samples that differ, as tubes of several stocks do and sensors that are set to zero anew for each.
 
-Three samples of actuators drawn at random, each with a value of its own of something, or measured by a load cell whose
-zero wanders within its accuracy; half of the tables hide one effect of 30 σ beside it.
+Three samples of actuators drawn at random, each with a value of its own of something, zeros and gains of sensors among
+them, or measured by a load cell whose zero wanders within its accuracy; half of the tables hide one effect of 30 σ
+beside it.
 """
 
 from __future__ import annotations
@@ -23,18 +24,19 @@ RISING, FALLING = np.linspace(0, 70, 5), (46.0, 23.0)
 STRETCH, TWIST_DEG, SLENDER = 0.05, 100.0, 15.6
 # Of this nothing is a sample's own; and what is left of it in the next row.
 WANDERS, LEFT = "a zero that wanders", 0.93
-# What differs → standard deviation of the logarithms of C1 and C2, and of the zeros in the table's units.
+# What differs → the effects that say so, and its standard deviation: of the logarithms of C1 and C2, of zeros in the
+# table's units, and of gains.
 DIFFERS: dict[str, dict[str, float]] = {
-    "the walls' rubber": {"C1": 0.08},
-    "the fibers": {"C2": 0.1},
-    "the load cell's zeros": {"force_n": 0.3, "moment_nmm": 5.0},
-    "the gauge's zero": {"pressure_kpa": 1.5},
+    "the walls' rubber": {"wall_modulus": 0.08},
+    "the fibers": {"fiber_modulus": 0.1},
+    "the load cell's zeros": {"force_offset": 0.3, "moment_offset": 5.0},
+    "the gauge's zero": {"pressure_offset": 1.5},
     WANDERS: {},
+    "the load cell's gains": {"own_force_gain": 0.03, "own_moment_gain": 0.03},
+    "the gauge's gain": {"own_pressure_gain": 0.03},
 }
+READ = {"force": "force_n", "moment": "moment_nmm", "pressure": "pressure_kpa"}
 MEASURED = "force_n", "moment_nmm"
-# The effects that say so.
-NAMED = {"C1": "wall_modulus", "C2": "fiber_modulus", "force_n": "force_offset", "moment_nmm": "moment_offset",
-         "pressure_kpa": "pressure_offset"}  # fmt: skip
 BESIDE = (
     *("second_invariant", "fiber_misalignment", "end_clamps", "length_offset", "force_gain", "twist_offset"),
     *("length_compliance", "friction_hysteresis", "fiber_dispersion", "moment_gain", "wall_thickness"),
@@ -42,11 +44,17 @@ BESIDE = (
 
 
 def sessions(seeds: int) -> list[dict]:
-    """Ten a round: of each that differs one table with nothing beside it, and one with an effect."""
+    """Fourteen a round: of each that differs one table with nothing beside it, and one with an effect.
+
+    shared: what all samples have of what differs, which may be told beside it: their gains are drawn about none, of the
+    first one too.
+    """
     jobs = []
     for seed in range(seeds):
         for place, differs in enumerate(DIFFERS):
-            own = {"differs": differs, "seed": seed, "own": [NAMED[name] for name in DIFFERS[differs]]}
+            names = list(DIFFERS[differs])
+            shared = [name.removeprefix("own_") for name in names if name.startswith("own_")]
+            own = {"differs": differs, "seed": seed, "own": names, "shared": shared}
             beside = BESIDE[(5 * seed + place) % len(BESIDE)]
             jobs += [own | {"kind": "alone", "hidden": []}, own | {"kind": "beside", "hidden": [beside]}]
     return [{"number": number} | job for number, job in enumerate(jobs)]
@@ -84,13 +92,16 @@ def _measured(job: Mapping[str, Any], fx: Mapping[str, Any], noise: Mapping[str,
         )
         own = {name: deviation * generator.normal() for name, deviation in differs.items()}
         part = other_beds.measure(
-            "kinematic", asked, c1 * np.exp(own.get("C1", 0.0)), c2 * np.exp(own.get("C2", 0.0)), fx,
-            10 * job["seed"] + number, noise, literature.on_the_rig,
+            "kinematic", asked, c1 * np.exp(own.get("wall_modulus", 0.0)), c2 * np.exp(own.get("fiber_modulus", 0.0)),
+            fx, 10 * job["seed"] + number, noise, literature.on_the_rig,
         )  # fmt: skip
-        zeros = {name: part[name] + value for name, value in own.items() if name in part}
+        shown = {
+            column: part[column] * (1 + own.get(f"own_{what}_gain", 0.0)) + own.get(f"{what}_offset", 0.0)
+            for what, column in READ.items()
+        }
         if job["differs"] == WANDERS:
-            zeros = {name: part[name] + noise[name] * _wandering(len(part), generator) for name in MEASURED}
-        parts.append(part.assign(time_s=part["time_s"] + 1e4 * number, **zeros))
+            shown = {name: part[name] + noise[name] * _wandering(len(part), generator) for name in MEASURED}
+        parts.append(part.assign(time_s=part["time_s"] + 1e4 * number, **shown))
     return pd.concat(parts, ignore_index=True)
 
 

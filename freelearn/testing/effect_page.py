@@ -24,7 +24,9 @@ Standard forms and sources stand in each effect's docstring (`freelearn/physics/
 mounting, play, fiber angle, wall thickness, friction) has one value for each of them, and so have the zeros of load
 cells and gauges, which are set anew when a sample is mounted. What belongs to the rig (gains of load cells and gauges,
 the stiffness of shaft and stage), to the material or to fittings that all samples share has one value: tubes of several
-stocks are an effect, `wall_modulus`, and so are fibers of several, `fiber_modulus`.
+stocks are an effect, `wall_modulus`, and so are fibers of several, `fiber_modulus`, and gains that change from sample
+to sample, `own_force_gain`, `own_moment_gain` and `own_pressure_gain`, whose values are those beyond the first
+sample's.
 
 **beds**: those on which an effect can be told ([what a bed imposes and measures](glossary.md)); on another one the
 search says that it cannot be tested.
@@ -36,9 +38,10 @@ log's runs whose times begin anew are laid end to end.
 `off_axis` tells d², the square of the distance: 1e-4 m² is d = √(d²) = 10 mm. On an end block each member has its own.
 `block_tilt` is asked of several actuators on one end block alone, `wall_modulus` and `fiber_modulus` of such or of
 several samples, unless `per_sample=false` says that they are of one stock; their pictures are those of one actuator,
-which the first lifts as a mount that gives way does, and whose C1, or C2, the others change. `viscoelasticity` needs
-the times too, and states in the order in which the bed went to them, buckled and left-out ones included. It knows the
-last move alone: where states last less than τ, earlier ones are felt, and not told.
+which the first lifts as a mount that gives way does, and whose C1, or C2, the others change. The three gains that are
+each sample's own are asked of several samples alone: of actuators on one end block `pressure_gain` has each one's.
+`viscoelasticity` needs the times too, and states in the order in which the bed went to them, buckled and left-out ones
+included. It knows the last move alone: where states last less than τ, earlier ones are felt, and not told.
 
 Effects of the *history* act in [logs](logs.md) alone, tables with `time_s` and `run`: on the pressure, on the wall's
 stresses, on the loads or on the readings, as their docstrings say. They carry a state from sample to sample.

@@ -99,6 +99,7 @@ class Prepared:
         return Step(
             effects, fit, whiten, found, self.rows.states, self.error(fit.raw_residual, slipped),
             self.error(found.raw, slipped), self._new_sample(fit, whiten, slipped), whiten.floor(self.scale),
+            self._by_state(found.raw, slipped),
         )  # fmt: skip
 
     def _new_sample(self, fit: WhiteFit, whiten: Whitener, slipped: Tensor | None) -> float | None:
@@ -108,6 +109,13 @@ class Prepared:
             return None
         found: HeldOut = held_out(fit, self.rows, whiten, folds_of(sample, self.question.seed, count), sample)
         return self.error(found.raw, slipped)
+
+    def _by_state(self, raw: Tensor, slipped: Tensor | None) -> np.ndarray:
+        """What each state adds to the square of that error, (states,)."""
+        present = self.rows.readings.present
+        counted = present if slipped is None else present & ~slipped
+        share = (raw / self.scale).square().masked_fill(~counted, 0.0) / counted.sum(0).clamp_min(1)
+        return np.bincount(self.rows.state, weights=share.sum(-1).numpy())
 
     def error(self, raw: Tensor, slipped: Tensor | None = None) -> float:
         """The paper's E of residuals (N, 2), a fraction, without readings that slipped."""

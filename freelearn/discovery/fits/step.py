@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypedDict
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -16,7 +17,7 @@ from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.linear_algebra import normal_inverse
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.structure import Structure, structure
-from freelearn.discovery.thresholds import RISES
+from freelearn.discovery.thresholds import FEW_STATES, RISES
 
 
 class Candidate(TypedDict):
@@ -59,7 +60,8 @@ class Step:
 
     effects: all that the model has, the given ones first. E_train, E_heldout: the paper's error on the fitted rows and
     on held-out kinematic states; E_new_sample: on whole samples left out in turn (None with one sample, or where a
-    parameter belongs to a sample); floor: what measuring alone leaves of it (fractions)."""
+    parameter belongs to a sample); floor: what measuring alone leaves of it (fractions). by_state: what each state adds
+    to the square of E_heldout, (states,)."""
 
     effects: list[str]
     fit: WhiteFit
@@ -70,6 +72,7 @@ class Step:
     E_heldout: float
     E_new_sample: float | None
     floor: float
+    by_state: np.ndarray
     candidates: Sequence[Candidate] = ()
 
     @cached_property
@@ -78,8 +81,11 @@ class Step:
         return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
 
     def worse(self, other: Step) -> bool:
-        """Whether its held-out error is clearly larger than another's."""
-        return self.E_heldout > (1 + RISES) * other.E_heldout
+        """Whether its held-out error is clearly larger than another's: by a share, and by more than the states differ
+        in how much larger it is. Errors of places weigh most in it, and hide what is less."""
+        rise = self.by_state - other.by_state
+        differ = np.sqrt(len(rise)) * rise.std(ddof=1) if len(rise) >= FEW_STATES else 0.0
+        return bool(self.E_heldout > (1 + RISES) * other.E_heldout and rise.sum() > differ)
 
     def tried(self, candidates: Sequence[Candidate]) -> Step:
         """The same step with what was tried on it."""

@@ -66,8 +66,11 @@ def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
         return unclocked(columns, rows)
     if EFFECTS[name].together and len(rows.states.members) < 2:
         return "needs several actuators on one end block"
-    if EFFECTS[name].compares and max(len(rows.states.members), len(rows.states.sample.unique())) < 2:
-        return "needs several samples, or several actuators on one end block"
+    if EFFECTS[name].alone and len(rows.states.members) > 1:
+        return "is asked of samples of one actuator: those on one end block have it as pressure_gain"
+    members = len(rows.states.members) if EFFECTS[name].of_each else 0
+    if EFFECTS[name].compares and max(members, len(rows.states.sample.unique())) < 2:
+        return "needs several samples" + ", or several actuators on one end block" * EFFECTS[name].of_each
     return HISTORY[name](rows) if name in HISTORY else ""
 
 

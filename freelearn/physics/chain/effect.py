@@ -67,8 +67,11 @@ class Effect(Generic[P]):
     of_each: ClassVar[bool] = True
     # Whether it can be told of several actuators on one end block alone.
     together: ClassVar[bool] = False
-    # Whether it says how samples, or actuators on one end block, differ: nothing where all share one value.
+    # Whether it says how samples, or actuators on one end block, differ from the first of them, which has no value of
+    # its own: nothing where all share one.
     compares: ClassVar[bool] = False
+    # Whether a search asks it of samples alone: another effect says it of actuators on one end block.
+    alone: ClassVar[bool] = False
 
     def __init__(self, samples: Sequence[int] = (), members: int = 0) -> None:
         """samples: those of a fit; with several, a `per_sample` parameter has one value for each. members: how many
@@ -125,18 +128,23 @@ class Effect(Generic[P]):
 
     def _numbers(self, p: Parameter) -> tuple[int, ...]:
         """The samples or members of which each has a value of its own."""
-        if self.members:
-            return self.members if p.per_sample or p.per_member else ()
-        return self.samples if p.per_sample else ()
+        own = p.per_sample or (p.per_member and bool(self.members))
+        return (self.members or self.samples)[self.compares :] if own else ()
 
     def own(self, values: Mapping[str, Tensor], states: States | None = None) -> P:
         """This effect's parameters out of the model's values, each () or (N,).
 
         A row takes its own sample's value; a sample that was not fitted takes the mean of those that were.
         """
-        each = {p.name: [values[label] for label in self._labels(p)] for p in self.declared_parameters()}
-        own = {name: v[0] if len(v) == 1 else self._of_rows(torch.stack(v, -1), states) for name, v in each.items()}
+        each = {p: [values[label] for label in self._labels(p)] for p in self.declared_parameters()}
+        own = {p.name: self._value(p, v, states) for p, v in each.items()}
         return self.parameter_class(**own)  # type: ignore[return-value]  # P is the type of `parameter_class`
+
+    def _value(self, p: Parameter, each: list[Tensor], states: States | None) -> Tensor:
+        """A parameter's value, () or (N,), from those that it has in a model."""
+        if self.compares and p.none is not None and self._numbers(p):
+            each = [torch.full_like(each[0], p.none), *each]
+        return each[0] if len(each) == 1 else self._of_rows(torch.stack(each, -1), states)
 
     def _of_rows(self, each: Tensor, states: States | None) -> Tensor:
         """Values of the samples (or members), (S,) or (N, S), to one value per row, (N,)."""

@@ -38,6 +38,7 @@ NAMES = [
     "twist_compliance",
     "pressure_offset",
     "pressure_gain",
+    "own_pressure_gain",
     "threshold_pressure",
     "contact_friction",
     "friction_hysteresis",
@@ -47,6 +48,8 @@ NAMES = [
     "moment_offset",
     "force_gain",
     "moment_gain",
+    "own_force_gain",
+    "own_moment_gain",
     "sensor_crosstalk",
     "sensor_drift",
 ]
@@ -63,6 +66,9 @@ PER_SAMPLE = {
     "pressure_offset",
     "force_offset",
     "moment_offset",
+    "own_force_gain",
+    "own_moment_gain",
+    "own_pressure_gain",
 }
 
 

@@ -35,3 +35,39 @@ class PressureGain(BoundaryEffect[Gain]):
     def impose(self, states: States, p: Gain) -> States:
         """As BoundaryEffect.impose."""
         return states.replace(pressure=states.pressure * (1 + p.gain))
+
+
+class OwnGain(Parameters):
+    """gain: of a sample's pressures against the first one's; 0.1 is one whose wall got 10 % more than was read."""
+
+    gain: Tensor = parameter(
+        "g",
+        "1",
+        start=0.0,
+        lower=-0.5,
+        upper=0.5,
+        none=0.0,
+        scale=0.05,
+        per_sample=True,
+        # Each of the two 5 %, as a gain that all share; that of the first is in all ratios.
+        prior=Prior(0.0, 0.07, "pressure gauges' data sheets: span, each time it is set", common=0.5),
+    )
+
+
+class OwnPressureGain(BoundaryEffect[OwnGain]):
+    """P acting on sample i = (1 + gᵢ) P read; of the first g is 0, and what all share is `pressure_gain`.
+
+    Another gauge, or another supply, for some of the samples. Actuators on one end block have it in `pressure_gain`.
+    """
+
+    name = "own_pressure_gain"
+    place = 8
+    compares = True
+    alone = True
+    suspect = "The misfit of one sample grows in proportion to the pressure, and that of the others does not."
+    source = "sensitivity error of a sensor: GUM (JCGM 100:2008)"
+    parameter_class = OwnGain
+
+    def impose(self, states: States, p: OwnGain) -> States:
+        """As BoundaryEffect.impose."""
+        return states.replace(pressure=states.pressure * (1 + p.gain))

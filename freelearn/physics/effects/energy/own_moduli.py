@@ -1,14 +1,12 @@
 """Tubes, on one end block or measured one after another, whose walls or fibers are not of one stock."""
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
 from freelearn.physics.chain.material import Material
-from freelearn.physics.chain.parameters import Parameter, Parameters, Prior, parameter
+from freelearn.physics.chain.parameters import Parameters, Prior, parameter
 from freelearn.physics.chain.ports import EnergyEffect
 from freelearn.physics.mechanics.energy import Energy, NeoHookean, StandardFiber
 from freelearn.physics.mechanics.tube import Tube
@@ -75,17 +73,6 @@ class WallModulus(EnergyEffect[Stock]):
     def closed_form(self, tube: Tube, p: Stock, material: Material) -> Wall | None:
         """The energy's."""
         return self._more(p, material).closed_form(tube)
-
-    def own(self, values: Mapping[str, Tensor], states: States | None = None) -> Stock:
-        """As Effect.own; of the first actuator none."""
-        if not (self.members or self.samples):
-            return super().own(values, states)
-        others = [values[label] for label in self.declared()]
-        return Stock(log_ratio=self._of_rows(torch.stack([torch.zeros_like(others[0]), *others], dim=-1), states))
-
-    def _numbers(self, p: Parameter) -> tuple[int, ...]:
-        """All but the first."""
-        return super()._numbers(p)[1:]
 
     def _more(self, p: Stock, material: Material) -> Energy:
         """What the actuator has beyond the first one's modulus."""

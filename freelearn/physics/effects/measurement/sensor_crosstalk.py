@@ -36,7 +36,7 @@ class SensorCrosstalk(MeasurementEffect[Crosstalk]):
     """F shown = F + a M, M shown = M + b F (the paper's cells: a = 3.43 N/(N·m), b = 6e-4 N·m/N)."""
 
     name = "sensor_crosstalk"
-    place = 5
+    place = 7
     suspect = "The force follows the moment, or the moment the force, where the model sees no reason."
     source = 'the paper\'s Section "Testing Protocol"'
     parameter_class = Crosstalk

@@ -38,7 +38,7 @@ class SensorDrift(MeasurementEffect[Drift]):
     """F shown = F + a t, M shown = M + b t, t the time since the sample's first row (20 s a row without time_s)."""
 
     name = "sensor_drift"
-    place = 6
+    place = 8
     suspect = "Repeats of one state disagree, and more so the further apart they were measured."
     source = "zero and sensitivity errors of a sensor: GUM (JCGM 100:2008)"
     parameter_class = Drift
