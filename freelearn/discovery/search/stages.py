@@ -37,6 +37,7 @@ from freelearn.discovery.thresholds import (
     LEAST_WRONG,
     MANY,
     MENDED,
+    MOST_EXPANDED,
     MOST_LOWERED,
     REFITTED,
     RIVALS,
@@ -212,7 +213,11 @@ class _View:
                 return now
         # What is claimed is what all sets share that are as good: where something may be, these are asked too.
         rivals = 1 if share else RIVALS
-        now.explore(self.told, BEAM if self.scouting or not self.scouted else 1, rivals=rivals)
+        if self.scouting or not self.scouted:
+            now.explore(self.told, rivals=rivals)
+        else:
+            # All rows judge what some of them found; of models that are all wrong they find nothing new.
+            now.explore(self.told, 1, 1 if share else MOST_EXPANDED, rivals)
         return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:

@@ -51,12 +51,15 @@ MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
     "viscoelasticity": {"share": 0.05},
 }
-# As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block;
-# or one bed, which measures no moment.
+# As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block
+# or one after another; or one bed, which measures no moment.
 APART: dict[str, dict[str, float]] = {
     "block_tilt": {"compliance": 2e-6},
     "wall_modulus": {"log_ratio": 0.02},
     "fiber_modulus": {"log_ratio": 0.02},
+    "own_force_gain": {"gain": 0.02},
+    "own_moment_gain": {"gain": 0.02},
+    "own_pressure_gain": {"gain": 0.02},
     "bladder_slack": {"stiffness": 50.0},
     "strand_jamming": {"stiffness": 500.0},
     "buckling": {"flexibility": 30.0},
