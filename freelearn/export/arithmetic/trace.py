@@ -118,7 +118,7 @@ def _mounted(
     zero = torch.zeros_like(size)[:, :, None].expand(-1, -1, 2)
     no = torch.zeros_like(states.length, dtype=torch.bool)
     q, jacobian, stiffness, settled = repeated(turn, [mount._place(states), zero, zero, no], MOUNT)
-    return mount._Solution(q, jacobian, stiffness, settled & (determinant(jacobian) > 0))
+    return mount._Solution(q, jacobian, stiffness, settled & (determinant(jacobian) > 0), torch.zeros_like(q[:, 0]))
 
 
 def _hung(

@@ -23,8 +23,9 @@ from freelearn.physics.chain.row_derivatives import (
 )
 
 MAX_ITERATIONS = 15
-# Iterations after which only the rows that have not settled go on.
-EARLY = 5
+# Iterations after which only the rows that have not settled go on, and of these such whose steps have become smaller
+# than this share of what they were as many iterations before: the others go nowhere.
+EARLY, SLOW = 5, 0.5
 # Newton steps this small (in reference lengths and rad) leave an error of about their square, which the
 # differentiable step takes away besides.
 TOLERANCE = 1e-11
@@ -83,12 +84,13 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
 class _Solution(NamedTuple):
     """q (N, 2) m, rad; J (N, 2, 2) and A = ∂τ/∂q (N, 2, 2) there; settled (N,) bool. Cut from every derivative.
 
-    rough: whether J and A are those of the way there."""
+    last: the size of the last step, (N,), in what counts as one. rough: whether J and A are those of the way there."""
 
     q: Tensor
     jacobian: Tensor
     stiffness: Tensor
     settled: Tensor
+    last: Tensor
     rough: bool = False
 
 
@@ -100,23 +102,32 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, impose, loads)
-            left = indices_if_known(~at.settled)
-            if left is not None:
-                if len(left):
-                    rest = _newton(states[left], q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS)
-                    at = _joined(at, rest, left)
-                return at._replace(settled=at.settled & (determinant(at.jacobian) > 0), rough=True)
+            if indices_if_known(~at.settled) is not None:
+                # Others than have settled begin anew.
+                begun = torch.where(at.settled[:, None], at.q, q)
+                at = at._replace(q=begun, last=torch.full_like(at.last, torch.inf), rough=True)
+                return _gone_on(at, 0, states, values, impose, loads, rows_of)
             q = torch.where(at.settled[:, None], at.q, q)
     at = _newton(states, q, values, impose, loads, EARLY)
-    left = indices_if_known(~at.settled)
-    if left is None:  # inside vmap
+    if indices_if_known(~at.settled) is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
-    elif len(left):
-        # Most rows settle in a few steps; only the others go on.
-        rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, MAX_ITERATIONS - EARLY)
-        at = _joined(at, rest, left)
+        return at._replace(settled=at.settled & (determinant(at.jacobian) > 0))
+    return _gone_on(at, EARLY, states, values, impose, loads, rows_of)
+
+
+def _gone_on(
+    at: _Solution, done: int, states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf
+) -> _Solution:
+    """The rows that have not settled after so many iterations go on: most settle in a few, and so only these cost
+    more."""
+    left = indices_if_known(~at.settled)
+    while left is not None and len(left) and done < MAX_ITERATIONS:
+        before = at.last[left]
+        rest = _newton(states[left], at.q[left], rows_of(values, left), impose, loads, EARLY)
+        at, done = _joined(at, rest, left), done + EARLY
+        left = left[~rest.settled & (rest.last < SLOW * before)]
     settled = at.settled & (determinant(at.jacobian) > 0)
-    return _Solution(at.q.detach(), at.jacobian.detach(), at.stiffness.detach(), settled)
+    return at._replace(q=at.q.detach(), jacobian=at.jacobian.detach(), stiffness=at.stiffness.detach(), settled=settled)
 
 
 def _sharpened(
@@ -135,6 +146,8 @@ def _joined(at: _Solution, rest: _Solution, left: Tensor) -> _Solution:
         at.jacobian.index_copy(0, left, rest.jacobian),
         at.stiffness.index_copy(0, left, rest.stiffness),
         at.settled.index_copy(0, left, rest.settled),
+        at.last.index_copy(0, left, rest.last),
+        at.rough,
     )
 
 
@@ -157,7 +170,7 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose
         carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
         stiffness = mended(stiffness, carried - before, step, size)
         imposed = _place(impose(states, carried, values))
-    return _Solution(q, jacobian, stiffness, settled)
+    return _Solution(q, jacobian, stiffness, settled, _length(step, size))
 
 
 def _size(states: States) -> Tensor:
@@ -187,7 +200,12 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
         q = q + step
-    return _Solution(q, jacobian, stiffness, settled)
+    return _Solution(q, jacobian, stiffness, settled, _length(step, size))
+
+
+def _length(step: Tensor, size: Tensor) -> Tensor:
+    """Of a step (N, 2), in what counts as one (N, 2): (N,)."""
+    return (step / size).abs().amax(-1)
 
 
 def _place(states: States) -> Tensor:
