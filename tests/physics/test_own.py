@@ -153,6 +153,10 @@ def test_a_gear_of_the_users_own_turns_the_actuator_less_and_the_block_less_hard
             "the prior of its parameter 'share' needs a finite middle",
         ),
         (
+            EFFECT.replace("none=0.0, ", "").replace('"leak"', '"leak"\n    compares = True'),
+            "'share' needs a value without effect",
+        ),
+        (
             EFFECT.replace("parameter_class", "parameters"),
             r"derives from BoundaryEffect\[Loss\]: write parameter_class = Loss",
         ),

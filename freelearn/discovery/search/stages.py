@@ -23,6 +23,7 @@ from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
 from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
+from freelearn.discovery.noise.structure import structure
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
@@ -211,13 +212,15 @@ class _View:
             now.expand(now.best)
             if not self.adequate(now):
                 return now
-        # What is claimed is what all sets share that are as good: where something may be, these are asked too.
-        rivals = 1 if share else RIVALS
         if self.scouting or not self.scouted:
-            now.explore(self.told, rivals=rivals)
+            beam, most = BEAM, MOST_EXPANDED
         else:
             # All rows judge what some of them found; of models that are all wrong they find nothing new.
-            now.explore(self.told, 1, 1 if share else MOST_EXPANDED, rivals)
+            beam, most = 1, 1 if share else MOST_EXPANDED
+        now.explore(self.told, beam, most)
+        if not share and not self.lacks(now.best):
+            # What is claimed is what all sets share that are as good: where something may be, these are asked too.
+            now.explore(self.told, beam, most, RIVALS)
         return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
@@ -258,6 +261,10 @@ class _View:
         """Whether the best set is right, as far as the noise and the doubt that it is looked at under go, or so many
         times as far."""
         return now.best.fit.chi2 <= times * INADEQUATE * max(self.rows.readings.count, 1)
+
+    def lacks(self, best: Hypothesis) -> bool:
+        """Whether something systematic is left of the rows looked at: of such an answer nothing is claimed."""
+        return structure(best.fit.residual, best.fit.jacobian, self.rows.states, self._whitener(0.0)).shows
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""

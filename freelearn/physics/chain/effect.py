@@ -114,6 +114,8 @@ class Effect(Generic[P]):
                 return f"start, scale and none of its parameter {p.name!r} must be finite numbers"
             if not p.allows(p.start) or not (p.none is None or p.lower <= p.none <= p.upper):
                 return f"start and none of its parameter {p.name!r} must lie within its bounds"
+            if cls.compares and p.none is None:
+                return f"it compares, so its parameter {p.name!r} needs a value without effect, none: the first one's"
             if p.prior is not None and not (math.isfinite(p.prior.middle) and p.prior.deviation > 0):
                 return f"the prior of its parameter {p.name!r} needs a finite middle and a deviation above zero"
         return None
