@@ -153,9 +153,8 @@ def _buckled(actual: pd.DataFrame, loads: np.ndarray, share: float, generator: n
 SMALLEST, LARGEST = 0.5, 2.0
 # Share of draws that hide one effect; the others hide two.
 ONE = 0.6
-# What is seen of braids, of several actuators on one end block, or where these or samples differ: the simulated bed has
-# one helix each, all of one stock.
-ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt", "wall_modulus", "fiber_modulus")
+# What is seen of braids, or of several actuators on one end block: the simulated bed has one helix each.
+ELSEWHERE = ("bladder_slack", "strand_jamming", "block_tilt")
 
 Hidden = dict[str, dict[str, float]]
 
@@ -199,9 +198,11 @@ def _drawn(seed: int) -> Hidden:
 
 
 def _shows(name: str) -> bool:
-    """Whether an effect shows in the simulated bed, a kinematic one: of the history nothing does in plateaus."""
+    """Whether an effect shows in the simulated bed, a kinematic one whose samples are of one stock: of the history
+    nothing does in plateaus."""
     effect = EFFECTS[name]
-    return effect.port != "history" and name not in ELSEWHERE and not effect.untold(KINEMATIC.name)
+    elsewhere = effect.port == "history" or effect.compares or name in ELSEWHERE
+    return not elsewhere and not effect.untold(KINEMATIC.name)
 
 
 def _sized(effect: type[Effect[Any]], generator: np.random.Generator) -> dict[str, float]:
