@@ -112,15 +112,18 @@ class Prepared:
 
     def _by_state(self, raw: Tensor, slipped: Tensor | None) -> np.ndarray:
         """What each state adds to the square of that error, (states,)."""
-        present = self.rows.readings.present
-        counted = present if slipped is None else present & ~slipped
+        counted = self._counted(slipped)
         share = (raw / self.scale).square().masked_fill(~counted, 0.0) / counted.sum(0).clamp_min(1)
         return np.bincount(self.rows.state, weights=share.sum(-1).numpy())
 
     def error(self, raw: Tensor, slipped: Tensor | None = None) -> float:
         """The paper's E of residuals (N, 2), a fraction, without readings that slipped."""
+        return relative_error((raw / self.scale).square(), self._counted(slipped))
+
+    def _counted(self, slipped: Tensor | None) -> Tensor:
+        """Readings that count, (N, 2) bool."""
         present = self.rows.readings.present
-        return relative_error((raw / self.scale).square(), present if slipped is None else present & ~slipped)
+        return present if slipped is None else present & ~slipped
 
 
 def prepare(question: Question) -> tuple[Prepared, WhiteFit, Noise]:

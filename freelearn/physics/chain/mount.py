@@ -102,12 +102,10 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         known = near.last(STIFFNESS, q[..., None].expand(-1, -1, 2))
         if known is not None:
             at = _chords(states, q, known, values, impose, loads)
-            if indices_if_known(~at.settled) is not None:
-                # Others than have settled begin anew.
-                begun = torch.where(at.settled[:, None], at.q, q)
-                at = at._replace(q=begun, last=torch.full_like(at.last, torch.inf), rough=True)
-                return _gone_on(at, 0, states, values, impose, loads, rows_of)
+            # Others than have settled begin anew.
             q = torch.where(at.settled[:, None], at.q, q)
+            if indices_if_known(~at.settled) is not None:
+                return _gone_on(at._replace(q=q, rough=True), 0, states, values, impose, loads, rows_of)
     at = _newton(states, q, values, impose, loads, EARLY)
     if indices_if_known(~at.settled) is None:  # inside vmap
         at = _newton(states, at.q, values, impose, loads, MAX_ITERATIONS - EARLY)
@@ -170,7 +168,8 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose
         carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
         stiffness = mended(stiffness, carried - before, step, size)
         imposed = _place(impose(states, carried, values))
-    return _Solution(q, jacobian, stiffness, settled, _length(step, size))
+    # Newton's method has taken none of its steps yet.
+    return _Solution(q, jacobian, stiffness, settled, torch.full_like(q[:, 0], torch.inf))
 
 
 def _size(states: States) -> Tensor:
@@ -200,12 +199,7 @@ def _newton(states: States, q: Tensor, values: Values, impose: Impose, loads: Lo
         # A row that has settled stays, so that J remains the one at its state.
         step = torch.where(settled[:, None], 0.0, torch.minimum(torch.maximum(step, -largest), largest))
         q = q + step
-    return _Solution(q, jacobian, stiffness, settled, _length(step, size))
-
-
-def _length(step: Tensor, size: Tensor) -> Tensor:
-    """Of a step (N, 2), in what counts as one (N, 2): (N,)."""
-    return (step / size).abs().amax(-1)
+    return _Solution(q, jacobian, stiffness, settled, (step / size).abs().amax(-1))
 
 
 def _place(states: States) -> Tensor:

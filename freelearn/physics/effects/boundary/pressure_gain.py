@@ -37,7 +37,7 @@ class PressureGain(BoundaryEffect[Gain]):
         return states.replace(pressure=states.pressure * (1 + p.gain))
 
 
-class OwnGain(Parameters):
+class OwnGain(Gain):
     """gain: of a sample's pressures against the first one's; 0.1 is one whose wall got 10 % more than was read."""
 
     gain: Tensor = parameter(
@@ -54,7 +54,7 @@ class OwnGain(Parameters):
     )
 
 
-class OwnPressureGain(BoundaryEffect[OwnGain]):
+class OwnPressureGain(PressureGain):
     """P acting on sample i = (1 + gᵢ) P read; of the first g is 0, and what all share is `pressure_gain`.
 
     Another gauge, or another supply, for some of the samples. Actuators on one end block have it in `pressure_gain`.
@@ -65,9 +65,4 @@ class OwnPressureGain(BoundaryEffect[OwnGain]):
     compares = True
     alone = True
     suspect = "The misfit of one sample grows in proportion to the pressure, and that of the others does not."
-    source = "sensitivity error of a sensor: GUM (JCGM 100:2008)"
     parameter_class = OwnGain
-
-    def impose(self, states: States, p: OwnGain) -> States:
-        """As BoundaryEffect.impose."""
-        return states.replace(pressure=states.pressure * (1 + p.gain))
