@@ -122,8 +122,10 @@ def side_by_side(jobs: Sequence[Callable[[], T]]) -> list[T]:
     done: dict[int, T] = {}
     try:
         copies += [_copied(jobs, take) for _ in range(count - 1)]
-        for number in _taken(take):
-            done[number] = jobs[number]()
+        # The cores are taken: what a job would do side by side it does in turn.
+        with limited(1):
+            for number in _taken(take):
+                done[number] = jobs[number]()
         for copy in copies:
             done |= copy.results()
     finally:

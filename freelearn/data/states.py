@@ -133,6 +133,16 @@ class States:
         """The same states with some fields exchanged: tensors (N,), or others."""
         return States(**vars(self) | changes)
 
+    def on_the_way(self) -> States:
+        """The same states for the way to an equilibrium, where each step begins at what was found in the one before;
+        as they are where nothing is remembered."""
+        return self if self.near is None else self.replace(near=self.near.along())
+
+    def some(self, rows: Tensor) -> States:
+        """Some rows, on a way of their own: what is remembered is of all."""
+        picked = self[rows]
+        return picked if picked.near is None else picked.replace(near=Near().along())
+
     def detach(self) -> States:
         """The same states, cut from every derivative."""
         return self._each(Tensor.detach)

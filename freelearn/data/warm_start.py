@@ -54,6 +54,17 @@ class Near:
         other._last = _repeated(self._last, times)
         return other
 
+    def along(self) -> Near:
+        """Another for the way to one equilibrium: it begins where this one has ended, and keeps each step's."""
+        other = self.copy()
+        other._fixed, other._made, other._keeps = self._fixed, self._made, True
+        return other
+
+    def arrive(self, way: Near | None) -> None:
+        """Where equilibria are kept, those at the end of such a way."""
+        if self._keeps and way is not None:
+            self._last |= way._last
+
     def follow(self, other: Near, times: int) -> None:
         """Begins where another one has ended, whose rows are here so many times."""
         self._last = other.copy(times)._last

@@ -87,7 +87,7 @@ class Problem:
 
     def residual(self, vector: Tensor) -> Tensor:
         """Residuals at one raw vector, (p,) → (2N,), differentiable."""
-        return self._scaled(self.model(self.states, self.model.physical(vector)).loads)
+        return self.missed(self.model(self.states, self.model.physical(vector)).loads)
 
     def readings(self, vector: Tensor) -> Tensor:
         """What the model says the sensors show, at one raw vector: (N, 2) SI."""
@@ -112,7 +112,7 @@ class Problem:
             return torch.cat([self._tiled(some) for some in vectors.split(together)])
         # Outside vmap the radial equilibrium may stop as soon as it has converged.
         if self.bound and not recorded:
-            return self._scaled(self.bound.loads(vectors[0]))[None]
+            return self.missed(self.bound.loads(vectors[0]))[None]
         return self.residual(vectors[0])[None]
 
     def residual_by_part(self, vectors: Tensor, part: Tensor) -> Tensor:
@@ -120,7 +120,7 @@ class Problem:
         if self.whole or self.parted or self.model.weights:
             each = self.residuals(vectors).view(len(vectors), len(self.rows), 2)
             return each[part, torch.arange(len(self.rows))].flatten()
-        return self._scaled(self.model(self.states, self.model.physical(vectors[part])).loads)
+        return self.missed(self.model(self.states, self.model.physical(vectors[part])).loads)
 
     def _tiled(self, vectors: Tensor) -> Tensor:
         """Residuals of a few members whose rows stand below each other, (members, p) → (members, 2N)."""
@@ -128,9 +128,10 @@ class Problem:
             return self.residual(vectors[0])[None]
         copies = vectors.repeat_interleave(len(self.rows), 0)
         loads = self.model(self._side_by_side(len(vectors)), self.model.physical(copies)).loads
-        return self._scaled(loads.view(len(vectors), -1, 2)).view(len(vectors), -1)
+        return self.missed(loads.view(len(vectors), -1, 2)).view(len(vectors), -1)
 
-    def _scaled(self, loads: Tensor) -> Tensor:
+    def missed(self, loads: Tensor) -> Tensor:
+        """Residuals (…, 2N) of what a model says the sensors show, (…, N, 2) SI."""
         return (self.rows.readings.missed(loads) / self.scale).reshape(*loads.shape[:-2], -1)
 
     def jacobians(self, vectors: Tensor) -> Tensor:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
+from freelearn.common.cores import side_by_side
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.discovery.fits.white_fit import ONE, WhiteFit
@@ -50,17 +52,19 @@ def trials(
     carried = _carried(fit, rows)
     models = {name: build([name]) for name in names}
     gridded = [name for name, model in models.items() if name not in settled and _undefined(model, name)]
+    tried = {factor: list(names) if factor == 1.0 else gridded for factor in GRID}
+    asked = [(factor, group) for factor, some in tried.items() for group in _groups(some)]
+    found = side_by_side([partial(_columns, build(some), fit, rows, whiten, carried, f) for f, some in asked])
+    known: dict[float, dict[str, Tensor]] = {factor: {} for factor in GRID}
+    for (factor, _), columns_of in zip(asked, found, strict=True):
+        known[factor] |= columns_of
     out = []
-    for factor in GRID:
-        tried = list(names) if factor == 1.0 else gridded
-        known: dict[str, Tensor] = {}
-        for group in _groups(tried):
-            known |= _columns(build(group), fit, rows, whiten, carried, factor)
-        for name in tried:
+    for factor, some in tried.items():
+        for name in some:
             model = models[name]
             undefined = _undefined(model, name)
             labels = tuple(label for label in _labels(model, name) if label not in undefined)
-            columns = torch.stack([known[label] for label in labels], dim=1)
+            columns = torch.stack([known[factor][label] for label in labels], dim=1)
             out.append(Trial(name, model, none_vector(model, fit, factor), labels, columns))
     return out
 

@@ -184,10 +184,16 @@ def noise_about(fit: WhiteFit, rows: Rows, accuracy: Accuracy, before: Scatter |
 
 
 def without(prepared: Prepared, step: Step, effect: str) -> Step | None:
-    """The model refitted without one effect; None when that does not end in a minimum."""
+    """The step refitted without one effect; None when that does not end in a minimum."""
+    fit = fit_without(prepared, step, effect)
+    return prepared.step(fit, step.whiten) if fit else None
+
+
+def fit_without(prepared: Prepared, step: Step, effect: str) -> WhiteFit | None:
+    """The same, its model alone, with no errors on what is left out."""
     question = prepared.question
     model = question.build([e for e in step.effects if e != effect])
     known = dict(zip(step.fit.model.labels(), step.fit.vector, strict=True))
     start = torch.stack([known[label] for label in model.labels()])
     fit = white_fit(model, prepared.rows, step.whiten, start, question.prior(model, prepared.spans))
-    return prepared.step(fit, step.whiten) if fit.proper else None
+    return fit if fit.proper else None

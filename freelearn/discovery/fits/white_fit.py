@@ -231,9 +231,8 @@ def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:
     """A model at a raw vector (p,) on other rows than it was fitted to: nothing whitened."""
     problem = Problem(model, rows, ONE)
     jacobian = problem.jacobians(vector[None])[0].reshape(len(rows), 2, -1)
-    with torch.no_grad():
-        raw = problem.residual(vector).reshape(-1, 2)
     shown = problem.readings(vector)
+    raw = problem.missed(shown).reshape(-1, 2)
     near = problem.states.near
     return WhiteFit(model, vector, raw, jacobian, raw, jacobian, shown, False, "Not fitted.", near=near)
 
@@ -277,16 +276,15 @@ def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: 
     model, whiten, shape = problem.problem.model, problem.whiten, problem.shape
     # First, because what comes after it begins at the equilibria that it finds.
     raw_jacobian = problem.raw_jacobian(vector)
-    with torch.no_grad():
-        raw = problem.problem.residual(vector).reshape(shape)
+    shown = problem.problem.readings(vector)
+    raw = problem.problem.missed(shown).reshape(shape)
     residual, jacobian = whiten(raw), whiten(raw_jacobian)
     converged = status.converged or (
         status != Termination.INVALID_START and _settled(problem, residual, jacobian, vector)
     )
-    shown, prior = problem.problem.readings(vector), problem.prior
     near = problem.problem.states.near
     return WhiteFit(
-        model, vector.clone(), residual, jacobian, raw, raw_jacobian, shown, converged, message, prior, near
+        model, vector.clone(), residual, jacobian, raw, raw_jacobian, shown, converged, message, problem.prior, near
     )
 
 

@@ -123,7 +123,7 @@ def _imitated(hypotheses: Hypotheses, shown: Hypothesis, name: str) -> bool:
     others = [other for other in shown.effects if other != name and other in EFFECTS and EFFECTS[other].loose]
     if not others:
         return False
-    gains = {n: hypotheses.without(shown, n).fit.chi2 - shown.fit.chi2 for n in (name, *others)}
+    gains = {n: h.fit.chi2 - shown.fit.chi2 for n, h in hypotheses.reduced(shown, (name, *others)).items()}
     return gains[name] < sum(EFFECTS[other].loose * max(gains[other], 0.0) for other in others)
 
 

@@ -234,8 +234,13 @@ class Hypotheses:
 
     def without(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
         """The set with one effect less."""
-        asked = self._less(hypothesis, name)
-        return self.fit(asked.effects, asked.start, asked.like)
+        return self.reduced(hypothesis, [name])[name]
+
+    def reduced(self, hypothesis: Hypothesis, names: Iterable[str]) -> dict[str, Hypothesis]:
+        """The set without each of some of its effects, by that effect."""
+        fewer = {name: self._less(hypothesis, name) for name in names}
+        self.fits(fewer.values())
+        return {name: self.found[asked.key] for name, asked in fewer.items()}
 
     def _less(self, hypothesis: Hypothesis, name: str) -> Asked:
         names = [n for n in hypothesis.effects if n != name]
@@ -269,9 +274,7 @@ class Hypotheses:
     def _exchange(self, whole: Hypothesis, names: Sequence[str]) -> None:
         """Looks at what could stand in for these effects of a set."""
         self.exchanged |= {(whole.key, name) for name in names}
-        fewer = {name: self._less(whole, name) for name in names}
-        self.fits(fewer.values())
-        reduced = {name: self.found[each.key] for name, each in fewer.items()}
+        reduced = self.reduced(whole, names)
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
         for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
             self.ranked[hypothesis.key] = promises

@@ -264,7 +264,8 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     case = Case(
         final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
     )
-    lasting = throughout(prepared, final, added)
+    # What is left systematically has told already that nothing is to be claimed.
+    lasting = throughout(prepared, final, added) if ending.complete else []
     return refereed(case, [*held_out_falls(ending, added), *stability(case, hypotheses, ending.answer), *lasting])
 
 

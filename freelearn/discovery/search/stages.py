@@ -20,7 +20,7 @@ from freelearn.data.beds import DEAD_LOAD
 from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.prepare import Prepared
-from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
+from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, refitted
 from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.noise.structure import structure
@@ -95,17 +95,17 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float], comp
     now.odds = known.odds | odds
     # The library's answer may have taken the place of what was written on top of the first model.
     now.expand(now.found[frozenset()])
-    if before.share and not complete:
-        # Only whether what was written mends much, for which the next neighbors are enough.
-        now.explore(view.told, 1, GLANCE)
-    else:
-        now.explore(view.told)
-    left = view.chi2(now.best) / view.chi2(known.best)
-    if not before.share or left <= (SETTLED**2 if complete else MENDED):
-        return view.lowered(now, before.share), True
     if complete:
-        return view.ended(now, before.share), True
-    return _joined(before, now), False
+        now.explore(view.told)
+        return view.lowered(now, before.share), True
+    # Only whether what was written mends much, or all that is left, for which the next neighbors are enough.
+    now.explore(view.told, 1, GLANCE)
+    mends = view.chi2(now.best) <= MENDED * view.chi2(known.best)
+    if not mends and (before.share or view.lacks_in_all(now.best)):
+        return _joined(before, now), False
+    if not before.share:
+        now.explore(view.told)
+    return view.lowered(now, before.share), True
 
 
 def _joined(before: Explored, now: Hypotheses) -> Explored:
@@ -216,11 +216,11 @@ class _View:
             beam, most = BEAM, MOST_EXPANDED
         else:
             # All rows judge what some of them found; of models that are all wrong they find nothing new.
-            beam, most = 1, 1 if share else MOST_EXPANDED
+            beam, most = 1, 1 if share or self.lacks(now.best) else MOST_EXPANDED
         now.explore(self.told, beam, most)
         if not share and not self.lacks(now.best):
             # What is claimed is what all sets share that are as good: where something may be, these are asked too.
-            now.explore(self.told, beam, most, RIVALS)
+            now.explore(self.told, beam, MOST_EXPANDED, RIVALS)
         return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
@@ -265,6 +265,12 @@ class _View:
     def lacks(self, best: Hypothesis) -> bool:
         """Whether something systematic is left of the rows looked at: of such an answer nothing is claimed."""
         return structure(best.fit.residual, best.fit.jacobian, self.rows.states, self._whitener(0.0)).shows
+
+    def lacks_in_all(self, best: Hypothesis) -> bool:
+        """The same of all rows, to which the set is fitted for that."""
+        rows, whiten = self.prepared.rows, self.noise.whitener()
+        fit = best.fit if self.some is None else refitted(best.fit, rows, whiten, roughly=True)
+        return structure(fit.residual, fit.jacobian, rows.states, whiten).shows
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""

@@ -19,7 +19,7 @@ from torch import Tensor
 from freelearn.common.formats import in_words
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import ahead
-from freelearn.discovery.fits.prepare import Prepared, without
+from freelearn.discovery.fits.prepare import Prepared, fit_without
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.linear_algebra import SMALLEST
 from freelearn.discovery.noise.shapes import rows_of_samples
@@ -42,14 +42,14 @@ def throughout(prepared: Prepared, final: Step, added: Sequence[str]) -> list[Ch
     if final.whiten.states < FEW_STATES or rows.states.recording is not None or not added:
         return []
     stretch = stretches(rows)
-    ahead([partial(without, prepared, final, effect) for effect in added])
+    ahead([partial(fit_without, prepared, final, effect) for effect in added])
     least = None
     for effect in added:
-        fewer = without(prepared, final, effect)
+        fewer = fit_without(prepared, final, effect)
         if fewer is None:
             continue
-        freedom = max(len(final.fit.vector) - len(fewer.fit.vector), 1)
-        alone, errors, needed = sigmas(fewer.fit.residual, final.fit.residual, stretch, freedom)
+        freedom = max(len(final.fit.vector) - len(fewer.vector), 1)
+        alone, errors, needed = sigmas(fewer.residual, final.fit.residual, stretch, freedom)
         if not np.isfinite(errors):
             continue
         needed = min(needed, ALIKE * alone)

@@ -54,16 +54,18 @@ def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsO
     A row that does not settle, or not in a stable state, has no equilibrium. Where `near` holds a place (N, 2), two
     steps from there are all.
     """
-    near = states.near
+    near, way = states.near, states.on_the_way()
     if near is not None and PLACE in near.held:
-        return _two_steps(states, near.held[PLACE], values, loads)
+        found = _two_steps(way, near.held[PLACE], values, loads)
+        near.arrive(way.near)
+        return found
     exact = torch.is_grad_enabled()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        at = _solve(states.detach() if exact else states, fixed, loads, rows_of)
+        at = _solve(way.detach() if exact else way, fixed, loads, rows_of)
 
     def carried(q: Tensor) -> Prediction:
-        return loads(_moved(states, q), values)
+        return loads(_moved(way, q), values)
 
     if exact and at.rough:
         prediction, rate = recorded_with_rate(carried, at.q)
@@ -71,6 +73,7 @@ def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsO
     else:
         prediction = carried(at.q)
     if near is not None:
+        near.arrive(way.near)
         near.keep(PLACE, at.q, at.settled)
         near.keep(STIFFNESS, at.stiffness, at.settled)
     excess = prediction.loads - _hung(states)
@@ -133,7 +136,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
             left = indices_if_known(~at.settled)
             if left is not None:
                 if len(left):
-                    rest = _newton(states[left], q[left], rows_of(values, left), loads, MAX_ITERATIONS)
+                    rest = _newton(states.some(left), q[left], rows_of(values, left), loads, MAX_ITERATIONS)
                     at = _joined(at, rest, left)
                 return at._replace(rough=True)
             q = torch.where(at.settled[:, None], at.q, q)
@@ -142,7 +145,7 @@ def _solve(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> _Re
     if left is None:  # inside vmap
         return _newton(states, at.q, values, loads, MAX_ITERATIONS - EARLY)
     if len(left):
-        rest = _newton(states[left], at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
+        rest = _newton(states.some(left), at.q[left], rows_of(values, left), loads, MAX_ITERATIONS - EARLY)
         at = _joined(at, rest, left)
     return at
 

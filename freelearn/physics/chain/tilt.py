@@ -42,14 +42,15 @@ def tilt(states: States, count: int, compliance: Tensor, values: Values, carried
     counts as one without equilibrium. c = 0 changes nothing to the last bit.
     """
     exact = torch.is_grad_enabled()
+    way = states.on_the_way()
     with torch.no_grad():
         fixed = {name: value.detach() for name, value in values.items()}
-        still = states.detach() if exact else states
+        still = way.detach() if exact else way
         soft = compliance.detach().expand(len(states) // count)
         at = _solve(still, count, soft, fixed, carried)
 
     def lifted(travel: Tensor) -> Prediction:
-        return carried(states.replace(length=states.length + travel[:, 0]), values)
+        return carried(way.replace(length=states.length + travel[:, 0]), values)
 
     if exact and states.near is not None:
         prediction, rate = recorded_with_rate(lifted, _flat(at.travel))
@@ -59,6 +60,7 @@ def tilt(states: States, count: int, compliance: Tensor, values: Values, carried
     matrix = _matrix(_each(at.slope[:, 0], count), soft)
     settled = at.settled & (torch.linalg.det(matrix) > 0)
     if states.near:
+        states.near.arrive(way.near)
         states.near.keep(TRAVEL, at.travel, settled)
         states.near.keep(STIFFNESS, _each(at.slope[:, 0], count), settled)
     push = _each(prediction.loads[:, 0], count)
