@@ -264,9 +264,11 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     case = Case(
         final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
     )
-    # What is left systematically has told already that nothing is to be claimed.
-    lasting = throughout(prepared, final, added) if ending.complete else []
-    return refereed(case, [*held_out_falls(ending, added), *stability(case, hypotheses, ending.answer), *lasting])
+    more = held_out_falls(ending, added)
+    # Of an answer that leaves something systematic nothing is claimed, however it holds.
+    if ending.complete:
+        more += [*stability(case, hypotheses, ending.answer), *throughout(prepared, final, added)]
+    return refereed(case, more)
 
 
 def held_out_falls(ending: Ending, added: Sequence[str]) -> list[Check]:
