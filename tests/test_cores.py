@@ -95,6 +95,11 @@ def test_copies_end_with_a_process_that_is_killed():
         assert time.monotonic() - killed < JOB / 2
 
 
+def test_a_job_does_not_take_cores_that_are_taken():
+    assert side_by_side([cores] * 6) == [1] * 6
+    assert cores() == 2
+
+
 def test_nobody_hears_of_work_in_a_copy():
     here, heard = os.getpid(), []
     with watched(lambda what, done, total: heard.append(os.getpid())):

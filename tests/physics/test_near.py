@@ -13,6 +13,7 @@ from freelearn.data.warm_start import Near
 from freelearn.fitting.problem import Problem
 from freelearn.physics.chain import dead_load as hang_module
 from freelearn.physics.chain import mount as mount_module
+from freelearn.physics.mechanics import equilibrium
 from freelearn.testing.small_tables import random_table
 
 COUNT = 12
@@ -51,6 +52,21 @@ def test_a_step_on_finds_what_a_fresh_search_finds(name, monkeypatch):
         cold = Problem(model, rows_of(states)).residual(moved)
     torch.testing.assert_close(warm, cold, rtol=1e-9, atol=1e-12)
     assert warmed < len(calls) - warmed
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_each_step_of_a_way_begins_at_the_one_before(name, monkeypatch):
+    model, states = CASES[name][0]()
+    asked = []
+    real = equilibrium.balance
+    monkeypatch.setattr(equilibrium, "balance", lambda *a: asked.append(a[4] is not None) or real(*a))
+    with torch.no_grad():
+        fresh = model(states).loads
+        assert not any(asked)
+        count = len(asked)
+        onwards = model(states.replace(near=Near())).loads
+    assert asked[count:] == [False] + [True] * (len(asked) - count - 1)
+    torch.testing.assert_close(onwards, fresh, rtol=1e-9, atol=1e-12)
 
 
 def test_only_what_is_found_while_it_keeps_is_remembered():
