@@ -71,11 +71,13 @@ LOOKED_AT = 0.05
 class Structure:
     """p_value that residuals without structure would look as systematic as these; scale: standard deviation of
     what is left after all smooth structure is taken off, in units of the stated noise (one if that is right). seen_by:
-    places of the sets of shapes, the one that sees most first."""
+    places of the sets of shapes, the one that sees most first. size: χ² that one of these explains beyond what noise
+    would, at most, in units of what is left."""
 
     p_value: float
     scale: float
     seen_by: tuple[int, ...] = ()
+    size: float = 0.0
 
     @property
     def shows(self) -> bool:
@@ -120,6 +122,8 @@ def seen(
     every = torch.ones(1, whiten.states, dtype=torch.float64)
     variance = max(total - float(finest.explained(every)[0]), SMALLEST) / freedom
 
+    size = max(float(view.explained(every)[0]) / variance - view.rank for view in views)
+
     def chances(cases: Tensor) -> np.ndarray:
         return np.array([fdtrc(v.rank, freedom, v.explained(cases) / v.rank / variance) for v in views])
 
@@ -128,7 +132,7 @@ def seen(
     if p_value < LOOKED_AT and whiten.states >= FEW_STATES:
         without = chances(1 - torch.eye(whiten.states, dtype=torch.float64))
         p_value = min(1.0, len(views) * float(without.min(axis=0).max()))
-    return Structure(p_value, variance**0.5, tuple(places[i] for i in whole.argsort(kind="stable")))
+    return Structure(p_value, variance**0.5, tuple(places[i] for i in whole.argsort(kind="stable")), size)
 
 
 def displaced(residual: Tensor, states: States, whiten: Whitener) -> float | None:

@@ -23,7 +23,7 @@ from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, refitted
 from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
-from freelearn.discovery.noise.structure import structure
+from freelearn.discovery.noise.structure import Structure, structure
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
@@ -36,6 +36,7 @@ from freelearn.discovery.thresholds import (
     HARDLY,
     INADEQUATE,
     LEAST_WRONG,
+    LESS_LEFT,
     MANY,
     MENDED,
     MOST_EXPANDED,
@@ -100,8 +101,13 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float], comp
         return view.lowered(now, before.share), True
     # Only whether what was written mends much, or all that is left, for which the next neighbors are enough.
     now.explore(view.told, 1, GLANCE)
-    mends = view.chi2(now.best) <= MENDED * view.chi2(known.best)
-    if not mends and (before.share or view.lacks_in_all(now.best)):
+    if before.share:
+        mends = view.chi2(now.best) <= MENDED * view.chi2(known.best)
+    else:
+        # The noise has grown by what the library leaves, of which χ² tells little then.
+        left, leaves = view.left_in_all(now.best), view.left_in_all(known.best)
+        mends = not (left.shows and leaves.shows) or left.size <= LESS_LEFT * leaves.size
+    if not mends:
         return _joined(before, now), False
     if not before.share:
         now.explore(view.told)
@@ -266,11 +272,11 @@ class _View:
         """Whether something systematic is left of the rows looked at: of such an answer nothing is claimed."""
         return structure(best.fit.residual, best.fit.jacobian, self.rows.states, self._whitener(0.0)).shows
 
-    def lacks_in_all(self, best: Hypothesis) -> bool:
-        """The same of all rows, to which the set is fitted for that."""
+    def left_in_all(self, best: Hypothesis) -> Structure:
+        """What is left systematically of all rows, to which the set is fitted for that."""
         rows, whiten = self.prepared.rows, self.noise.whitener()
-        fit = best.fit if self.some is None else refitted(best.fit, rows, whiten, roughly=True)
-        return structure(fit.residual, fit.jacobian, rows.states, whiten).shows
+        fit = refitted(best.fit, rows, whiten, roughly=True)
+        return structure(fit.residual, fit.jacobian, rows.states, whiten)
 
     def chi2(self, best: Hypothesis) -> float:
         """χ² per reading of a set's model under the noise alone, on the rows looked at."""

@@ -117,9 +117,7 @@ def _solve(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     return _gone_on(at._replace(q=q, rough=True), states, values, impose, loads, rows_of)
 
 
-def _gone_on(
-    at: _Solution, states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf
-) -> _Solution:
+def _gone_on(at: _Solution, states: States, values: Values, impose: Impose, loads: Loads, rows_of: RowsOf) -> _Solution:
     """The rows that have not settled go on by Newton's method: most settle in a few steps, so only these cost more."""
     left, done = indices_if_known(~at.settled), 0
     while left is not None and len(left) and done < MAX_ITERATIONS:
