@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -27,6 +28,32 @@ MANY_ROWS, PIECE = 500_000, 1 << 15
 FEW_ROWS = 600
 
 
+class _Recorded(NamedTuple):
+    """What rows miss at raw vectors (members, p), with all that derivatives need.
+
+    copies: each row's own vector; missed (k, members, N, 2): of every row, standing there k times; near: where it
+    ended."""
+
+    vectors: Tensor
+    copies: Tensor
+    missed: Tensor
+    near: Near
+
+    def rates(self, channels: list[bool]) -> Tensor:
+        """∂missed/∂vector of every row, (members · N, 2, p). channels: which anything was measured of."""
+        with torch.enable_grad():
+            rows = self.missed.flatten(1, 2)
+            if len(rows) == 2:
+                asked = [rows[0, :, 0].sum() + rows[1, :, 1].sum()]
+            else:
+                asked = [some.sum() for some, measured in zip(rows[0].unbind(-1), channels, strict=True) if measured]
+        by = [torch.autograd.grad(one, self.copies, retain_graph=True, materialize_grads=True)[0] for one in asked]
+        if len(rows) == 2:
+            return by[0].reshape(2, rows.shape[1], -1).transpose(0, 1)
+        found = iter(by)
+        return torch.stack([next(found) if measured else torch.zeros_like(self.copies) for measured in channels], 1)
+
+
 class Problem:
     """Residuals of a model over rows, normalized so that their sum of squares is N·E².
 
@@ -47,6 +74,9 @@ class Problem:
         pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS and not self.whole else ()
         self.begun = [slice(start, start + PIECE) for start in pieces]
         self.near = [Near() for _ in self.begun]
+        # Whether derivatives are taken by autograd, once they have been asked for; and the last step that was tried.
+        self._by_autograd = False
+        self._tried: _Recorded | None = None
 
     @staticmethod
     def _remembered(states: States, near: Near) -> States:
@@ -160,6 +190,13 @@ class Problem:
             rates = torch.where(self.model.free.to(rates.device), rates, 0.0)
         return rates
 
+    def tried(self, vectors: Tensor) -> Tensor:
+        """`residuals` where a search may go on from: what derivatives there need is kept until the next try."""
+        if not self._by_autograd or len(vectors) * len(self.rows) > BLOCK:
+            return self.residuals(vectors)
+        self._tried = self._recorded(vectors)
+        return self._tried.missed[0].detach().flatten(1)
+
     def _automatic(self, vectors: Tensor) -> Tensor:
         """The Jacobians by autograd.
 
@@ -168,43 +205,42 @@ class Problem:
         no row measures needs none; and of few rows, where every operation costs the same however many there are, each
         stands there twice, so that one pass does.
         """
+        self._by_autograd = not self.parted
         members, size = vectors.shape
         count = len(self.rows)
-        channels = self.rows.readings.present.any(0).tolist()
-        if all(channels) and members * count <= FEW_ROWS:
-            return self._at_once(vectors)
-        states, blocks = self._side_by_side(members), []
+        states, channels = self._side_by_side(members), self.rows.readings.present.any(0).tolist()
+        if members * count <= BLOCK:
+            here, self._tried = self._tried, None
+            if here is None or not torch.equal(here.vectors, vectors):
+                here = self._recorded(vectors)
+            assert states.near is not None
+            states.near.lead(here.near, members * count)
+            return here.rates(channels).reshape(members, 2 * count, size)
+        blocks = []
         for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):
-            whole = len(rows) == members * count
-            with torch.enable_grad(), states.near.keeping():  # type: ignore[union-attr]
+            with torch.enable_grad():
                 copies = vectors.detach()[rows // count].requires_grad_()
-                loads = self.model.chain(states if whole else states[rows], self.model.physical(copies)).loads
-                both = self.rows.readings[rows % count].missed(loads).unbind(-1)
-                by = [
-                    torch.autograd.grad(load.sum(), copies, retain_graph=True, materialize_grads=True)[0] / size_of
-                    if measured
-                    else torch.zeros_like(copies)
-                    for load, size_of, measured in zip(both, self.scale, channels, strict=True)
-                ]
-            blocks.append(torch.stack(by, dim=1))
+                loads = self.model.chain(states[rows], self.model.physical(copies)).loads
+                missed = self.rows.readings[rows % count].missed(loads) / self.scale
+            blocks.append(_Recorded(vectors, copies, missed[None, None], Near()).rates(channels))
         return torch.cat(blocks).reshape(members, 2 * count, size)
 
-    def _at_once(self, vectors: Tensor) -> Tensor:
-        """The same in one reverse pass: every row twice, the force of the one and the moment of the other."""
-        members, size = vectors.shape
-        count = members * len(self.rows)
-        single, twice = self._side_by_side(members), self._side_by_side(2 * members)
-        assert single.near is not None
-        assert twice.near is not None
-        twice.near.follow(single.near, 2)
-        with torch.enable_grad(), twice.near.keeping():
-            copies = vectors.detach().repeat(2, 1).repeat_interleave(len(self.rows), 0).requires_grad_()
-            loads = self.model.chain(twice, self.model.physical(copies)).loads.reshape(2, members, -1, 2)
+    def _recorded(self, vectors: Tensor) -> _Recorded:
+        """At raw vectors (members, p), on a way of its own: where it leads is told by who goes on from there."""
+        members, count = len(vectors), len(self.rows)
+        times = 2 if members * count <= FEW_ROWS and bool(self.rows.readings.present.any(0).all()) else 1
+        begun = self._side_by_side(members)
+        states = begun.on_the_way() if times == 1 else self._side_by_side(2 * members)
+        near = states.near
+        assert begun.near is not None
+        assert near is not None
+        if times == 2:
+            near.follow(begun.near, 2)
+        with torch.enable_grad(), near.keeping():
+            copies = vectors.detach().repeat(times, 1).repeat_interleave(count, 0).requires_grad_()
+            loads = self.model.chain(states, self.model.physical(copies)).loads.reshape(times, members, count, 2)
             missed = self.rows.readings.missed(loads) / self.scale
-            whole = missed[0, ..., 0].sum() + missed[1, ..., 1].sum()
-            (by,) = torch.autograd.grad(whole, copies, materialize_grads=True)
-        single.near.lead(twice.near, count)
-        return by.reshape(2, count, size).transpose(0, 1).reshape(members, -1, size)
+        return _Recorded(vectors.detach().clone(), copies, missed, near)
 
 
 # How a user's own priors pull at the parameters of a least-squares fit.

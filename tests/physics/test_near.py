@@ -101,3 +101,31 @@ def test_nothing_of_a_batch_is_remembered():
     with states.near.keeping():
         torch.func.vmap(lambda vector: model(states, model.physical(vector)).loads)(vectors)
     assert not states.near.moved
+
+
+@pytest.mark.parametrize("count", [COUNT, 400], ids=["twice", "once"])
+@pytest.mark.parametrize("name", CASES)
+def test_where_a_step_is_taken_its_derivatives_cost_no_equilibrium_more(name, count, monkeypatch):
+    """And one that is not taken leaves nothing behind."""
+    build, _ = CASES[name]
+    model, few_states = build()
+    states = few_states[torch.arange(count) % COUNT]
+    problem, other = Problem(model, rows_of(states)), Problem(model, rows_of(states))
+    start = model.vector().detach()[None]
+    for each in (problem, other):
+        each.jacobians(start)
+    place = {n: t.clone() for n, t in problem.states.near._last.items()}
+    far, near_by = 1.01 * start, 1.001 * start
+    problem.tried(far)
+    assert all(torch.equal(t, place[n]) for n, t in problem.states.near._last.items())
+    torch.testing.assert_close(problem.tried(near_by), other.residuals(near_by), rtol=1e-9, atol=1e-12)
+    calls = []
+    real = type(model).chain
+    monkeypatch.setattr(type(model), "chain", lambda *a: calls.append(1) or real(*a))
+    taken = problem.jacobians(near_by)
+    assert not calls
+    torch.testing.assert_close(taken, other.jacobians(near_by), rtol=1e-6, atol=1e-9)
+    assert calls
+    assert any(not torch.equal(t, place[n]) for n, t in problem.states.near._last.items())
+    # Elsewhere than where it was tried they are taken anew.
+    torch.testing.assert_close(problem.jacobians(start), other.jacobians(start), rtol=1e-6, atol=1e-9)

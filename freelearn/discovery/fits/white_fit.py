@@ -122,7 +122,7 @@ class WhiteProblem:
 
     def residuals(self, vectors: Tensor) -> Tensor:
         """(members, p) → (members, 2N), or (members, 2N + p)."""
-        raw = self.problem.residuals(vectors)
+        raw = self.problem.tried(vectors)
         white = torch.stack([self.whiten(r.reshape(self.shape)).reshape(-1) for r in raw])
         if self.prior is None or self.root is None:
             return white
