@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from scipy.special import chdtrc
 from torch import Tensor
 
+from freelearn.common.cores import side_by_side
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.derivatives import Build, none_vector
 from freelearn.discovery.fits.white_fit import ONE as UNIT
@@ -113,50 +115,58 @@ ABSORBED = 1e-4
 Inputs = tuple[Input, ...]
 
 
+class Looked(NamedTuple):
+    """Guesses, and how many forms with all their shapes they were chosen from."""
+
+    guesses: list[Guess]
+    tried: int
+
+
 class Scan:
     """The residuals of a fit and what the fit absorbs, looked at through columns. variance: of the whitened noise."""
 
     def __init__(self, fit: WhiteFit, rows: Rows, whiten: Whitener, variance: float, build: Build) -> None:
         self.fit, self.rows, self.whiten, self.variance, self.build = fit, rows, whiten, variance, build
         self.span = orthonormal(fit.jacobian.flatten(0, 1))
-        self.tried = 0
 
     def guesses(self, pushes: Pushes, pairs: bool = True) -> list[Guess]:
         """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too.
 
         The chance of each is that of noise, times the forms that were tried with all their shapes (Bonferroni)."""
-        found = sorted(self._every(pushes, pairs), key=lambda g: -g.worth)
-        return [replace(g, p_value=min(1.0, self.tried * float(chdtrc(g.form.count, g.gain)))) for g in found]
-
-    def _every(self, pushes: Pushes, pairs: bool) -> list[Guess]:
         places = places_of(self.fit.model)
-        found: list[Guess] = []
-        for place in places:
-            if place.energy and pushes.told(place.inputs[0]):
-                found += self._energy(place, pushes)
-        for inputs in _sets(places, pushes, pairs):
-            scaled = [pushes.scaled(i) for i in inputs]
-            signed = all(pushes.signed(i) for i in inputs)
-            forms = resolvable(ONE if len(inputs) == 1 else TWO, inputs, pushes)
-            terms = Terms.of_forms(forms, signed, partial(_values, scaled))
-            # What acts on an end block sees its own inputs: the mean of its actuators' pressures.
-            whole = [x.mean(1, keepdim=True) for x in scaled]
-            of_block = Terms.of_forms(forms, signed, partial(_values, whole)) if self.rows.states.members else terms
-            for place in places:
-                if place.energy or not set(inputs) <= set(place.inputs) or told_elsewhere(place, inputs):
-                    continue
-                if place.potential:
-                    found += self._potential(place, inputs, pushes, signed) if len(inputs) == 2 else []
-                    continue
-                by = pushes.by[place.name]
-                if by.shape[2] == 1:
-                    found += self._best(place, inputs, of_block, by * of_block.values, pushes)
-                else:
-                    columns = torch.einsum("ncm,nmk->nck", by, terms.values)
-                    found += self._best(place, inputs, terms, columns, pushes)
-        return found
+        told = [place for place in places if place.energy and pushes.told(place.inputs[0])]
+        jobs = [partial(self._energy, place, pushes) for place in told]
+        jobs += [partial(self._of_inputs, inputs, places, pushes) for inputs in _sets(places, pushes, pairs)]
+        looked = side_by_side(jobs)
+        tried = sum(count for _, count in looked)
+        found = sorted((guess for guesses, _ in looked for guess in guesses), key=lambda g: -g.worth)
+        return [replace(g, p_value=min(1.0, tried * float(chdtrc(g.form.count, g.gain)))) for g in found]
 
-    def _potential(self, place: Place, inputs: Inputs, pushes: Pushes, signed: bool) -> Iterator[Guess]:
+    def _of_inputs(self, inputs: Inputs, places: Sequence[Place], pushes: Pushes) -> Looked:
+        """Every form of these inputs, at every place that has them."""
+        scaled = [pushes.scaled(i) for i in inputs]
+        signed = all(pushes.signed(i) for i in inputs)
+        forms = resolvable(ONE if len(inputs) == 1 else TWO, inputs, pushes)
+        terms = Terms.of_forms(forms, signed, partial(_values, scaled))
+        # What acts on an end block sees its own inputs: the mean of its actuators' pressures.
+        whole = [x.mean(1, keepdim=True) for x in scaled]
+        of_block = Terms.of_forms(forms, signed, partial(_values, whole)) if self.rows.states.members else terms
+        looked = list[Looked]()
+        for place in places:
+            if place.energy or not set(inputs) <= set(place.inputs) or told_elsewhere(place, inputs):
+                continue
+            if place.potential:
+                looked += [self._potential(place, inputs, pushes, signed)] if len(inputs) == 2 else []
+                continue
+            by = pushes.by[place.name]
+            if by.shape[2] == 1:
+                looked.append(self._best(place, inputs, of_block, by * of_block.values, pushes))
+            else:
+                columns = torch.einsum("ncm,nmk->nck", by, terms.values)
+                looked.append(self._best(place, inputs, terms, columns, pushes))
+        return Looked([guess for guesses, _ in looked for guess in guesses], sum(count for _, count in looked))
+
+    def _potential(self, place: Place, inputs: Inputs, pushes: Pushes, signed: bool) -> Looked:
         """Its loads are pushes along and about the axis."""
         scaled = [pushes.scaled(i)[:, 0] for i in inputs]
         scales = [pushes.scales[i.name] for i in inputs]
@@ -164,9 +174,9 @@ class Scan:
             resolvable(TWO, inputs, pushes), signed, lambda form, shapes: _slopes(form, scaled, shapes, scales)
         )
         along, about = (pushes.by[f"parallel {where}"].sum(-1)[..., None] for where in ("axial", "torsional"))
-        yield from self._best(place, inputs, terms, along * terms.values[:, :1] + about * terms.values[:, 1:], pushes)
+        return self._best(place, inputs, terms, along * terms.values[:, :1] + about * terms.values[:, 1:], pushes)
 
-    def _energy(self, place: Place, pushes: Pushes) -> Iterator[Guess]:
+    def _energy(self, place: Place, pushes: Pushes) -> Looked:
         """All terms at once: they are linear in their amounts, and the wall's integrals are taken together."""
         (of,) = place.inputs
         templates: list[str] = []
@@ -183,20 +193,21 @@ class Scan:
             model = self.build([kind.name])
             raw = Problem(model, self.rows, UNIT).jacobians(none_vector(model, self.fit)[None])[0]
             places = [i for i, label in enumerate(model.labels()) if label.startswith(f"{kind.name}.")]
-        yield from self._best(place, (of,), terms, raw.reshape(len(self.rows), 2, -1)[:, :, places], pushes)
+        return self._best(place, (of,), terms, raw.reshape(len(self.rows), 2, -1)[:, :, places], pushes)
 
-    def _best(self, place: Place, inputs: Inputs, terms: Terms, columns: Tensor, pushes: Pushes) -> Iterator[Guess]:
+    def _best(self, place: Place, inputs: Inputs, terms: Terms, columns: Tensor, pushes: Pushes) -> Looked:
         """Of each form the shapes that promise most."""
         gains, amounts = terms.gains(self._gram(columns))
         gains = gains / self.variance
         prices = np.array([price(form.count, len(inputs), self.whiten.count) for form in terms.forms])
         worth = gains - prices[terms.of]
-        self.tried += len(terms.of)
         scales = tuple(pushes.scales[i.name] for i in inputs)
+        guesses = []
         for form, one in terms.best(worth):
             own = tuple(amounts[one][: len(form.terms)].tolist())
             gain, promised = float(gains[one]), float(worth[one])
-            yield Guess(place, inputs, form, gain, promised, scales, own, terms.shapes[one])
+            guesses.append(Guess(place, inputs, form, gain, promised, scales, own, terms.shapes[one]))
+        return Looked(guesses, len(terms.of))
 
     def _gram(self, columns: Tensor) -> Gram:
         white = self.whiten(columns).flatten(0, 1).nan_to_num_(0.0, 0.0, 0.0)

@@ -11,11 +11,11 @@ from freelearn.discovery.fits.prepare import Prepared
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteFit, refitted
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
-from freelearn.discovery.proposals.propose import best_of_places, guessed, shortlist
+from freelearn.discovery.proposals.propose import best_of_places, guessed, promised_alone, shortlist
 from freelearn.discovery.search.answer import Answer, Ending, ended
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.search.stages import Explored, continued
-from freelearn.discovery.thresholds import NEARLY, PLACES_TOLD, WRITTEN_ODDS, WRITTEN_ROUNDS
+from freelearn.discovery.thresholds import ALIKE, MANY, NEARLY, PLACES_TOLD, WRITTEN_ODDS, WRITTEN_ROUNDS
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.effects.registry import EFFECTS, lent
 from freelearn.physics.written.source import effect_class
@@ -35,7 +35,12 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     def guesses(fit: WhiteFit) -> list[Guess]:
         return guessed(prepared, refitted(fit, prepared.rows, alone, roughly=True), alone)
 
-    on_first = guesses(known.hypotheses.found[frozenset()].fit)
+    first = known.hypotheses.found[frozenset()].fit
+    if before.complete and len(before.answer.shown.effects) < MANY:
+        explained = first.chi2 - before.answer.shown.fit.chi2
+        if promised_alone(prepared, refitted(first, prepared.rows, alone, roughly=True), alone) < ALIKE * explained:
+            return before
+    on_first = guesses(first)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:
         bases.append(guesses(before.final.fit))

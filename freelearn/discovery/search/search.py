@@ -34,7 +34,7 @@ from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
 from freelearn.discovery.search.throughout import throughout
-from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MANY, MODELS_TOLD, MOST_ALIKE, RISES
+from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MODELS_TOLD, MOST_ALIKE, RISES, SEVERAL
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -119,7 +119,7 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         ending = ended(prepared, known)
         # Readings that slipped together are no function of anything.
         lacking = not ending.complete and not slipped_together(prepared, ending.models.alone(ending.final))[0]
-        if lacking or len(ending.answer.shown.effects) >= MANY:
+        if lacking or len(ending.answer.shown.effects) >= SEVERAL:
             ending = beyond(prepared, known, ending, stack)
         return _findings(prepared, ending, watch)
 
