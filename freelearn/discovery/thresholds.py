@@ -103,8 +103,8 @@ WRITTEN_ROUNDS, NEARLY = 2, 2.0
 # Reduction of χ² that a second input has to explain beside what a constant more has to.
 SECOND_INPUT = 10.0
 # So many effects of the library together may stand for one that it lacks. Of fewer, but several, this is asked where
-# one form of one input promises, to first order, so much of what they explain: 1.01 to 1.2 times as much where one form
-# was hidden (five simulated tables), 0.5 to 0.96 where the effects were (16, three of them above 0.9).
+# one form of one input promises, to first order, what one of them explains and so much of what the other adds. Where
+# one form was hidden it promised 1.01 to 1.2 times what both explain (five simulated tables).
 MANY, SEVERAL, ALIKE = 3, 2, 0.9
 
 # --- what is alike -----------------------------------------------------------------------------------------------

@@ -9,11 +9,14 @@ from nightly import EVERY, usually
 from outside_tables import KINDS, asked, measured
 
 from freelearn.discovery.fits.prepare import prepare
+from freelearn.discovery.fits.white_fit import refitted
+from freelearn.discovery.proposals.propose import promised_alone
+from freelearn.discovery.search import beyond as beyond_module
 from freelearn.discovery.search.answer import ended
 from freelearn.discovery.search.beyond import beyond
 from freelearn.discovery.search.search import search
 from freelearn.discovery.search.stages import explored
-from freelearn.discovery.thresholds import ALPHA_STRUCTURE
+from freelearn.discovery.thresholds import ALIKE, ALPHA_STRUCTURE, SEVERAL
 from freelearn.physics.effects.registry import EFFECTS
 
 # A few of each port, those that resemble what is hidden among them.
@@ -195,6 +198,32 @@ def test_nothing_is_written_where_the_library_has_it(case):
     assert result.proposals == []
     for name in HIDDEN[case]:
         assert any(name in members for members in result.classes)
+
+
+def promised(table) -> float:
+    """By the best form of one input, as a share of what the model leaves beside the noise."""
+    prepared, fit, noise = prepare(asked(table, LIBRARY))
+    whiten = noise.whitener()
+    first = refitted(fit, prepared.rows, whiten)
+    return promised_alone(prepared, first, whiten) / (first.chi2 - whiten.count)
+
+
+def test_one_form_promises_all_of_what_is_one_thing_and_not_of_what_are_two():
+    """So two effects are told from one that no library has, for which two may stand."""
+    table = measured(samples=(3,), states=30).table
+    bent = bent_gauge(table, ["pressure_kpa"], float(table["pressure_kpa"].max()), 0.08)
+    assert promised(bent) > ALIKE
+    assert promised(measured(effects=HIDDEN[4], samples=(3,), states=30).table) < ALIKE
+
+
+def test_of_two_effects_for_which_no_form_does_nothing_is_written(monkeypatch):
+    prepared, fit, noise = prepare(asked(measured(effects=HIDDEN[5], samples=(3,), states=30).table, LIBRARY))
+    known = explored(prepared, fit, noise)
+    before = ended(prepared, known)
+    assert len(before.answer.shown.effects) == SEVERAL
+    monkeypatch.setattr(beyond_module, "guessed", None)
+    with ExitStack() as stack:
+        assert beyond(prepared, known, before, stack) is before
 
 
 @pytest.mark.slow

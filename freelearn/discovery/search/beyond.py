@@ -36,10 +36,8 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         return guessed(prepared, refitted(fit, prepared.rows, alone, roughly=True), alone)
 
     first = known.hypotheses.found[frozenset()].fit
-    if before.complete and len(before.answer.shown.effects) < MANY:
-        explained = first.chi2 - before.answer.shown.fit.chi2
-        if promised_alone(prepared, refitted(first, prepared.rows, alone, roughly=True), alone) < ALIKE * explained:
-            return before
+    if before.complete and len(before.answer.shown.effects) < MANY and not _one_may_do(prepared, known, before):
+        return before
     on_first = guesses(first)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:
@@ -71,6 +69,17 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
     # Where something systematic is left with it too, what was written is a hint: of an answer that does not hold only
     # physics that somebody knows is told.
     return replace(after if after.complete else before, proposals=proposals)
+
+
+def _one_may_do(prepared: Prepared, known: Explored, before: Ending) -> bool:
+    """Whether one form promises as much as the effects of the answer explain together, or nearly: of what the last of
+    them adds to the others."""
+    found, shown, alone = known.hypotheses.found, before.answer.shown, known.noise.whitener()
+    first = found[frozenset()].fit
+    fewer = [found[key].fit.chi2 for name in shown.effects if (key := shown.key - {name}) in found]
+    least = min(fewer, default=first.chi2)
+    promised = promised_alone(prepared, refitted(first, prepared.rows, alone, roughly=True), alone)
+    return promised >= first.chi2 - least + ALIKE * (least - shown.fit.chi2)
 
 
 def _new_kinds(bases: Sequence[Sequence[Guess]]) -> Kinds:
