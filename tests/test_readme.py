@@ -65,6 +65,7 @@ def test_an_effect_of_ones_own_as_written(typed, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_model_of_ones_own_as_written(typed, commands, tmp_path):
     text = page("own_model")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -107,6 +108,7 @@ def _lines_of(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_rubbers_commands_take_recordings(typed, tmp_path):
     """A neo-Hookean rubber with one arm on Q = λ − 1/λ², in small steps; of shear Q = γ."""
     lines, time = [line for line in _lines_of("rubber") if re.search(RECORDED, line)], np.arange(0.0, 20.0, 1.0)

@@ -188,6 +188,7 @@ def test_a_run_is_planned_from_and_refereed(found, tmp_path):
         fl.plan(3, rows=4)
 
 
+@pytest.mark.nightly
 def test_a_search_asked_again_in_the_session_goes_on_where_it_was(table, monkeypatch):
     """Interrupted after its first step, it has kept what it had fitted."""
     from freelearn.api.tasks import discover_task as task

@@ -131,6 +131,7 @@ def moved(one: dict, other: dict) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_order_of_columns_samples_and_states_moves_numbers_as_the_documentation_says(tmp_path):
     measured = table(FRICTION, samples=(3, 6), share=0.05).drop(columns="time_s")
     first = searched(measured, tmp_path / "first")

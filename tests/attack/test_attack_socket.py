@@ -60,7 +60,7 @@ async def closed_after(server, fragments):
 
 
 def test_messages_that_no_browser_sends_end_the_connection_in_a_line(server):
-    names = chosen(list(FRAGMENTS), 8)
+    names = chosen(list(FRAGMENTS), 4)
     before = server.log.count("refused what came")
     for name in names:
         assert waited(closed_after(server, FRAGMENTS[name])), name
@@ -181,6 +181,7 @@ def test_a_name_has_no_say_in_where_a_file_goes(server, tmp_path):
     assert {p.name for p in new if not p.is_relative_to(server.folder)} <= {"server.log"}
 
 
+@pytest.mark.nightly
 def test_a_file_that_is_larger_than_the_page_takes_is_refused_with_the_limit_and_forgotten(server):
     async def dropped():
         tab = await Tab.open(server)

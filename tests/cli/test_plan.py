@@ -80,6 +80,7 @@ def test_a_plan_of_ones_own_is_judged_as_the_program_judges_its_own(found, tmp_p
     assert freelearn.plan(found, path=tmp_path / "poor.csv").certificate.efficiency < 0.3
 
 
+@pytest.mark.nightly
 def test_rows_outside_the_reach_are_said_and_scored(found, tmp_path):
     made = freelearn.plan(found, rows=4)
     made.table.assign(elongation_mm=7.5).to_csv(tmp_path / "far.csv", index=False)

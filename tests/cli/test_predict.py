@@ -142,6 +142,7 @@ def test_all_solutions_stand_in_a_file_of_their_own(tmp_path):
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["answers.csv"]
 
 
+@pytest.mark.nightly
 def test_a_search_s_folder_answers_with_what_it_found(tmp_path):
     path = tmp_path / "table.csv"
     hidden({"end_clamps": {"clamp_length": 6e-3}}, share=0.03).to_csv(path, index=False)

@@ -234,6 +234,7 @@ def test_a_later_search_takes_the_file_as_one_of_its_candidates(written, table, 
     assert not list((tmp_path / "again").glob("*.py"))
 
 
+@pytest.mark.nightly
 def test_from_a_shell_the_file_serves_as_the_docstring_says(written, tmp_path):
     """A process of its own, in the run's folder's neighborhood."""
     folder, found = written

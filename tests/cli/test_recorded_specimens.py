@@ -43,6 +43,7 @@ def run(table):
     return out, text.getvalue()
 
 
+@pytest.mark.nightly
 def test_the_relaxation_is_chosen_by_what_it_predicts(run):
     out, text = run
     result = json.loads((out / "specimen.json").read_text())

@@ -41,6 +41,7 @@ def test_the_command_says_of_a_discovery_what_the_search_said(named, commands):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_simulation_goes_on_where_it_was_interrupted_and_tells_its_rates(named):
     lines = named / "referee_tables.jsonl"
     entry = {"seed": 0, "number": 0, "hidden": [], "verdict": "named", "effects": ["x"], "classes": [["x"]]}

@@ -4,6 +4,7 @@ import json
 
 import beds
 import pytest
+from nightly import usually
 from rich.console import Console
 from small_runs import make_csv, run
 
@@ -39,7 +40,7 @@ def test_members_share_their_values_where_samples_do(block, tmp_path):
     assert angle["stderr"] < min(own[f"fiber_misalignment.angle[{n}]"]["stderr"] for n in (1, 2, 3))
 
 
-@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.parametrize("shared", usually(True, nightly=[False]))
 def test_a_search_asks_for_one_value_or_one_of_each_member(shared, block, tmp_path):
     candidates = ["fiber_misalignment", "force_gain", "wall_stiffening", "wall_modulus"]
     overrides = [*block, "train=all", "figures=false", f"per_sample={'false' if shared else 'true'}"]

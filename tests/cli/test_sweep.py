@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from conftest import ROOT
 from ended import Ended
-from nightly import EVERY, usually
+from nightly import EVERY
 from small_runs import make_csv
 
 from freelearn.data.sets import overlap
@@ -120,6 +120,7 @@ def test_a_killed_sweep_leaves_only_whole_results_and_resumes(csv, sweep, comman
     assert sorted(collect([folder])["seed"].unique()) == list(range(jobs))
 
 
+@pytest.mark.nightly
 def test_two_sweeps_at_once_share_fits_and_do_not_disturb_each_other(csv, commands, tmp_path):
     overrides = ("model=linear,continuum", "train=sample3,sample6")
     pair = [commands.start(*words(csv, tmp_path / name, tmp_path / "fits", *overrides)) for name in ("a", "b")]
@@ -141,19 +142,20 @@ def test_single_pairings_fit_each_model_once_and_agree_with_the_whole_row(sweep,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("launcher", usually("joblib", nightly=["submitit_local"]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("launcher", ["joblib", "submitit_local"])
 def test_the_numbers_do_not_depend_on_the_launcher(launcher, csv, finished, tmp_path):
     # Each of their workers is a Python that imports everything; joblib's end with the process that asked for them.
-    models = "linear,continuum" if EVERY else "linear"
-    asked = words(csv, tmp_path / "sweep", tmp_path / "fits", f"model={models}", "train=sample3,all")
+    asked = words(csv, tmp_path / "sweep", tmp_path / "fits", "model=linear,continuum", "train=sample3,all")
     line = [sys.executable, "-m", "freelearn", *asked, f"hydra/launcher={launcher}"]
     result = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert result.returncode == 0, result.stderr
-    expected = numbers(finished).query(f"train != 'sample9' and model in {models.split(',')}").reset_index(drop=True)
+    expected = numbers(finished).query("train != 'sample9'").reset_index(drop=True)
     # The failed jobs beside the expected rows made their counts floats.
     pd.testing.assert_frame_equal(numbers(tmp_path / "sweep"), expected, check_dtype=False)
 
 
+@pytest.mark.nightly
 def test_gathering_several_sweeps_gives_means_and_deviations_over_seeds(sweep, commands, tmp_path):
     for seed in (1, 2):
         assert sweep(tmp_path / f"s{seed}", "model=linear", "train=sample3,all", f"seed={seed}").status == 0

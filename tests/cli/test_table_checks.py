@@ -43,6 +43,7 @@ def test_a_failed_check_leaves_nothing_claimed_and_comes_first(heavy, tmp_path):
     assert freelearn.referee(tmp_path).stands() == "Nothing was claimed (undecided)."
 
 
+@pytest.mark.nightly
 def test_checks_that_are_overruled_stop_nothing_and_are_noted(heavy, tmp_path):
     found = run(heavy, tmp_path, "checks=off")
     assert "load cell was not tared" not in found["says"]
@@ -62,6 +63,7 @@ def test_of_one_row_nothing_is_said_but_that_it_is_one(heavy, tmp_path):
     assert "Held-out error from" not in terminal
 
 
+@pytest.mark.nightly
 def test_what_a_look_at_the_table_told_is_not_told_again(heavy, tmp_path):
     run(heavy.assign(moment_nmm=-heavy["moment_nmm"]), tmp_path, QUICK)
     lines = (tmp_path / "terminal.txt").read_text().splitlines()

@@ -60,6 +60,7 @@ def test_an_effect_may_be_held_where_it_is_known(csv, tmp_path):
     assert (entry["value"], entry["stderr"]) == (1e-3, 0.0)
 
 
+@pytest.mark.nightly
 def test_a_search_holds_what_is_fixed_and_believes_what_is_known(tmp_path):
     path = tmp_path / "table.csv"
     table({"friction_hysteresis": {"force": 0.6, "moment": 0.02}}).to_csv(path, index=False)

@@ -3,6 +3,7 @@
 import beds
 import pandas as pd
 import pytest
+from nightly import usually
 from small_runs import make_csv, run
 
 import freelearn
@@ -13,7 +14,7 @@ from freelearn.queries.maps.maps import maps
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
-@pytest.mark.parametrize("which", ["block", "two"])
+@pytest.mark.parametrize("which", usually("two", nightly=["block"]))
 def test_every_map_is_a_picture_and_the_numbers_that_it_shows(which, tmp_path):
     if which == "block":
         overrides = beds.write("block", {}, tmp_path)

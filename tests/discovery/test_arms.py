@@ -9,9 +9,8 @@ TWO = {"creep": {"share": 0.15, "time": 0.5}, "second_creep": {"share": 0.25, "t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "arms", [TWO, pytest.param({"creep": UNIT["creep"]}, marks=pytest.mark.nightly)], ids=["two", "one"]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("arms", [TWO, {"creep": UNIT["creep"]}], ids=["two", "one"])
 def test_a_search_names_as_many_arms_as_there_are(arms):
     """One arm alone is no class of the three: a further one is tried only beside it."""
     # Bands of the curves ask for fits without a part of the recordings, a third of the whole.

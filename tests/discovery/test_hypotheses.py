@@ -239,7 +239,8 @@ def outside(size):
 OWN = [name for name, effect in EFFECTS.items() if "own" in effect.families() and effect.port != "history"]
 
 
-@pytest.mark.parametrize("size", usually(3, nightly=[10, 30]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("size", [3, 10, 30])
 def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
     for seed in chosen(range(2), 1):
         findings = search(bench(seed, extra=outside(size)).question(OWN))
@@ -249,6 +250,7 @@ def test_what_is_not_in_the_library_does_not_end_in_a_pile_of_effects(size):
         assert len(set(findings.effects) - written) <= 1
 
 
+@pytest.mark.nightly
 def test_an_unexplained_model_keeps_what_explains_much_and_nothing_else():
     """Friction beside two waves that nothing of the library makes: it stands on its own, the others do not."""
 

@@ -40,6 +40,7 @@ def clean():
     return both(range(20))
 
 
+@pytest.mark.nightly
 def test_with_nothing_to_resist_it_is_as_good_as_least_squares(clean):
     """95 % efficient: the variance may be larger by a factor 1/0.95, and by the error of a ratio of two variances from
     20 pairs, 2 √((1 − r²)/20), r the pairs' correlation."""
@@ -51,6 +52,7 @@ def test_with_nothing_to_resist_it_is_as_good_as_least_squares(clean):
         assert (one @ one) / (other @ other) < 1 / 0.95 + 3 * error
 
 
+@pytest.mark.nightly
 def test_standard_errors_are_those_of_the_estimates(clean):
     robust, _, told = clean
     # Mean square of 4 × 20 standardized errors, of which a fit's are correlated in pairs.
@@ -58,6 +60,7 @@ def test_standard_errors_are_those_of_the_estimates(clean):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_under_heavy_tails_it_is_better_than_least_squares():
     """Student's t with 4 degrees of freedom: 5/7 of a normal one's information, of a variance twice as large; the best
     fit's variance is 0.7 times that of least squares. Positions, of which there are few, gain less."""

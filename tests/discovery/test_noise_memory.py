@@ -134,6 +134,7 @@ def test_what_does_not_count_is_no_neighbor():
     np.testing.assert_allclose(found.time, [2.0, 2.0], rtol=0.4)
 
 
+@pytest.mark.nightly
 def test_a_search_takes_noise_that_goes_on_for_what_it_is():
     """Each reading errs much as the last one: without a memory of the noise, something systematic would be left."""
     found = discover(log({}, 3, (4,), recordings=8, memory=0.8), progress=False)

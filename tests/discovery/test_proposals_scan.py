@@ -12,7 +12,7 @@ from hidden_beds import ALONE, BLOCK, question, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_bed import ACCURACY, LinearBed, bench
-from nightly import EVERY, chosen
+from nightly import EVERY, chosen, usually
 from outside_tables import asked, measured
 
 from freelearn.discovery.fits.derivatives import none_vector
@@ -131,7 +131,7 @@ def test_a_promise_is_that_of_the_models_own_derivatives(tube, place):
     agree(prepared, first, [*own[:3], *own[-2:]])
 
 
-@pytest.mark.parametrize("bed", [*ALONE, BLOCK])
+@pytest.mark.parametrize("bed", usually("isometric", BLOCK, nightly=[bed for bed in ALONE if bed != "isometric"]))
 @pytest.mark.parametrize("place", ["energy i1", "parallel both", "boundary pressure", "measurement force"])
 def test_so_it_is_on_every_bed(bed, place):
     """Where a load hangs on it, an element beside the actuator shows in length and twist."""
@@ -310,6 +310,7 @@ def test_forms_of_both_signs_are_tried_where_there_are_both_and_the_best_shape_o
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_noise_alone_promises_nothing():
     """A bound over thousands of forms (Bonferroni): of 12 beds with nothing hidden, three below 0.05 happen once in
     fifty tries at most; of 6, two once in thirty."""
@@ -342,6 +343,7 @@ def test_the_shortlist_has_the_most_worthy_of_several_places(springs):
 # --- one written effect -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_of_springs_whose_cell_bends_the_bend_is_written():
     """Its amount is the one that was hidden, 0.02/N, within five of its standard errors and the noise of its input."""
     before = set(EFFECTS)

@@ -70,6 +70,7 @@ def test_zeros_of_their_own_are_offsets_of_each():
         assert values[f"moment_offset.moment[{n}]"] == pytest.approx(moment * 1e-3, abs=6e-3 if n == 1 else 1e-3)
 
 
+@pytest.mark.nightly
 def test_gains_of_their_own_are_neither_rubber_nor_fibers():
     gains = (0.0, -0.03, 0.04)
     library = ["own_force_gain", "force_gain", "wall_modulus", "fiber_modulus", "fiber_misalignment", "pressure_gain"]

@@ -154,6 +154,7 @@ HIDDEN = {
 # A few from each port, so that a search takes seconds.
 LIBRARY = ["wall_stiffening", "fiber_misalignment", "length_offset", "pressure_gain", "friction_hysteresis"]
 CASES = [(bed, i) for bed in BEDS for i in range(len(HIDDEN[bed]))]
+QUICK = [("isometric", 0), ("inflation", 0), (BLOCK, 0)]
 
 
 def names_in(bed: str, hidden) -> set[str]:
@@ -162,7 +163,7 @@ def names_in(bed: str, hidden) -> set[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", usually(0, nightly=[1]))
-@pytest.mark.parametrize(("bed", "case"), CASES)
+@pytest.mark.parametrize(("bed", "case"), usually(*QUICK, nightly=[case for case in CASES if case not in QUICK]))
 def test_what_is_hidden_on_each_bed_is_found(bed, case, seed):
     """It, or a class that holds it, and nothing else; the held-out error then is the noise's, three of whose standard
     deviations are 3/√(2n) of it: the n states' shared errors make the most of it."""

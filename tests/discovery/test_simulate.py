@@ -63,6 +63,7 @@ def test_of_tables_simulated_from_a_model_its_effect_is_found_and_no_other():
     assert (without.verdict, without.wrong) == ("adequate", False)
 
 
+@pytest.mark.nightly
 def test_an_offset_of_the_size_that_could_be_seen_is_found_and_a_third_of_it_is_not():
     question = bench(4, **SHORT).question(LIBRARY)
     prepared, fit, noise = prepare(question)

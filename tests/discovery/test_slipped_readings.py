@@ -209,6 +209,7 @@ def test_a_search_of_a_table_that_one_state_spoils_points_at_it():
     assert [(s.load, s.rows) for s in found.suspects] == [("elongation", (40, 41, 42, 43, 44))]
 
 
+@pytest.mark.nightly
 def test_where_the_model_lacks_something_everywhere_no_state_is_blamed():
     """A pressure that acts with its square too, in every state."""
 

@@ -7,6 +7,7 @@ import pytest
 import torch
 from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, sensitivity, student
+from nightly import chosen
 from scipy import stats
 from scipy.linalg import sqrtm
 
@@ -31,12 +32,15 @@ def most(chance, of):
 
 @pytest.mark.parametrize(
     ("noise", "slips"),
-    [({}, 0.0), ({"noise": student(4)}, 0.0), ({"noise": student(4)}, 0.03)],
-    ids=["normal", "heavy", "slips"],
+    [
+        pytest.param({}, 0.0, id="normal", marks=pytest.mark.nightly),
+        pytest.param({"noise": student(4)}, 0.0, id="heavy", marks=pytest.mark.nightly),
+        pytest.param({"noise": student(4)}, 0.03, id="slips"),
+    ],
 )
 def test_levels_hold_under_heavy_tails_and_slips(noise, slips):
     p_values = []
-    for seed in range(20):
+    for seed in chosen(range(20), 10):
         made = bench(seed, **SHORT, **noise)
         if slips:
             made, _ = made.slipped(slips, ("sign", "other_row", "decimal"), seed)

@@ -57,6 +57,7 @@ def test_a_folder_of_ones_own(traced, tmp_path):
         fl.actuators.open(folder)
 
 
+@pytest.mark.nightly
 def test_a_wheel_of_ones_own_is_listed_where_it_is_installed(traced, tmp_path):
     """As docs/export.md has it, word for word; the package itself is never imported."""
     package = tmp_path / "lab" / "lab_actuators"
@@ -89,6 +90,7 @@ def test_of_two_actuators_of_one_name_both_are_told(traced, tmp_path, monkeypatc
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("example", usually("mujoco_arm", nightly=["fmu_arm", "c_arm"]))
 def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures(example, monkeypatch):
     pytest.importorskip("mujoco")

@@ -144,6 +144,7 @@ def test_an_export_of_a_log_tells_its_state_and_holds(many, tmp_path):
     close(got, fitted, table)
 
 
+@pytest.mark.nightly
 def test_onnx_takes_a_state_and_gives_the_next(many, tmp_path):
     onnxruntime = pytest.importorskip("onnxruntime")
     fitted, _ = many
@@ -167,6 +168,7 @@ def test_onnx_takes_a_state_and_gives_the_next(many, tmp_path):
     close(np.concatenate(np.array(got).transpose(1, 0, 2)), fitted, table)
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_an_fmu_holds_its_state_and_gives_it_away(many, tmp_path):
     pytest.importorskip("fmpy")
@@ -221,6 +223,7 @@ def test_an_fmu_holds_its_state_and_gives_it_away(many, tmp_path):
     np.testing.assert_allclose(again[19:], got[21:40], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.nightly
 def test_mujoco_follows_its_own_time(many, tmp_path):
     pytest.importorskip("mujoco")
     found = written("mujoco", many, tmp_path)
@@ -234,6 +237,7 @@ def test_a_table_has_no_memory(many, tmp_path):
         WRITERS["table"](many[1], tmp_path, Options("table", "arm"))
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_a_hung_log_tells_places(tmp_path):
     effects = ["creep", "supply_lag", "sensor_lag"]
@@ -246,6 +250,7 @@ def test_a_hung_log_tells_places(tmp_path):
     assert [p.name for p in step.answered] == ["elongation", "twist", "status", "inside"]
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_an_end_block_of_a_log(tmp_path):
     """A pressure each, whose lags and directions are the actuators' own."""

@@ -79,6 +79,7 @@ def test_a_place_under_loads_carries_them(hung):
     np.testing.assert_allclose(loads[:, :2], asked[:, :2], rtol=0, atol=1e-10)
 
 
+@pytest.mark.nightly
 def test_pressures_of_an_end_block_are_those_of_invert(tmp_path):
     fitted = run_of(tmp_path / "run", "continuum", "block")
     # Of both loads: those of one alone are looked for in the same way.

@@ -94,6 +94,7 @@ def converted(shared_data, tmp_path_factory):
     return table
 
 
+@pytest.mark.nightly
 def test_james_rubber_asks_for_the_second_invariant(converted):
     data = converted("James_1975.csv")
     assert data.warnings == []
@@ -113,6 +114,7 @@ def test_a_series_that_is_another_ones_is_told(shared_data, tmp_path):
     assert "1 rows of mode biaxial are stretched alike in both directions" in said[0]
 
 
+@pytest.mark.nightly
 def test_the_gel_asks_for_the_second_invariant_and_a_stiffening(converted):
     data = converted("Katashima_2012.csv")
     assert data.modes == ["equibiaxial", "pure_shear", "biaxial"]

@@ -225,13 +225,9 @@ def test_where_a_model_misfits_they_are_as_wide_as_refits_to_other_states_scatte
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
-    ("kind", "name", "truth", "count"),
-    [
-        (Line, "b", 0.03, 200),
-        pytest.param(Decay, "k", 1.0, 200, marks=pytest.mark.nightly),
-        pytest.param(Sum, "B", 0.01, 120, marks=pytest.mark.nightly),
-    ],
+    ("kind", "name", "truth", "count"), [(Line, "b", 0.03, 200), (Decay, "k", 1.0, 200), (Sum, "B", 0.01, 120)]
 )
 def test_they_cover_the_truth_as_often_as_they_say(kind, name, truth, count):
     """A logarithm that is well known, a bounded parameter 1 σ from its bound, a positive one that may be nothing."""
@@ -441,6 +437,7 @@ def test_effects_of_every_sample_have_intervals_of_their_own_and_the_model_stays
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_gains_that_nothing_tells_apart_reach_as_far_as_their_bounds_let_them():
     """All moduli and the pressure, larger by one factor, give loads larger by that factor."""
     known, told = both(table_fit("continuum", ["force_gain", "moment_gain", "pressure_gain"], 0.02, 60, **TUBE))

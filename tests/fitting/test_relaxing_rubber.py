@@ -147,6 +147,7 @@ def test_an_arm_quicker_than_any_sample_is_not_told():
     assert rubber_notes(fit, fit) == ["arm_1.time sits on its bound: these recordings do not tell it."]
 
 
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     truth, inside = TWO_ARMS | SOFT, []
     for seed in range(12):
@@ -171,6 +172,7 @@ def test_a_test_held_out_has_no_say_and_is_told():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_relaxation_that_made_the_recordings_is_asked_for():
     table = sampled(0.01)
     chosen = best_relaxation(compare_relaxations(table, []), table)

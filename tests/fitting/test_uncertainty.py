@@ -49,7 +49,9 @@ def fitted(name: str, seed: int) -> tuple[Uncertainty, np.ndarray]:
     return uncertainty(problem), np.array(list(truth.scalars().values()))
 
 
-@pytest.mark.parametrize(("name", "count"), [("linear", 300), pytest.param("continuum", 150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("name", "count"), [("linear", 300), pytest.param("continuum", 150, marks=[pytest.mark.slow, pytest.mark.nightly])]
+)
 def test_intervals_of_few_states_cover_and_the_normal_quantile_would_not(name, count):
     covered, normal = [], []
     for seed in range(count):

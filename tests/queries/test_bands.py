@@ -240,6 +240,7 @@ def test_of_a_moment_that_was_never_measured_nothing_is_known(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_where_a_length_was_never_measured_the_twist_alone_has_a_band(tmp_path):
     """Torsion under dead loads of an actuator whose length nobody read."""
     table = beds.dead_load({}).query("sample == 2").assign(bed="dead_load").reset_index(drop=True)

@@ -41,6 +41,7 @@ def test_a_force_that_no_pressure_gives_is_marked_and_rows_out_of_order_are_refu
             asked(log(effects, 5, recordings=1, noise=0.0).iloc[::-1])
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", usually("supply_lag", nightly=["contact_slip"]))
 def test_bands_along_a_log_are_as_wide_as_answers_to_noisy_wishes_scatter(name, tmp_path):
     """Nothing but the stated errors of measuring: each wish has those of its force, each recording those of its place,

@@ -57,7 +57,7 @@ def test_a_log_of_which_no_row_was_read_has_no_bands():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "hidden", usually(("", 0.0), ("creep", 0.9), nightly=[("", 0.9), ("creep", 0.0), ("maxwell_slip", 0.9)])
+    "hidden", usually(("", 0.0), nightly=[("", 0.9), ("creep", 0.0), ("creep", 0.9), ("maxwell_slip", 0.9)])
 )
 def test_loads_of_recordings_left_out_lie_within_their_bands(hidden):
     name, memory = hidden

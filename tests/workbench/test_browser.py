@@ -163,6 +163,7 @@ def folder(work, tab):
     return work / "sessions" / re.search(r"session=([0-9a-f]+)", tab.url).group(1)
 
 
+@pytest.mark.nightly
 def test_files_that_are_dropped_together_are_one_measurement(tab, tmp_path):
     for name, column, value in (("pressure.csv", "P [kPa]", 40.0), ("force.csv", "F [N]", -3.0)):
         rows = "\n".join(f"{0.05 * i:.2f},{value + i % 7}" for i in range(80))
@@ -323,6 +324,7 @@ def test_the_sealed_answer_opens_after_the_search(tab):
         assert name in told
 
 
+@pytest.mark.nightly
 def test_nothing_is_cut_at_any_width(browser, copied):
     """Nor in dark mode, where the page is dark too."""
     session, place = copied
@@ -363,6 +365,7 @@ def test_nothing_is_cut_at_any_width(browser, copied):
     page.close()
 
 
+@pytest.mark.nightly
 def test_a_page_whose_server_is_gone_says_so(browser, tmp_path):
     port = free_port()
     command = [sys.executable, "-m", "freelearn.workbench", "--no-browser", "--port", str(port)]
@@ -420,6 +423,7 @@ def test_two_tabs_do_not_mix_and_a_fit_can_be_cancelled(tab, browser, address):
     other.close()
 
 
+@pytest.mark.nightly
 def test_the_slider_and_a_click_on_the_map_change_the_curves(page, copied):
     page.goto(copied[1])
     # Bokeh's own document tells what its charts hold.
@@ -483,6 +487,7 @@ def test_it_listens_on_this_machine_only(address):
         socket.create_connection(("127.0.0.2", port), timeout=5)
 
 
+@pytest.mark.nightly
 def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(tab, tmp_path):
     places = [(dl, phi, p) for dl in (0, 2.5, 5) for phi in (-20, 0, 20) for p in (0.0, 3.1, 6.2)]
     lines = [f"{dl};{phi};{p};{-0.5 - 0.3 * p - 0.4 * dl};{-p - 0.9 * phi}" for dl, phi, p in places]
@@ -529,6 +534,7 @@ def test_a_laboratorys_own_file_becomes_a_table_and_its_units_are_asked_about(ta
     assert Path(download.value.path()).read_text().startswith("sample,gamma_deg,")
 
 
+@pytest.mark.nightly
 def test_every_tab_is_turned_with_the_keyboard_and_can_be_used_by_everybody(page, copied):
     session, place = copied
     searched(session)

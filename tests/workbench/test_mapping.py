@@ -225,6 +225,7 @@ def recipe_of_choices():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_page_goes_on_to_the_report(mapping, finish):
     session, page = mapping
     given(page)
@@ -240,6 +241,7 @@ def test_the_page_goes_on_to_the_report(mapping, finish):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_several_pressures_are_several_actuators(sessions, finish):
     session = sessions.get("")[1]
     lines = [f"{dl},{phi},{p},{10 - p},{-p},{dl}" for dl in (0, 5) for phi in (0, 20) for p in (0, 4, 8)]

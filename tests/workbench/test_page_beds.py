@@ -36,7 +36,7 @@ def _filled(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", usually("dead_load", "block", nightly=set(beds.TABLES) - {"dead_load", "block"}))
+@pytest.mark.parametrize("name", usually("block", nightly=[name for name in beds.TABLES if name != "block"]))
 def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
     session = sessions.get("")[1]
     bed = "kinematic" if name == "block" else name
@@ -127,6 +127,7 @@ def test_the_measured_muscle_is_there_with_what_is_known_of_it(sessions, finish)
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_set_of_too_few_states_is_tested_on_rows(sessions, finish):
     session = sessions.get("")[1]
     table = beds.TABLES["dead_load"]({})

@@ -379,6 +379,7 @@ def test_where_it_is_not_in_the_model_its_file_is_not_named(session, monkeypatch
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_fit_has_the_added_effect_and_a_changed_file_is_never_run(sessions, finish, monkeypatch):
     monkeypatch.delenv("FREELEARN_EFFECTS", raising=False)
     session = sessions.get("")[1]
