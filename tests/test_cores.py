@@ -123,7 +123,7 @@ def told(found):
 
 
 def test_a_search_says_the_same_on_any_number_of_cores():
-    rows = Rows.from_table(table({"friction_hysteresis": {"force": 0.6, "moment": 0.02}}, share=0.1))
+    rows = Rows.from_table(table({"friction_hysteresis": {"force": 0.6, "moment": 0.02}}, share=0.05))
     library = ["friction_hysteresis", "force_offset", "pressure_gain", "length_offset"]
     asked = Question(lambda names: build_model("continuum", {}, names, [3, 6]), library, rows, PAPER, 0)
     with limited(1):

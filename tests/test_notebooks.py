@@ -6,7 +6,6 @@ from pathlib import Path
 import nbclient
 import nbformat
 import pytest
-from nightly import usually
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs").glob("*.ipynb"))
 
@@ -17,9 +16,8 @@ def printed(notebook) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "path", usually(NOTEBOOKS[1], nightly=[NOTEBOOKS[0], *NOTEBOOKS[2:]]), ids=lambda path: path.stem
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 # The kernel's own messages on sockets; nothing of ours.
 @pytest.mark.filterwarnings("ignore")
 def test_a_notebook_runs(path, tmp_path):

@@ -9,7 +9,6 @@ import sys
 
 import pytest
 from conftest import ROOT
-from nightly import EVERY, usually
 from PIL import Image
 from test_readme import README, page
 
@@ -21,20 +20,14 @@ pytestmark = pytest.mark.slow
 
 # Those of measured data and of hours of searches are not drawn here, and the effects' have a test of their own.
 OURS = {key: each for key, each in ALL.items() if not each.measured and key != "reachable_poses"}
-# What README shows, and what goes on from there; the others' searches run every night.
-QUICK = ("story", "stiffness")
-PICTURES = usually(
-    *(f"{name}.png" for key in QUICK for name in OURS[key].pictures),
-    nightly=[f"{name}.png" for key, each in OURS.items() if key not in QUICK for name in each.pictures],
-)
+PICTURES = [f"{name}.png" for each in OURS.values() for name in each.pictures]
 
 
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
     """The folders of the pictures, drawn anew, and of the runs that they come from."""
     docs, work = tmp_path_factory.mktemp("docs"), tmp_path_factory.mktemp("work")
-    names = OURS if EVERY else QUICK
-    command = [sys.executable, "experiments/pictures.py", *names, "--docs", str(docs), "--work", str(work)]
+    command = [sys.executable, "experiments/pictures.py", *OURS, "--docs", str(docs), "--work", str(work)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return docs, work
@@ -49,6 +42,7 @@ def story(drawn):
     return folder, json.loads((folder / "discovery.json").read_text())
 
 
+@pytest.mark.nightly
 def test_the_numbers_in_the_text_are_those_of_the_command(story):
     folder, found = story
     hidden = json.loads((folder / "sealed_answer.json").read_text())["hidden"]
@@ -88,6 +82,7 @@ def test_the_first_files_give_what_their_page_says(drawn):
     assert muscle["effects"] == ["small_strain_stiffness", "end_taper"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PICTURES)
 def test_the_pictures_show_what_their_commands_draw(drawn, name):
     then, now = (Image.open(folder / name) for folder in (ROOT / "docs", drawn[0]))

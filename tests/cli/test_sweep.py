@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 from conftest import ROOT
 from ended import Ended
-from nightly import EVERY
 from small_runs import make_csv
 
 from freelearn.data.sets import overlap
@@ -100,8 +99,9 @@ def test_a_sweep_goes_on_where_it_stopped(sweep, tmp_path):
     assert set(numbers(tmp_path / "sweep")["seed"]) == {5}
 
 
+@pytest.mark.nightly
 def test_a_killed_sweep_leaves_only_whole_results_and_resumes(csv, sweep, commands, tmp_path):
-    jobs = 40 if EVERY else 8
+    jobs = 40
     overrides = ("model=linear", f"seed=range({jobs})", "train=all")
     folder = tmp_path / "sweep"
     process = commands.start(*words(csv, folder, tmp_path / "fits", *overrides))

@@ -87,7 +87,7 @@ edit = st.one_of(
 
 
 @settings(
-    max_examples=1000 if EVERY else 50, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=1000 if EVERY else 20, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 @given(
     st.lists(edit, max_size=3),
@@ -189,7 +189,7 @@ def test_a_table_that_tells_its_bed_is_read_as_of_no_other(tmp_path, bed, cell):
     assert_same(tmp_path / "table.csv", bed)
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=20 if EVERY else 8, deadline=None, derandomize=True)
 @given(st.lists(st.tuples(st.integers(0, 5), st.sampled_from([0.0, -0.0, 0.5, np.nan])), min_size=4, max_size=30))
 def test_rows_that_repeat_are_found_as_by_comparing_all_of_them(pairs):
     state, force = (np.array(column, dtype=np.float64) for column in zip(*pairs, strict=True))

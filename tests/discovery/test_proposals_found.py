@@ -255,7 +255,8 @@ def bent_gauge(table, columns, top: float, share: float):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("bed", usually("isometric", nightly=[*(bed for bed in ALONE if bed != "isometric"), BLOCK]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("bed", [*ALONE, BLOCK])
 def test_a_gauge_that_bends_is_found_on_every_bed(bed):
     """On an end block all three actuators' gauges bend alike."""
     table = table_of(bed, seed=3)

@@ -49,6 +49,7 @@ def test_what_is_given_is_kept_even_where_it_does_nothing():
     assert {c["step"] for c in found.steps[0].candidates} == {0}
 
 
+@pytest.mark.nightly
 def test_the_given_effects_are_no_rivals_of_what_is_added():
     asked = question(FRICTION, given=("force_offset", "moment_offset"))
     found = search(asked)

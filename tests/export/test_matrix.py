@@ -2,7 +2,6 @@
 
 import pytest
 from exported import BEDS, MODELS, run_of
-from nightly import EVERY
 
 from freelearn.common.errors import UserError
 from freelearn.export.actuator import Actuator
@@ -23,11 +22,11 @@ CANNOT = {
     **{("continuum", bed, "table"): "no room for what the actuator remembers" for bed in BEDS},
 }
 CASES = [(model, bed) for model in MODELS for bed in BEDS]
-DAY = [("linear", "dead_load")]
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize(("model", "bed"), CASES if EVERY else DAY)
+@pytest.mark.parametrize(("model", "bed"), CASES)
 def test_it_is_exported_or_a_sentence_says_why_not(tmp_path, model, bed):
     if (said := CANNOT.get((model, bed, ""))) is not None:
         with pytest.raises(UserError, match=said):

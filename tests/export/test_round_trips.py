@@ -125,6 +125,7 @@ def network(folder):
     return freelearn.load(folder_of(folder, model, table, covariance=np.diag([])))
 
 
+@pytest.mark.nightly
 def test_onnx_answers_as_a_network_does(tmp_path):
     pytest.importorskip("onnxruntime")
     found = network(tmp_path / "run").export(tmp_path / "out", "onnx")

@@ -102,6 +102,7 @@ def test_pressures_of_an_end_block_are_those_of_invert(tmp_path):
     np.testing.assert_allclose(got[:, 5] / KPA, half, rtol=1e-3)
 
 
+@pytest.mark.nightly
 def test_an_inflated_run_answers_with_force_and_diameter(tmp_path):
     fitted = run_of(tmp_path / "run", "continuum", "inflation")
     functions, library = _library(fitted, tmp_path, lambda every: every.view.parts)

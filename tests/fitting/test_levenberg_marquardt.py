@@ -11,6 +11,7 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nightly import usually
 from scipy.optimize import OptimizeResult, least_squares
 from torch import Tensor
 
@@ -51,8 +52,12 @@ def correct_digits(x: Tensor, certified: Tensor) -> float:
     return float(-error.clamp(min=1e-16).log10().max())
 
 
+# Of thousands of steps.
+LONG = ["Bennett5", "MGH09"]
+
+
 @pytest.mark.parametrize("start", [0, 1])
-@pytest.mark.parametrize("name", list(nist.MODELS))
+@pytest.mark.parametrize("name", usually(*(name for name in nist.MODELS if name not in LONG), nightly=LONG))
 def test_nist_digits_at_least_those_of_scipy(name: str, start: int) -> None:
     problem = nist.read(name)
     ours = LevenbergMarquardt(problem.residual).solve(problem.starts[start])

@@ -114,6 +114,7 @@ def test_the_numbers_beside_a_picture_have_them(fitted):
     assert list(curve_numbers(measured, lines)) == ["what", "pressure_kpa", "force_n", "moment_nmm", "extrapolated"]
 
 
+@pytest.mark.nightly
 def test_the_switch_is_for_pictures_alone(table, tmp_path):
     given = ["train=sample3", "data=csv", f"data.path={table}"]
     pages = {}

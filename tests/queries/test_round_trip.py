@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 import torch
 from fitted_folders import LOADS, PLACE, continuum, design, fitted, folder_of, grid, shown
+from nightly import usually
 
 import freelearn
 from freelearn.data.columns import with_members
@@ -63,7 +64,7 @@ def test_places_come_back_from_their_loads(c1, c2, sample, tmp_path):
     np.testing.assert_array_less(error(answers.filled[single], table[single]), 1e-8)
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", usually(*(name for name in EFFECTS if name not in LONG), nightly=LONG))
 def test_places_come_back_whatever_effect_the_model_has(effect, tmp_path):
     model = continuum({effect: EFFECTS[effect]})
     if not EFFECTS[effect]:

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from nightly import usually
 
 from freelearn.data.states import States, kinematic_state
 from freelearn.physics.models.build import build_model
@@ -41,7 +42,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", usually(*(name for name in CASES if name not in LONG), nightly=LONG))
 def test_both_write_the_same_physics(case):
     effects = CASES[case]
     table = nominal([4], 0.03, np.random.default_rng(3))

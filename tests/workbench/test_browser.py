@@ -404,6 +404,7 @@ def test_a_broken_csv_shows_its_faults_and_nothing_of_it_runs(tab, hidden, tmp_p
     assert button(tab, "Fit").is_disabled()
 
 
+@pytest.mark.nightly
 def test_two_tabs_do_not_mix_and_a_fit_can_be_cancelled(tab, browser, address):
     other = browser.new_page(viewport={"width": 1280, "height": 800})
     other.goto(address)

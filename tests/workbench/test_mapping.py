@@ -303,6 +303,7 @@ def test_of_sheets_that_look_alike_one_is_chosen(sessions, finish):
     assert "Which sheet" not in page.problem.object
 
 
+@pytest.mark.nightly
 def test_sheets_of_several_clocks_are_joined_by_time(sessions, finish):
     book = openpyxl.Workbook()
     book.active.title, second = "Rig", book.create_sheet("Kraft")

@@ -51,6 +51,7 @@ def test_units_that_look_wrong_are_said_first_and_the_fit_waits_for_an_answer(se
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_units_are_put_right_on_the_page_and_nothing_else_is_lost(sessions, finish):
     session = sessions.get("")[1]
     right = beds.TABLES["isometric"]({}).assign(left_out=0)

@@ -32,7 +32,7 @@ def answered(call) -> None:
         call()
 
 
-@settings(deadline=None, max_examples=200 if EVERY else 40)
+@settings(deadline=None, max_examples=200 if EVERY else 20)
 @given(FILES, st.sampled_from(["raw.csv", "raw.xlsx", "raw.mat", "raw.txt", "raw"]))
 def test_any_bytes(content, name):
     answered(lambda: draft(guess(content, name)))
@@ -47,7 +47,7 @@ def test_a_damaged_file(place, patch):
 
 
 # Each is read by a process of its own: SciPy's reader ends, with some of these, the process that it runs in.
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=10 if EVERY else 4)
 @given(st.integers(128, 700), st.binary(min_size=1, max_size=6))
 def test_a_damaged_matlab_file(place, patch):
     whole = MATLAB.getvalue()
