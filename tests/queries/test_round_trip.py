@@ -64,6 +64,10 @@ def test_places_come_back_from_their_loads(c1, c2, sample, tmp_path):
     np.testing.assert_array_less(error(answers.filled[single], table[single]), 1e-8)
 
 
+# Looked for step by step; each part of it is asked of others.
+LONG = ["twist_compliance"]
+
+
 @pytest.mark.parametrize("effect", usually(*(name for name in EFFECTS if name not in LONG), nightly=LONG))
 def test_places_come_back_whatever_effect_the_model_has(effect, tmp_path):
     model = continuum({effect: EFFECTS[effect]})
