@@ -49,7 +49,7 @@ def test_an_effect_of_ones_own_as_written(typed, tmp_path):
     found = json.loads((tmp_path / "search" / "discovery.json").read_text())
     assert (found["verdict"], found["effects"]) == ("named", ["bent_gauge"])
     assert found["trail"][-1]["parameters"]["bent_gauge.share"] == pytest.approx(0.1, abs=0.01)
-    done = typed(fit, f"hydra.run.dir={tmp_path / 'run'}", FREELEARN_EFFECTS=str(own))
+    done = typed(fit, f"hydra.run.dir={tmp_path / 'run'}", more[0], FREELEARN_EFFECTS=str(own))
     assert done.status == 0, done.told
     results = json.loads((tmp_path / "run" / "results.json").read_text())
     assert results["effects"] == ["bent_gauge"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from attack_place import make_place, of
 from ended import Ended
-from nightly import chosen
+from nightly import chosen, usually
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def wait_for(path: Path, seconds: float = 60) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("several", [False, True], ids=["run", "sweep"])
+@pytest.mark.parametrize("several", usually(False, nightly=[True]), ids=["run", "sweep"])
 def test_of_two_commands_in_one_folder_the_second_is_told_and_changes_nothing(several, place, commands, tmp_path):
     out = tmp_path / "out"
     option = f"hydra.{'sweep' if several else 'run'}.dir"

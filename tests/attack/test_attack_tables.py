@@ -14,7 +14,7 @@ import pytest
 from attack_runs import Ended, command
 from attack_tables import ACCEPT, HEADER, KINDS, REFUSE, WARN, Kind, good, good_table, with_cell
 from hidden_tables import among
-from nightly import EVERY, chosen
+from nightly import EVERY, chosen, usually
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import CsvData, TrainSettings
@@ -169,7 +169,7 @@ def test_a_folder_of_raw_files_that_is_none(tmp_path: Path):
                 table_files(path)
 
 
-@pytest.mark.parametrize("name", ["train", "discover"])
+@pytest.mark.parametrize("name", usually("train", nightly=["discover"]))
 def test_a_command_opens_no_device_and_no_pipe(name: str, tmp_path: Path):
     for what, path in _odd(tmp_path).items():
         if what == "NUL":
@@ -219,7 +219,7 @@ def test_a_file_without_a_stated_size_ends_at_the_limit(tmp_path: Path, monkeypa
 
 def test_a_marked_copy_of_every_table_that_is_read_is_read(tmp_path: Path):
     """Marks go to the right line, whatever stands before the header."""
-    for kind in chosen([kind for kind in KINDS if kind.answer != REFUSE], 30):
+    for kind in chosen([kind for kind in KINDS if kind.answer != REFUSE], 15):
         path = tmp_path / "table.csv"
         path.write_bytes(kind.made())
         lines = read_table(path).lines
@@ -233,7 +233,7 @@ def test_a_marked_copy_of_every_table_that_is_read_is_read(tmp_path: Path):
 
 def test_intake_answers_every_kind_too(tmp_path: Path):
     """A laboratory's reader is given the same files: a table or one sentence, and the same numbers where both read."""
-    for kind in chosen(KINDS, 150):
+    for kind in chosen(KINDS, 60):
         read = raw_answer(kind)
         if isinstance(read, str):
             assert len(read) < 2000, kind.name

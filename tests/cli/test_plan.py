@@ -91,6 +91,7 @@ def test_rows_outside_the_reach_are_said_and_scored(found, tmp_path):
     assert not wider.notes
 
 
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_plan_and_more_rows_tell_more(found):
     few, again, many = (freelearn.plan(found, rows=n) for n in (4, 4, 12))
     assert few.table.equals(again.table)

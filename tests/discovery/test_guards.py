@@ -82,6 +82,7 @@ def test_a_sum_of_parameters_that_the_model_absorbs_is_not_followed():
     assert bool(torch.isfinite(sets.add(nothing, promise).fit.residual).all())
 
 
+@pytest.mark.nightly
 def test_no_step_of_a_search_ends_with_a_larger_error_than_the_one_before(twisted):
     asked, _ = twisted
     found = search(asked)

@@ -135,7 +135,7 @@ def test_the_accuracy_of_an_inflation_bed_is_estimated():
 
 
 def test_of_a_model_that_has_run_away_no_doubt_of_what_was_set_is_told(monkeypatch):
-    model, rows = truth(table_of("dead_load", seed=5))
+    model, rows = truth(table_of("dead_load", seed=5, coarse=2))
     fit = evaluated(model, rows, model.vector().detach())
     (note,) = estimated(fit, rows).notes
     assert "force 0." in note

@@ -8,6 +8,7 @@ import pytest
 import torch
 from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, student
+from nightly import usually
 
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.data.rows import Rows
@@ -118,7 +119,7 @@ def test_a_table_that_is_rounded_coarsely_repeats_itself_by_chance():
     assert (fine.slip, fine.source) == ("another row's reading", other)
 
 
-@pytest.mark.parametrize("noise", [{}, {"noise": student(4)}], ids=["normal", "heavy"])
+@pytest.mark.parametrize("noise", usually({"noise": student(4)}, nightly=[{}]), ids=["heavy", "normal"])
 def test_good_readings_are_seldom_suspected(noise):
     """At most one in 2,500 by design: of 10 × 480, more than 8 with a chance below one in a thousand."""
     assert sum(len(suspected(bench(seed, **SHORT, **noise))) for seed in range(10)) <= 8

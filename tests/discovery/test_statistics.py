@@ -155,6 +155,7 @@ def test_structure_is_found_when_planted_and_only_then(bed):
     assert structure(noise + wave, wave[..., None], states, whiten).p_value > 0.01
 
 
+@pytest.mark.nightly
 def test_structure_p_values_of_noise_are_not_too_small(bed):
     states, _, whiten, _ = bed
     generator = np.random.default_rng(9)

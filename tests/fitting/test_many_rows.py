@@ -56,6 +56,8 @@ CASES = {
     "dead load": ("linear", (), DEAD_LOAD.name, False),
     "inflation": ("continuum", (), INFLATION.name, False),
 }
+# Its loads come to rest at each step of a fit.
+LONG = ["dead load"]
 
 
 @pytest.mark.parametrize(("name", "effects", "bed", "blank"), CASES.values(), ids=CASES)
@@ -86,7 +88,10 @@ def test_residuals_and_derivatives_of_pieces_are_those_of_the_whole(name, effect
         torch.testing.assert_close(found.columns, jacobians.norm(dim=1), rtol=1e-7, atol=1e-10)
 
 
-@pytest.mark.parametrize(("name", "effects", "bed", "blank"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    ("name", "effects", "bed", "blank"),
+    [pytest.param(*case, id=name, marks=pytest.mark.nightly if name in LONG else []) for name, case in CASES.items()],
+)
 def test_a_fit_in_pieces_ends_where_the_whole_one_does(name, effects, bed, blank, monkeypatch):
     truth = build_model(name, {}, effects)
     rows = measured(truth, bed, blank)

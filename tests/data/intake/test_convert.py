@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from nightly import EVERY
 from raw_files import HEADER, RECIPE, ROWS, raw_text, taken, taken_path
 
 from freelearn.data.beds import NMM
@@ -86,6 +87,7 @@ def test_there_and_back_again(unit_and_column, values):
     np.testing.assert_allclose(back.factor * converted + back.shift, values, rtol=1e-12, atol=1e-9)
 
 
+@settings(max_examples=100 if EVERY else 25)
 @given(
     sign=st.sampled_from([1, -1]),
     scale=st.floats(0.01, 100),
