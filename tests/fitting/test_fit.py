@@ -5,7 +5,6 @@ import lmfit
 import numpy as np
 import pytest
 import torch
-from nightly import EVERY
 from scipy.optimize import least_squares
 
 from freelearn.common.errors import UserError
@@ -109,13 +108,14 @@ def test_stiffness_reaches_the_constrained_global_optimum(case):
     assert reached <= best + 1e-6 * scale
 
 
+@pytest.mark.nightly
 def test_the_network_matches_scipy_from_the_same_start():
     rows = rows_from(Continuum(1e6, 2e7), count=250, noise=0.01)
     rows = rows[torch.nonzero(rows.states.sample % 2 == 0)[:, 0]]
     model = MLP()
     model.prepare(rows)
     problem = Problem(model, rows)
-    starting = starts(model, rows, 5 if EVERY else 2, torch.Generator().manual_seed(0))
+    starting = starts(model, rows, 5, torch.Generator().manual_seed(0))
 
     def residual(x: np.ndarray) -> np.ndarray:
         with torch.no_grad():
