@@ -100,9 +100,9 @@ def assert_ended(kind: Kind, ended: Ended, run: Path, marks: str) -> None:
 
 
 SAMPLE = [
-    *chosen([kind for kind in KINDS if kind.answer == REFUSE], 5),
-    *chosen([kind for kind in KINDS if kind.answer == WARN], 2),
-    *chosen([kind for kind in KINDS if kind.answer == ACCEPT], 2),
+    *chosen([kind for kind in KINDS if kind.answer == REFUSE], 3),
+    *chosen([kind for kind in KINDS if kind.answer == WARN], 1),
+    *chosen([kind for kind in KINDS if kind.answer == ACCEPT], 1),
 ]
 
 

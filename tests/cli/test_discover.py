@@ -268,7 +268,8 @@ def test_neither_the_order_of_states_nor_the_seed_changes_the_verdict(friction, 
         assert other["error"]["after"] == pytest.approx(found["error"]["after"], rel=0.03)
 
 
-@pytest.mark.parametrize("factor", usually(1 / 3, nightly=[3]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("factor", [1 / 3, 3])
 def test_wrong_accuracy_is_noticed(factor, tmp_path):
     stated = [f"data.accuracy.{name}={value * factor}" for name, value in NOISE.items()]
     found = run(table(FRICTION, samples=(3,)), tmp_path, QUICK, *stated)
@@ -512,6 +513,7 @@ def test_suspects_are_drawn_apart_and_do_not_blame_the_model(slipped, friction):
     assert 0 < sum(f["rows"] for f in found["failures"]) <= whole
 
 
+@pytest.mark.nightly
 def test_a_later_search_leaves_no_marks_of_an_earlier_one(tmp_path):
     (tmp_path / "marked.csv").write_text("of an earlier search")
     found = run(table(FRICTION, samples=(3,), share=0.1), tmp_path, QUICK)

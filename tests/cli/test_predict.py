@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from conftest import ROOT
 from hidden_tables import table as hidden
+from nightly import usually
 from rich.console import Console
 from small_runs import make_csv, run
 
@@ -166,7 +167,7 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.parametrize("bed", QUESTIONS)
+@pytest.mark.parametrize("bed", usually(*(bed for bed in QUESTIONS if bed != "dead_load"), nightly=["dead_load"]))
 @pytest.mark.parametrize("model", ["continuum", "mlp"])
 def test_runs_on_every_bed_answer(bed, model, tmp_path):
     few = ["fit.restarts=2", "fit.max_epochs=60"] if model == "mlp" else []
@@ -211,6 +212,7 @@ def test_other_models_answer(model, csv, tmp_path):
         assert list(table).index(beside[0]) < list(table).index("solutions")
 
 
+@pytest.mark.nightly
 def test_maps_are_pictures_with_or_without_questions(trained, tmp_path):
     with open(tmp_path / "terminal.txt", "w") as file:
         predict(PredictSettings(run=trained, maps=True), tmp_path / "out", Console(file=file, width=200))

@@ -66,6 +66,7 @@ def test_they_stand_in_every_file_and_only_the_intervals_change(table, tmp_path)
     assert estimates["C1"].kind == "profile"
 
 
+@pytest.mark.nightly
 def test_fits_and_profiles_are_kept_apart_and_found_again(table, tmp_path):
     kept = f"fits={tmp_path / 'fits'}"
     first, _ = ran(tmp_path / "first", table, kept)

@@ -7,7 +7,7 @@ import pytest
 import torch
 from first_step import first_step
 from linear_bed import NOISE, SHORT, TRUE, bench, student
-from nightly import chosen
+from nightly import chosen, usually
 
 from freelearn.discovery.residuals.slipped_blocks import SCALE, ZERO, blocks
 from freelearn.discovery.search.measuring_order import DRIFT
@@ -92,7 +92,8 @@ FAR_OFF = pytest.mark.xfail(reason="a block far off its scale is seen, if at all
 @pytest.mark.parametrize(
     ("load", "factor"),
     [
-        *[(0, 1.2), (1, 1.2)],
+        (0, 1.2),
+        pytest.param(1, 1.2, marks=pytest.mark.nightly),
         *(pytest.param(*case, marks=[FAR_OFF, pytest.mark.nightly]) for case in [(0, 0.2248), (1, 0.2248), (0, 2.0)]),
     ],
 )
@@ -145,8 +146,10 @@ def test_a_jump_is_told_in_words_and_is_no_drift():
 
 @pytest.mark.parametrize(
     ("seed", "extra"),
-    [(112, jump(160, 240, 0, 6 * NOISE[0])), (115, scaled(160, 240, 1, 1.15))],
-    ids=["zero", "scale"],
+    [
+        pytest.param(112, jump(160, 240, 0, 6 * NOISE[0]), id="zero"),
+        pytest.param(115, scaled(160, 240, 1, 1.15), id="scale", marks=pytest.mark.nightly),
+    ],
 )
 def test_an_effect_that_only_mended_a_jump_is_in_no_answer(seed, extra):
     """An offset, or cross-talk, was named for it before the block was found."""
@@ -156,7 +159,7 @@ def test_an_effect_that_only_mended_a_jump_is_in_no_answer(seed, extra):
     assert (findings.effects, findings.classes, findings.verdict) == ([], [], "unexplained")
 
 
-@pytest.mark.parametrize("sigmas", [5, 20, 100])
+@pytest.mark.parametrize("sigmas", usually(5, 100, nightly=[20]))
 def test_a_drift_stays_a_drift(sigmas):
     findings = search(bench(2, **SHORT, extra=drift(sigmas)).question([DRIFT, "friction_hysteresis"]))
     # Of load cells that drift by more than a tenth of the load the referee says that there are none.

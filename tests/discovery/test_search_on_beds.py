@@ -25,8 +25,7 @@ from freelearn.discovery.search.search import search
 from freelearn.testing.reference.other_beds import measure, nominal
 
 BEDS = (*ALONE, BLOCK)
-# Coming to rest under a load takes long.
-QUICKER = usually(*(bed for bed in BEDS if bed != "dead_load"), nightly=["dead_load"])
+FEW = usually("isometric", "inflation", nightly=["dead_load", BLOCK])
 READ = {
     "isometric": ["force_n"],
     "dead_load": ["elongation_mm", "twist_deg"],
@@ -102,7 +101,7 @@ def test_each_bed_knows_which_errors_are_whose():
     assert shared(PAPER, inflation).tolist() == [PAPER.length, PAPER.twist]
 
 
-@pytest.mark.parametrize("bed", QUICKER)
+@pytest.mark.parametrize("bed", FEW)
 def test_small_p_values_are_as_rare_as_they_say(bed):
     """Noise as stated, four readings in ten blank, no fit: p-values times the number of bases, so a one-sided
     Kolmogorov–Smirnov test; and the noise's size is found."""
@@ -184,7 +183,7 @@ def test_what_is_hidden_on_each_bed_is_found(bed, case, seed):
 
 
 @pytest.mark.parametrize("seed", usually(0, nightly=[1]))
-@pytest.mark.parametrize("bed", QUICKER)
+@pytest.mark.parametrize("bed", FEW)
 def test_where_nothing_is_hidden_nothing_is_found(bed, seed):
     found = search(question(table_of(bed, None, 30 + seed, coarse(bed)), LIBRARY, seed))
     assert (found.verdict, found.effects, found.suspects) == ("adequate", [], [])
@@ -237,7 +236,7 @@ def test_a_slipped_reading_is_suspected_on_its_bed(bed, column, load):
     assert "decimal shift" in found.slip
 
 
-@pytest.mark.parametrize("bed", QUICKER)
+@pytest.mark.parametrize("bed", FEW)
 def test_the_next_state_is_one_that_the_bed_can_impose(bed):
     """Two models that differ in a modulus: the state proposed lies within what the bed went to."""
     table = table_of(bed, {}, 23, coarse(bed))

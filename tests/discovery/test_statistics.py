@@ -10,6 +10,7 @@ import torch
 from first_step import first_step
 from hidden_tables import table
 from linear_bed import NOISE, SHORT, bench, jacobian
+from nightly import usually
 
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.data.rows import Rows
@@ -67,7 +68,7 @@ def test_held_out_residuals_are_those_of_refits_without_the_fold():
     assert len(found.loss) == len(np.unique(rows.state))
 
 
-@pytest.mark.parametrize("block", [chain.BLOCK, 100])
+@pytest.mark.parametrize("block", usually(100, nightly=[chain.BLOCK]))
 def test_every_part_left_out_is_a_fit_of_its_own(block, monkeypatch):
     """Of the continuum, whose loads bend with its parameters, beside a fit to the rows that stay; of more rows than are
     evaluated at once too."""
@@ -236,7 +237,7 @@ def test_reciprocity_is_broken_by_what_has_no_potential(bed):
     assert "break" in reciprocity(noise + lopsided, NOTHING_FITTED, states, whiten).says
 
 
-@pytest.mark.parametrize("size", [1.0, 3.0, 10.0])
+@pytest.mark.parametrize("size", usually(3.0, nightly=[1.0, 10.0]))
 def test_a_moment_that_twist_alone_decides_keeps_reciprocity(size):
     # A motor's cogging: its potential is the integral of the moment over the twist. Polynomials cannot follow it.
     asked = question_of(

@@ -7,7 +7,7 @@ import pytest
 import torch
 from first_step import first_step
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, sensitivity, student
-from nightly import chosen
+from nightly import chosen, usually
 from scipy import stats
 from scipy.linalg import sqrtm
 
@@ -60,7 +60,7 @@ def bend(size):
     return extra
 
 
-@pytest.mark.parametrize("noise", [{}, {"noise": student(4)}], ids=["normal", "heavy"])
+@pytest.mark.parametrize("noise", usually({"noise": student(4)}, nightly=[{}]), ids=["heavy", "normal"])
 def test_a_smooth_effect_is_seen_through_heavy_tails_and_slips(noise):
     """6 σ times a shape of a mean square of 0.03, once the model's own slope is taken off: of 240 moments 240 in χ²,
     on some 60 degrees of freedom of the finest shapes."""

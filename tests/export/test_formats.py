@@ -55,6 +55,7 @@ def test_mujoco_hangs_where_the_model_says(traced, tmp_path):
     assert 0 < found.content["affine"]["force"]["root_mean_square"] < 0.5
 
 
+@pytest.mark.nightly
 def test_what_a_format_cannot_hold_is_said(tmp_path):
     model = build_model("continuum", {}, ["sensor_drift"])
     model.set_values({"sensor_drift.force_rate": 1e-5})

@@ -99,6 +99,7 @@ def test_a_load_that_no_pressure_makes_is_flagged(three):
     assert flags[0] & 16
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_a_ballooned_tube_is_flagged(tmp_path):
     """At its own pressures a soft wall without stiff fibers has no equilibrium; the C says so, as the model does."""

@@ -21,7 +21,7 @@ def misses(generator, recordings, rows, shared):
     return shared**0.5 * common + (1 - shared) ** 0.5 * generator.normal(size=(recordings, rows))
 
 
-@pytest.mark.parametrize("recordings", [3, 6, 12, 40])
+@pytest.mark.parametrize("recordings", usually(6, nightly=[3, 12, 40]))
 @pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
 def test_a_further_recording_lies_within_what_few_have_told(recordings, shared):
     """Where their misses alone tell how large misses are: too small a quantile of rows is made up for."""

@@ -103,9 +103,9 @@ def loads_at(block, place, pressures):
 
 @pytest.mark.parametrize(("place", "pressures"), [
     ((1.0, 10.0), (30.0, 20.0, 10.0)),
-    ((0.0, 0.0), (5.0, 40.0, 30.0)),
     ((-2.0, -40.0), (0.0, 50.0, 0.0)),
-    ((2.0, 30.0), (60.0, 0.0, 40.0)),
+    pytest.param((0.0, 0.0), (5.0, 40.0, 30.0), marks=pytest.mark.nightly),
+    pytest.param((2.0, 30.0), (60.0, 0.0, 40.0), marks=pytest.mark.nightly),
 ])  # fmt: skip
 def test_of_many_pressures_with_the_same_loads_the_least_are_told(block, place, pressures):
     wanted = loads_at(block, place, pressures)

@@ -65,7 +65,7 @@ def test_places_come_back_from_their_loads(c1, c2, sample, tmp_path):
 
 
 # Looked for step by step; each part of it is asked of others.
-LONG = ["twist_compliance"]
+LONG = ["length_compliance", "twist_compliance"]
 
 
 @pytest.mark.parametrize("effect", usually(*(name for name in EFFECTS if name not in LONG), nightly=LONG))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from compared import C1, C2, DESIGNS, PRESSURES, SILENT, assert_near, table_of, told
+from nightly import usually
 
 from freelearn.data.beds import BEDS
 from freelearn.data.rows import Rows
@@ -46,7 +47,7 @@ def loads_of(table, fx, rig=total_energy.on_the_rig) -> np.ndarray:
     return loads
 
 
-@pytest.mark.parametrize("make", DESIGNS)
+@pytest.mark.parametrize("make", usually("both", nightly=[make for make in DESIGNS if make != "both"]))
 @pytest.mark.parametrize("case", CASES)
 def test_the_reference_and_the_package_agree(case, make):
     table, fx = table_of(make), CASES[case]
