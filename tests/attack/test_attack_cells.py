@@ -7,7 +7,7 @@ import string
 
 import pandas as pd
 import pytest
-from nightly import chosen
+from nightly import EVERY, chosen
 from small_runs import make_csv
 
 from freelearn.api.settings.configuration import settings
@@ -39,7 +39,7 @@ def reported(tmp_path_factory):
     """The folder of a run on a table with formulas and HTML in columns of the user's own, in its name and command."""
     folder = tmp_path_factory.mktemp("reported")
     path = make_csv(folder / "<b>mine<b>.csv", note="=1+1", **{"@evil": HTML[0], HTML[1]: HTML[2]})
-    chosen_run = ["fits=null", "data=csv", f"data.path='{path}'", "model=linear", "train=all"]
+    chosen_run = ["fits=null", f"figures={EVERY}", "data=csv", f"data.path='{path}'", "model=linear", "train=all"]
     train(settings(TrainSettings, chosen_run), folder, command=f"python train.py {HTML[0]}")
     return folder
 

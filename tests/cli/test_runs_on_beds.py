@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from hidden_tables import QUICK
 from matplotlib import pyplot
+from nightly import EVERY as NIGHT
 from nightly import usually
 from rich.console import Console
 from small_runs import run
@@ -62,7 +63,12 @@ def found(request, tmp_path_factory):
 def fitted(request, tmp_path_factory):
     """A run on each bed: its name and folder."""
     folder = tmp_path_factory.mktemp(request.param)
-    run(folder / "run", *beds.write(request.param, {}, folder), "train=all", "figures=false")
+    run(
+        folder / "run",
+        *beds.write(request.param, {}, folder),
+        "train=all",
+        "figures=true" if NIGHT else "figures=false",
+    )
     return request.param, folder / "run"
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 import torch
 from conftest import ROOT
-from nightly import usually
+from nightly import EVERY, usually
 from small_runs import make_csv, run
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
@@ -109,7 +109,7 @@ def test_effects_lower_the_error_of_data_that_have_them(tmp_path, csv):
 
 
 def test_constituent_fits_nothing(csv, tmp_path):
-    outcome = run(tmp_path / "run", "train=constituent", "data=csv", f"data.path={csv}")
+    outcome = run(tmp_path / "run", "train=constituent", "data=csv", f"data.path={csv}", f"figures={EVERY}")
     assert outcome.model.scalars() == pytest.approx({"C1": 5e5, "C2": 1e6})
     assert json.loads((tmp_path / "run/results.json").read_text())["fit"] == "none"
 
@@ -261,7 +261,7 @@ def test_an_interrupted_run_leaves_no_results(commands, tmp_path):
 
 def test_real_measurements_run_through(shared_data, tmp_path):
     path = shared_data / "free70_single/measurements.csv"
-    outcome = run(tmp_path / "run", "model=linear", "train=all", "data=csv", f"data.path={path}")
+    outcome = run(tmp_path / "run", "model=linear", "train=all", "data=csv", f"data.path={path}", f"figures={EVERY}")
     assert outcome.errors["all"].n == 74
     # The measured force is a fifth of what the pressure on the bore must give: the fluid term alone overshoots.
     assert outcome.errors["all"].E > 1

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from hidden_beds import ALONE, BLOCK, MEMBERS, question, table_of
-from nightly import EVERY, usually
+from nightly import usually
 from outside_tables import KINDS, asked, measured
 
 from freelearn.discovery.fits.prepare import prepare
@@ -25,10 +25,6 @@ LIBRARY = [
     *("length_compliance", "pressure_gain", "friction_hysteresis", "force_gain", "force_offset", "moment_offset"),
     "sensor_drift",
 ]
-# By day those that could stand for a function of the twist, and a few that could not.
-SOME = LIBRARY if EVERY else [*LIBRARY[:4], "twist_offset", "moment_offset"]
-# Kinds on two places of the chain; two more are found in other tests of this file.
-QUICK = ("gear_bias",)
 
 
 @pytest.fixture(autouse=True)
@@ -130,8 +126,7 @@ def test_a_drift_is_the_librarys_though_a_written_function_of_time_has_a_constan
 @pytest.mark.parametrize("name", KINDS)
 def test_each_kind_is_proposed_by_a_search(name):
     kind = KINDS[name]
-    # By day of one actuator.
-    result = search(asked(measured(kind.extra, samples=(3, 6) if EVERY else (3,), seed=2).table, SOME))
+    result = search(asked(measured(kind.extra, samples=(3, 6), seed=2).table, LIBRARY))
     assert result.verdict == "proposed"
     (proposal,) = result.proposals
     written = proposal.written
@@ -164,7 +159,7 @@ def test_slipped_readings_do_not_hide_it(name):
     # Those that stand out of the noise by far.
     slips = made.slips[made.slips["all_sigmas"] > 8]
     assert len(slips) >= 2
-    result = search(asked(made.table, SOME))
+    result = search(asked(made.table, LIBRARY))
     assert result.verdict == "proposed"
     (proposal,) = result.proposals
     assert is_the_kind(proposal.written, kind)

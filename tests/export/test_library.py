@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from nightly import usually
 
 import freelearn as fl
 
@@ -91,7 +90,7 @@ def test_of_two_actuators_of_one_name_both_are_told(traced, tmp_path, monkeypatc
 
 @pytest.mark.slow
 @pytest.mark.nightly
-@pytest.mark.parametrize("example", usually("mujoco_arm", nightly=["fmu_arm", "c_arm"]))
+@pytest.mark.parametrize("example", ["mujoco_arm", "fmu_arm", "c_arm"])
 def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures(example, monkeypatch):
     pytest.importorskip("mujoco")
     pytest.importorskip("fmpy")

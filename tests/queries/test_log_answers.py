@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from fitted_folders import continuum, fitted
-from nightly import usually
 
 from freelearn.common.errors import UserError
 from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
@@ -42,7 +41,7 @@ def test_a_force_that_no_pressure_gives_is_marked_and_rows_out_of_order_are_refu
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", usually("supply_lag", nightly=["contact_slip"]))
+@pytest.mark.parametrize("name", ["supply_lag", "contact_slip"])
 def test_bands_along_a_log_are_as_wide_as_answers_to_noisy_wishes_scatter(name, tmp_path):
     """Nothing but the stated errors of measuring: each wish has those of its force, each recording those of its place,
     each pressure that is then read those of its gauge. A state that lasts would scatter less."""
