@@ -30,6 +30,7 @@ def hung(tmp_path_factory):
     return fitted, *_library(fitted, folder, lambda every: [f for view in every.views for f in view.parts])
 
 
+@pytest.mark.nightly
 def test_a_hung_run_answers_with_the_places_that_predict_gives(hung):
     fitted, functions, library = hung
     rows = fitted.table()
@@ -50,6 +51,7 @@ def test_a_hung_run_answers_with_the_places_that_predict_gives(hung):
     np.testing.assert_allclose(bands[:, :2], np.concatenate([a.half for a in alone]), rtol=1e-6)
 
 
+@pytest.mark.nightly
 def test_compliances_are_differences_of_places(hung):
     _, functions, library = hung
     at = np.array([-0.5, 0.02, 2e4, 1.0, 0.3])
@@ -61,6 +63,7 @@ def test_compliances_are_differences_of_places(hung):
         np.testing.assert_allclose(rates[0, [k, 3 + k]], (places[1] - places[0])[:2] / (2 * step), rtol=1e-6)
 
 
+@pytest.mark.nightly
 def test_a_load_that_nothing_carries_is_flagged(hung):
     _, functions, library = hung
     got, flags = library.answers(functions["place"], np.array([[0.0, 50.0, 0.0, 0.0, 0.0], [-0.5, 0.0, 0.0, 0.0, 0.0]]))
@@ -68,6 +71,7 @@ def test_a_load_that_nothing_carries_is_flagged(hung):
     assert flags.tolist() == [3, 0]
 
 
+@pytest.mark.nightly
 def test_a_place_under_loads_carries_them(hung):
     """The two questions of a hung run are each other's inverse."""
     _, functions, library = hung
