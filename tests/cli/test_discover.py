@@ -141,12 +141,9 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path):
     assert found["error"]["before"] == found["error"]["after"] < 1.1 * found["error"]["noise_floor"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
-    ("size", "expected"),
-    [
-        (3e4, {"wall_stiffening", "limited_extensibility"}),
-        pytest.param(1.5e5, {"wall_stiffening"}, marks=pytest.mark.nightly),
-    ],
+    ("size", "expected"), [(3e4, {"wall_stiffening", "limited_extensibility"}), (1.5e5, {"wall_stiffening"})]
 )
 def test_twins_are_a_class_until_the_data_tell_them_apart(size, expected, tmp_path):
     # Gent's and Yeoh's walls differ by a higher power of I₁ − 3: at 30 σ that is nothing, at 150 σ it shows.

@@ -201,6 +201,7 @@ def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(
     assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
 
 
+@pytest.mark.nightly
 def test_where_the_set_shown_does_not_stand_another_that_is_as_good_may(monkeypatch):
     """Lift and raise are one thing in these rows. A referee that lets the one not stand is asked about the other,
     which he does; and both stay in the class: what he refuted still counts where a claim is weighed."""

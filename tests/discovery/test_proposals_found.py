@@ -83,6 +83,7 @@ def test_what_was_fitted_is_what_the_file_begins_from(found):
 # --- searches ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_where_nothing_is_missing_nothing_is_written():
     """Not even where it is asked for."""
     question = asked(measured(samples=(3,), states=30, seed=5).table, LIBRARY[:4])

@@ -131,7 +131,7 @@ def test_a_promise_is_that_of_the_models_own_derivatives(tube, place):
     agree(prepared, first, [*own[:3], *own[-2:]])
 
 
-@pytest.mark.parametrize("bed", usually("isometric", BLOCK, nightly=[bed for bed in ALONE if bed != "isometric"]))
+@pytest.mark.parametrize("bed", usually("isometric", nightly=[*(bed for bed in ALONE if bed != "isometric"), BLOCK]))
 @pytest.mark.parametrize("place", ["energy i1", "parallel both", "boundary pressure", "measurement force"])
 def test_so_it_is_on_every_bed(bed, place):
     """Where a load hangs on it, an element beside the actuator shows in length and twist."""
@@ -362,6 +362,7 @@ def test_of_springs_whose_cell_bends_the_bend_is_written():
     assert set(EFFECTS) == before
 
 
+@pytest.mark.nightly
 def test_where_springs_lack_nothing_nothing_is_written():
     for seed in range(2):
         found = search(bench(20 + seed).question(accuracy=ACCURACY))

@@ -49,6 +49,7 @@ def found(table, library):
     return search(Question(build, library, Rows.from_table(table), Accuracy.engineering(**NOISE), 0))
 
 
+@pytest.mark.nightly
 def test_rubbers_of_their_own_are_not_walls_and_play_together():
     # Before any doubt, in which the soft ones' misfit drowns.
     result = found(samples(RUBBERS), [*IMITATE, "wall_modulus"])

@@ -50,6 +50,7 @@ def test_sizes_are_recovered_whatever_is_stated(size):
     assert not found.slipped.any()
 
 
+@pytest.mark.nightly
 def test_over_many_beds_sizes_are_right_on_average():
     found = [seen(bench(seed)) for seed in range(20)]
     deviations = np.array([f.deviations.tolist() for f in found])

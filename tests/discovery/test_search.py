@@ -36,6 +36,7 @@ def test_what_is_given_is_not_missing():
     assert found.steps[0].effects == ["friction_hysteresis"]
 
 
+@pytest.mark.nightly
 def test_what_is_given_is_kept_even_where_it_does_nothing():
     # There is no force offset: an added one would be taken out again, or exchanged.
     found = search(question(FRICTION, given=("force_offset",)))

@@ -258,6 +258,7 @@ def test_independent_standard_errors_equal_lmfits():
     assert known.chi_square == pytest.approx(peer.chisqr, rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_standard_errors_cover_when_rows_of_a_state_err_together():
     """Rows share their state's error: the clustered errors match the true scatter, the textbook ones are too small."""
     count, per_state = 160, 10

@@ -257,6 +257,7 @@ def test_where_a_length_was_never_measured_the_twist_alone_has_a_band(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_under_hung_loads_the_bands_hold_what_the_bed_reads(tmp_path):
     model = continuum(c1=beds.C1, c2=beds.C2)
     tables = [beds.dead_load({}, seed).query("sample == 1") for seed in range(26)]

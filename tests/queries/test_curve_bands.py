@@ -128,6 +128,7 @@ def test_the_switch_is_for_pictures_alone(table, tmp_path):
     assert (told in pages["true"], told in pages["false"]) == (True, False)
 
 
+@pytest.mark.nightly
 def test_a_run_of_which_nobody_knows_the_accuracy_has_them_too(tmp_path):
     few = make_csv(tmp_path / "few.csv", rows=60)
     table = pd.read_csv(few)

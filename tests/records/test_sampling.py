@@ -61,5 +61,5 @@ def test_a_fit_and_a_search_say_so(table, tmp_path):
     report = (tmp_path / "run" / "fit_report.txt").read_text()
     assert report.count("sampled every 0.25 s, and in 3 more supply_lag.time") == 1
     others = [name for name in EFFECTS if name not in ("supply_lag", "pressure_gain")]
-    found = fl.discover(table, effects=["supply_lag"], ruled_out=others, progress=False)
+    found = fl.discover(table, effects=["supply_lag"], ruled_out=others, bands=False, progress=False)
     assert found.summary().count("sampled every 0.25 s") == 1

@@ -230,6 +230,7 @@ def test_bands_are_filled_over_the_pressure_and_named_once(predictions, curve):
         assert to_rgb(none).std() > 5
 
 
+@pytest.mark.nightly
 def test_a_band_that_lies_on_itself_is_as_light_as_any(predictions, curve):
     """Up and down again the model of no memory fills the same area twice."""
     up = with_band(curve.assign(extrapolated=False), force_pred_n=1.0)

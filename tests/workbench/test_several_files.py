@@ -91,6 +91,7 @@ def test_an_archive_of_recordings_becomes_one_log(sessions, finish):
     assert provenance["uploaded_as"] == "muscle.zip"
 
 
+@pytest.mark.nightly
 def test_channels_that_were_dropped_together_are_joined(sessions, finish):
     session = sessions.get("")[1]
     session.upload_several({Path(name).name: text for name, text in files().items() if "test1" in name})
