@@ -20,7 +20,9 @@ def named(tmp_path_factory):
     folder = tmp_path_factory.mktemp("named")
     path = folder / "table.csv"
     table({"friction_hysteresis": {"force": 0.6, "moment": 0.02}}, share=0.04).to_csv(path, index=False)
-    asked = settings(DiscoverSettings, ["data=csv", f"data.path={path}", "figures=false"])
+    # One that the rows could have told, and one that one tube tells nothing of.
+    absent = "ruled_out=[force_gain,wall_modulus]"
+    asked = settings(DiscoverSettings, ["data=csv", f"data.path={path}", "figures=false", absent])
     with open(folder / "terminal.txt", "w") as file:
         discovery = discover(asked, folder, Console(file=file))
     assert discovery.content["effects"] == ["friction_hysteresis"]
@@ -38,6 +40,7 @@ def test_the_command_says_of_a_discovery_what_the_search_said(named, commands):
     # The friction that the table has could have been seen; so could others.
     assert all(size > 0 for sizes in after["visible"].values() for size in sizes.values())
     assert "force_offset" in after["visible"]
+    assert not {"force_gain", "wall_modulus"} & set(after["visible"])
 
 
 @pytest.mark.slow

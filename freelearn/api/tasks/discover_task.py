@@ -166,7 +166,9 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
             if EFFECTS[name].compares
         ]
         library = [name for name in library if not EFFECTS[name].compares]
-    untestable += [not_testable(name, "ruled out: it is known to be absent") for name in settings.ruled_out]
+    known = {candidate["effect"] for candidate in untestable}
+    absent = [name for name in settings.ruled_out if name not in known]
+    untestable += [not_testable(name, "ruled out: it is known to be absent") for name in absent]
     library = [name for name in library if name not in settings.ruled_out]
     check_model(base, task.rows.states)
     for effect in [*settings.effects, *library]:

@@ -58,7 +58,9 @@ def refereed_run(settings: RefereeSettings) -> RefereedRun:
 def question_of(source: Source, seed: int) -> Question:
     """What the run's search was asked; of a run of train, what it would be."""
     given = list(source.content.get("given_effects", source.effects))
-    tried = [str(entry["effect"]) for entry in source.content.get("candidates", []) if entry["step"] == 0]
+    told = [entry for entry in source.content.get("candidates", []) if entry["step"] == 0]
+    # What these rows could not tell, or what was ruled out, was not asked.
+    tried = [str(entry["effect"]) for entry in told if entry["status"] != "not_testable"]
     known = source.known
     still = known.rows.states.recording is None
     fitting = [
