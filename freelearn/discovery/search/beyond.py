@@ -12,6 +12,7 @@ from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteFit, refitted
 from freelearn.discovery.proposals.proposal import Guess, Proposal, Twin
 from freelearn.discovery.proposals.propose import best_of_places, guessed, promised_alone, shortlist
+from freelearn.discovery.residuals.slipped_blocks import blocks
 from freelearn.discovery.search.answer import Answer, Ending, ended
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.search.stages import Explored, continued
@@ -73,13 +74,15 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
 
 def _one_may_do(prepared: Prepared, known: Explored, before: Ending) -> bool:
     """Whether one form promises as much as the effects of the answer explain together, or nearly: of what the last of
-    them adds to the others."""
-    found, shown, alone = known.hypotheses.found, before.answer.shown, known.noise.whitener()
-    first = found[frozenset()].fit
-    fewer = [found[key].fit.chi2 for name in shown.effects if (key := shown.key - {name}) in found]
-    least = min(fewer, default=first.chi2)
+    them adds to the others. Not where readings that slipped together are what one of them mends."""
+    shown, alone = before.answer.shown, known.noise.whitener()
+    first = known.hypotheses.found[frozenset()].fit
+    fewer = known.hypotheses.reduced(shown, shown.effects).values()
+    least = min(h.fit.chi2 for h in fewer)
     promised = promised_alone(prepared, refitted(first, prepared.rows, alone, roughly=True), alone)
-    return promised >= first.chi2 - least + ALIKE * (least - shown.fit.chi2)
+    if promised < first.chi2 - least + ALIKE * (least - shown.fit.chi2):
+        return False
+    return not any(blocks(before.models.alone(before.models.step(h)), prepared.rows).explain for h in fewer)
 
 
 def _new_kinds(bases: Sequence[Sequence[Guess]]) -> Kinds:

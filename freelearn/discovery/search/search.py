@@ -117,9 +117,9 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         prepared, fit, noise = prepare(question)
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
+        asked = not ending.complete or len(ending.answer.shown.effects) >= SEVERAL
         # Readings that slipped together are no function of anything.
-        lacking = not ending.complete and not slipped_together(prepared, ending.models.alone(ending.final))[0]
-        if lacking or len(ending.answer.shown.effects) >= SEVERAL:
+        if asked and not slipped_together(prepared, ending.models.alone(ending.final))[0]:
             ending = beyond(prepared, known, ending, stack)
         return _findings(prepared, ending, watch)
 
