@@ -74,7 +74,10 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
 
 def _one_may_do(prepared: Prepared, known: Explored, before: Ending) -> bool:
     """Whether one form promises as much as the effects of the answer explain together, or nearly: of what the last of
-    them adds to the others. Not where readings that slipped together are what one of them mends."""
+    them adds to the others. Not where readings that slipped together are what one of them mends, nor in a log, where
+    two effects of the history are usual and no form remembers."""
+    if prepared.rows.states.recording is not None:
+        return False
     shown, alone = before.answer.shown, known.noise.whitener()
     first = known.hypotheses.found[frozenset()].fit
     fewer = known.hypotheses.reduced(shown, shown.effects).values()
