@@ -4,20 +4,26 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
+import torch
 from hidden_beds import ALONE, BLOCK, MEMBERS, question, table_of
 from nightly import usually
 from outside_tables import KINDS, asked, measured
 
 from freelearn.discovery.fits.prepare import prepare
+from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.fits.white_fit import refitted
 from freelearn.discovery.proposals.propose import promised_alone
+from freelearn.discovery.proposals.unknown_function import unknown
 from freelearn.discovery.search import beyond as beyond_module
 from freelearn.discovery.search.answer import ended
 from freelearn.discovery.search.beyond import beyond
 from freelearn.discovery.search.search import search
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.thresholds import ALIKE, ALPHA_STRUCTURE, SEVERAL
-from freelearn.physics.effects.registry import EFFECTS
+from freelearn.physics.effects.registry import EFFECTS, lent
+from freelearn.physics.models.build import build_model
+from freelearn.physics.written.source import effect_class
+from freelearn.physics.written.written_effect import scaled
 
 # A few of each port, those that resemble what is hidden among them.
 LIBRARY = [
@@ -78,6 +84,34 @@ def test_what_was_fitted_is_what_the_file_begins_from(found):
     for c in written.constants():
         assert c.start == values[f"{written.name}.{c.name}"]
         assert c.lower <= c.start <= c.upper
+
+
+def test_a_free_function_is_known_no_better_than_the_forms_own_constants(found):
+    """By draws of these, as the fit knows them."""
+    _, result = found
+    (proposal,) = result.proposals
+    written, step = proposal.written, proposal.step
+    samples = sorted(set(result.rows.states.sample.tolist()))
+    with lent([effect_class(written)]):
+        curve = unknown(
+            proposal, result.rows, lambda names: build_model("continuum", {}, [written.name, *names], samples)
+        )
+    constants = written.constants()
+    own = [list(step.fit.model.declared).index(f"{written.name}.{c.name}") for c in constants]
+    covariance = parameter_covariance(step)[own][:, own].numpy()
+    drawn = np.random.default_rng(0).multivariate_normal([c.start for c in constants], covariance, 400)
+    names, at = [c.name for c in constants], torch.as_tensor(curve.at) / written.scales[0]
+    values = []
+    for each in drawn:
+        known = dict(zip(names, each.tolist(), strict=True))
+        shapes = {s.name: known[s.name] / scaled(s, written.scales[0]) for s in written.form.shapes}
+        amounts = [known[c.name] for c in constants if c.amount]
+        terms = written.form.values([at], shapes)
+        values.append(sum(a * t for a, t in zip(amounts, terms, strict=True)).numpy())
+    half = (curve.high - curve.low) / 2
+    # 400 draws tell a deviation within a tenth.
+    assert (half >= 0.85 * 1.96 * np.std(values, axis=0)).all()
+    assert ((curve.low <= curve.free) & (curve.free <= curve.high)).all()
 
 
 # --- searches ---------------------------------------------------------------------------------------------------------

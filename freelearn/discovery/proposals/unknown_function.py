@@ -12,6 +12,7 @@ from torch import Tensor
 
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.derivatives import Build
+from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.proposals.pushes import pushes
@@ -60,9 +61,10 @@ def unknown(proposal: Proposal, rows: Rows, build: Build) -> Unknown | None:
     free, covariance = _penalized(columns, -step.fit.residual.reshape(-1), step.left.scale**2)
     at = torch.linspace(*ends, POINTS, dtype=torch.float64)
     shown, _ = _basis(at, *ends)
-    form = _form(proposal, at)
-    error = torch.einsum("nk,kj,nj->n", shown, covariance, shown).clamp_min(0).sqrt()
-    mean = form + shown @ free
+    form, form_variance = _form(proposal, at)
+    # The form's own constants are no better known than the fit says, however little is asked for beside it.
+    variance = torch.einsum("nk,kj,nj->n", shown, covariance, shown).clamp_min(0) + form_variance
+    mean, error = form + shown @ free, variance.sqrt()
     return Unknown(of, *(v.numpy() for v in (at, form, mean, mean - BAND * error, mean + BAND * error)))
 
 
@@ -73,12 +75,24 @@ def _others(proposal: Proposal) -> Tensor:
     return step.fit.jacobian.flatten(0, 1)[:, others]
 
 
-def _form(proposal: Proposal, at: Tensor) -> Tensor:
-    written = proposal.written
-    shapes = {s.name: written.starts[s.name] / scaled(s, written.scales[0]) for s in written.form.shapes}
-    terms = written.form.values([at / written.scales[0]], shapes)
-    amounts = [c.start for c in written.constants() if c.amount]
-    return torch.stack([a * t for a, t in zip(amounts, terms, strict=True)]).sum(0)
+def _form(proposal: Proposal, at: Tensor) -> tuple[Tensor, Tensor]:
+    """The closed form at values of the input (n,), and its variance by its constants', (n,) each in SI."""
+    written, step = proposal.written, proposal.step
+    constants = written.constants()
+
+    def value(known: Tensor) -> Tensor:
+        named = dict(zip((c.name for c in constants), known, strict=True))
+        shapes = {s.name: named[s.name] / scaled(s, written.scales[0]) for s in written.form.shapes}
+        terms = written.form.values([at / written.scales[0]], shapes)
+        amounts = [named[c.name] for c in constants if c.amount]
+        return torch.stack([a * t for a, t in zip(amounts, terms, strict=True)]).sum(0)
+
+    known = torch.tensor([c.start for c in constants], dtype=torch.float64)
+    declared = list(step.fit.model.declared)
+    own = [declared.index(f"{written.name}.{c.name}") for c in constants]
+    slopes = torch.func.jacfwd(value)(known)
+    covariance = parameter_covariance(step)[own][:, own]
+    return value(known), torch.einsum("nk,kj,nj->n", slopes, covariance, slopes).clamp_min(0)
 
 
 def _basis(x: Tensor, low: float, high: float) -> tuple[Tensor, tuple[float, float]]:
