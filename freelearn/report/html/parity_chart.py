@@ -61,8 +61,9 @@ def proposal_chart(curve: ProposalCurve) -> figure:
         x=x, y1="low", y2="high", source=data, fill_color="#999999", fill_alpha=0.35,
         legend_label="free function, 95 % band",
     )  # fmt: skip
-    panel.line(x=x, y="free", source=data, color="#555555", line_dash="dashed", legend_label="free function")
-    line = panel.line(x=x, y="form", source=data, color=COLORS[0], width=2.5, legend_label="closed form")
+    line = panel.line(x=x, y="form", source=data, color=COLORS[0], width=3, alpha=0.8, legend_label="closed form")
+    # Above the form, which it lies on where nothing else is asked for.
+    panel.line(x=x, y="free", source=data, color="black", line_dash="dashed", legend_label="free function")
     panel.add_layout(Span(location=0.0, dimension="width", line_width=0.7))
     hover(panel, [(curve.x, f"@{{{x}}}"), ("form", "@form"), ("free", "@free"), ("band", "@low … @high")], [line])
     legend_below(panel)

@@ -44,8 +44,9 @@ def proposal(curve: ProposalCurve, simulated: bool) -> Figure:
     table = curve.numbers
     x = table.iloc[:, 0]
     axes.fill_between(x, table["low"], table["high"], color="0.82", lw=0, label="free function, 95 % band")
-    axes.plot(x, table["free"], color="0.35", lw=1.2, ls="--", label="free function")
-    axes.plot(x, table["form"], color=COLORS[0], lw=2.0, label="closed form")
+    # Above the form, which it lies on where nothing else is asked for.
+    axes.plot(x, table["free"], color="black", lw=1.0, ls="--", label="free function", zorder=3)
+    axes.plot(x, table["form"], color=COLORS[0], lw=2.6, alpha=0.8, label="closed form")
     axes.axhline(0.0, color="black", lw=0.6)
     finish(axes, curve.x, curve.y)
     axes.legend(frameon=False, fontsize=8.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
