@@ -111,6 +111,12 @@ class Problem:
             yield part.jacobians(vectors)
 
     @cached_property
+    def channels(self) -> list[bool]:
+        """Of which of the two anything was measured."""
+        measured: list[bool] = self.rows.readings.present.any(0).tolist()
+        return measured
+
+    @cached_property
     def bound(self) -> Bound | None:
         """The model at these rows, where it has something to make once."""
         return self.model.bind(self.rows.states)
@@ -208,27 +214,27 @@ class Problem:
         self._by_autograd = not self.parted
         members, size = vectors.shape
         count = len(self.rows)
-        states, channels = self._side_by_side(members), self.rows.readings.present.any(0).tolist()
+        states = self._side_by_side(members)
         if members * count <= BLOCK:
             here, self._tried = self._tried, None
             if here is None or not torch.equal(here.vectors, vectors):
                 here = self._recorded(vectors)
             assert states.near is not None
             states.near.lead(here.near, members * count)
-            return here.rates(channels).reshape(members, 2 * count, size)
+            return here.rates(self.channels).reshape(members, 2 * count, size)
         blocks = []
         for rows in torch.arange(members * count, device=vectors.device).split(BLOCK):
             with torch.enable_grad():
                 copies = vectors.detach()[rows // count].requires_grad_()
                 loads = self.model.chain(states[rows], self.model.physical(copies)).loads
                 missed = self.rows.readings[rows % count].missed(loads) / self.scale
-            blocks.append(_Recorded(vectors, copies, missed[None, None], Near()).rates(channels))
+            blocks.append(_Recorded(vectors, copies, missed[None, None], Near()).rates(self.channels))
         return torch.cat(blocks).reshape(members, 2 * count, size)
 
     def _recorded(self, vectors: Tensor) -> _Recorded:
         """At raw vectors (members, p), on a way of its own: where it leads is told by who goes on from there."""
         members, count = len(vectors), len(self.rows)
-        times = 2 if members * count <= FEW_ROWS and bool(self.rows.readings.present.any(0).all()) else 1
+        times = 2 if members * count <= FEW_ROWS and all(self.channels) else 1
         begun = self._side_by_side(members)
         states = begun.on_the_way() if times == 1 else self._side_by_side(2 * members)
         near = states.near

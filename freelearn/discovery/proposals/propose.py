@@ -15,16 +15,16 @@ from freelearn.discovery.proposals.scan import Scan
 from freelearn.discovery.thresholds import FITTED, ONE_PLACE
 
 
-def guessed(prepared: Prepared, fit: WhiteFit, whiten: Whitener, pairs: bool = True) -> list[Guess]:
-    """What every form promises on top of a fit, the best first. pairs: of inputs too."""
+def guessed(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> list[Guess]:
+    """What every form promises on top of a fit, the best first."""
     begin("looking where something that is in no list would enter")
-    return _scanned(prepared, fit, whiten, _variance(prepared, fit, whiten), pairs)
+    return _scanned(prepared, fit, whiten, _variance(prepared, fit, whiten), pairs=True)
 
 
 def promised_alone(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> float:
     """Reduction of χ² that the most promising form of one input promises on top of a fit."""
     variance = _variance(prepared, fit, whiten)
-    return variance * max((g.gain for g in _scanned(prepared, fit, whiten, variance, False)), default=0.0)
+    return variance * max((g.gain for g in _scanned(prepared, fit, whiten, variance, pairs=False)), default=0.0)
 
 
 def _variance(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> float:
@@ -33,6 +33,7 @@ def _variance(prepared: Prepared, fit: WhiteFit, whiten: Whitener) -> float:
 
 
 def _scanned(prepared: Prepared, fit: WhiteFit, whiten: Whitener, variance: float, pairs: bool) -> list[Guess]:
+    """pairs: of inputs too."""
     on = prepared.question.on([effect.name for effect in fit.model.effects])
     seen = pushes(fit, prepared.rows, on, prepared.question.clocked)
     return Scan(fit, prepared.rows, whiten, variance, on).guesses(seen, pairs)
