@@ -26,7 +26,7 @@ from freelearn.physics.chain.priors import RawPrior
 # Relative differences of the sum of squares, and steps, that a fit does not pursue.
 TOLERANCE = 1e-7
 # Reduction of χ² that a fit does not pursue, in units of χ² per number: it moves a parameter by 0.001 σ. Of a fit that
-# only has to be compared with others: it moves no evidence by a hundredth.
+# only has to be compared with others, where χ² per number is more than one: it moves no evidence by a hundredth.
 SETTLED, COMPARED = 1e-6, 2e-2
 # χ² per number beyond which a model is so wrong that a share of it decides nothing: its fit need not be pursued.
 HOPELESS, ROUGHLY = 8.0, 1e-5
@@ -217,7 +217,7 @@ def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | 
     )
     state = solver.init(start[None])
     message, count, losses = "", problem.problem.rows.readings.count, list[float]()
-    while state.running and not (message := _enough(state, count, roughly) or _stalled(losses, roughly)):
+    while state.running and not (message := _enough(state, count, roughly) or _stalled(losses, count, roughly)):
         if rival is not None and len(losses) >= FEW and (_behind(state, rival) or _slow(losses, rival)):
             message = "Ended: another model fits far better than this one can."
             break
@@ -240,10 +240,16 @@ def evaluated(model: Model, rows: Rows, vector: Tensor) -> WhiteFit:
 def _enough(state: State, count: int, roughly: bool) -> str:
     """Why a search need not go on, if so: nothing left to gain."""
     loss, promised = float(state.point.loss.max()), float(state.point.model.attainable().max())
-    least = max(COMPARED, ROUGHLY * loss) if roughly else SETTLED * loss / count
+    least = _compared(loss, count) if roughly else SETTLED * loss / count
     if promised <= least or (loss > HOPELESS * count and promised <= ROUGHLY * loss):
         return "Converged: what the linear model still promises decides nothing."
     return ""
+
+
+def _compared(loss: float, count: int) -> float:
+    """Reduction of χ² that decides nothing between fits of so many numbers that are to be compared: where these miss by
+    more than their noise, the more as the square."""
+    return max(COMPARED, COMPARED * loss / count, ROUGHLY * loss)
 
 
 def _behind(state: State, rival: float) -> bool:
@@ -260,13 +266,14 @@ def _slow(losses: Sequence[float], rival: float) -> bool:
     return losses[-1] - fallen * (MAX_ITERATIONS - len(losses)) / steps > rival + BEHIND
 
 
-def _stalled(losses: Sequence[float], roughly: bool) -> str:
+def _stalled(losses: Sequence[float], count: int, roughly: bool) -> str:
     """Why a search whose loss no longer falls need not go on, if so: at a kink, where a tube begins to hang loose, say,
     steps become ever shorter."""
     steps = FEW if roughly else MANY
-    if len(losses) <= steps or losses[-steps - 1] - losses[-1] > COMPARED:
+    if len(losses) <= steps:
         return ""
-    return "The sum of squares no longer falls."
+    least = steps * _compared(losses[-1], count) if roughly else COMPARED
+    return "The sum of squares no longer falls." if losses[-steps - 1] - losses[-1] <= least else ""
 
 
 def _ended(problem: WhiteProblem, vector: Tensor, status: Termination, message: str) -> WhiteFit:
