@@ -16,13 +16,22 @@ from freelearn.discovery.residuals.slipped_blocks import blocks
 from freelearn.discovery.search.answer import Answer, Ending, ended
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.search.stages import Explored, continued
-from freelearn.discovery.thresholds import ALIKE, MANY, NEARLY, PLACES_TOLD, WRITTEN_ODDS, WRITTEN_ROUNDS
+from freelearn.discovery.thresholds import ALIKE, MANY, NEARLY, PLACES_TOLD, SEVERAL, WRITTEN_ODDS, WRITTEN_ROUNDS
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.effects.registry import EFFECTS, lent
 from freelearn.physics.written.source import effect_class
 from freelearn.physics.written.written_effect import Written
 
 Kinds = dict[str, tuple[Written, type[Effect[Any]]]]
+
+
+def asked_beyond(prepared: Prepared, known: Explored, before: Ending) -> bool:
+    """Whether what the search writes itself is to compete with the library: where that has no answer, or one of several
+    effects, which may stand for one that it lacks."""
+    count = len(before.answer.shown.effects)
+    if not before.complete or count >= MANY:
+        return True
+    return count >= SEVERAL and _one_may_do(prepared, known, before)
 
 
 def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack) -> Ending:
@@ -37,8 +46,6 @@ def beyond(prepared: Prepared, known: Explored, before: Ending, stack: ExitStack
         return guessed(prepared, refitted(fit, prepared.rows, alone, roughly=True), alone)
 
     first = known.hypotheses.found[frozenset()].fit
-    if before.complete and len(before.answer.shown.effects) < MANY and not _one_may_do(prepared, known, before):
-        return before
     on_first = guesses(first)
     bases = [on_first]
     if before.final.effects != before.known.hypotheses.question.given:

@@ -25,7 +25,7 @@ from freelearn.discovery.referee.referee import CLAIMS, Referee, refereed
 from freelearn.discovery.residuals.slipped_blocks import Block, blocks
 from freelearn.discovery.residuals.suspects import Suspect, state_outliers, suspects
 from freelearn.discovery.search.answer import Answer, Ending, ended, standing
-from freelearn.discovery.search.beyond import beyond
+from freelearn.discovery.search.beyond import asked_beyond, beyond
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Hypothesis
 from freelearn.discovery.search.measuring_order import DRIFT, confounded, in_order_of
@@ -34,7 +34,7 @@ from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
 from freelearn.discovery.search.throughout import throughout
-from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MODELS_TOLD, MOST_ALIKE, RISES, SEVERAL
+from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MODELS_TOLD, MOST_ALIKE, RISES
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -117,7 +117,7 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         prepared, fit, noise = prepare(question)
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
-        asked = not ending.complete or len(ending.answer.shown.effects) >= SEVERAL
+        asked = asked_beyond(prepared, known, ending)
         # Readings that slipped together are no function of anything.
         if asked and not slipped_together(prepared, ending.models.alone(ending.final))[0]:
             ending = beyond(prepared, known, ending, stack)
