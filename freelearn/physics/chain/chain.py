@@ -31,7 +31,7 @@ from freelearn.physics.chain.ports import (
     TiltEffect,
     WallEffect,
 )
-from freelearn.physics.chain.prediction import Prediction
+from freelearn.physics.chain.prediction import Prediction, SwollenPrediction
 from freelearn.physics.chain.raw_vector import RawVector, Values
 from freelearn.physics.chain.tilt import tilt
 
@@ -102,7 +102,11 @@ class Chain(RawVector):
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown
-        swollen = self.swollen(self.imposed(settled, values), values)
+        if isinstance(shown, SwollenPrediction):
+            # Of one actuator that stands where the table says, the search for its equilibrium has told it.
+            swollen = shown.diameter
+        else:
+            swollen = self.swollen(self.imposed(settled, values), values)
         readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
 
@@ -128,8 +132,8 @@ class Chain(RawVector):
 
     def _shown(self, states: States, values: Values) -> Settled:
         """The state that the mount leaves, and force and moment that the sensors show there."""
-        states, (loads, status) = self._reached(states, values)
-        return Settled(states, Prediction(self.sensed(loads, states, values), status))
+        states, found = self._reached(states, values)
+        return Settled(states, found.with_loads(self.sensed(found.loads, states, values)))
 
     @property
     def yielding(self) -> list[Effect[Any]]:
@@ -155,8 +159,8 @@ class Chain(RawVector):
 
     def _rested(self, states: States, values: Values) -> Prediction:
         """Loads on the mount where the table says."""
-        loads, status = self._pushed(states, values)
-        return Prediction(self.evaded(loads, states, values), status)
+        found = self._pushed(states, values)
+        return found.with_loads(self.evaded(found.loads, states, values))
 
     def _pushed(self, states: States, values: Values) -> Prediction:
         """The same of straight actuators: those of one, or of all that share the end block."""
@@ -176,11 +180,12 @@ class Chain(RawVector):
     def _alone(self, states: States, values: Values) -> Prediction:
         """Loads that one actuator hands on to the mount from the state that was really imposed on it."""
         *before, imposed = self._imposed(states, values)
-        loads, status = self._taken_up(imposed, values)
+        found = self._taken_up(imposed, values)
+        loads = found.loads
         for effect, at in zip(reversed(self._boundary), reversed(before), strict=True):
             if effect in self.levers:
                 loads = effect.hand_on(loads, at, effect.own(values, at))
-        return Prediction(loads, status)
+        return found.with_loads(loads)
 
     def _taken_up(self, states: States, values: Values) -> Prediction:
         """Loads of the actuator where it has taken up the play between it and the mount."""
@@ -188,12 +193,13 @@ class Chain(RawVector):
             return self._carried(states, values)
         widths = [effect.play(states, effect.own(values, states)) for effect in self._plays]
         width = sum(widths[1:], start=widths[0]).expand_as(states.twist)
-        return take_up(states, width, values, self._carried, self.rows_of)
+        # Where the actuator comes to rest in the band is not where the table says.
+        return Prediction(*take_up(states, width, values, self._carried, self.rows_of))
 
     def _carried(self, states: States, values: Values) -> Prediction:
         """Loads that the actuator hands on at the state that it takes itself: ideal, then dissipated."""
-        loads, status = self.ideal(states, values)
-        return Prediction(self.dissipated(loads, states, values), status)
+        found = self.ideal(states, values)
+        return found.with_loads(self.dissipated(found.loads, states, values))
 
     def ideal(self, states: States, values: Values) -> Prediction:
         """Loads of the actuator as it really is, at the state that was really imposed: geometry → structure.
@@ -202,8 +208,8 @@ class Chain(RawVector):
         hard, at the same deformation; the fluid is what it was. So loads(s, P) = s · loads(1, P/s), whatever the wall.
         """
         shaped, left = self._built(states, values)
-        loads, status = self.bare(shaped, values)
-        return Prediction(loads if left is None else loads * left[..., None], status)
+        found = self.bare(shaped, values)
+        return found if left is None else found.with_loads(found.loads * left[..., None])
 
     def swollen(self, states: States, values: Values) -> Tensor:
         """Outer diameter of the actuator as it really is, at the state that was really imposed: (N,) m."""

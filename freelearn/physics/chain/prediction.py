@@ -29,6 +29,27 @@ class Prediction(NamedTuple):
     loads: Tensor
     status: Tensor
 
+    def with_loads(self, loads: Tensor) -> Prediction:
+        """The same with other loads."""
+        return Prediction(loads, self.status)
+
+
+class SwollenPrediction(Prediction):
+    """A prediction that says, too, how wide the actuator is there: diameter (N,) m."""
+
+    diameter: Tensor
+
+    @classmethod
+    def of(cls, loads: Tensor, status: Tensor, diameter: Tensor) -> SwollenPrediction:
+        """With its diameter."""
+        made = cls(loads, status)
+        made.diameter = diameter
+        return made
+
+    def with_loads(self, loads: Tensor) -> SwollenPrediction:
+        """The same with other loads: effects that change these alone leave the shape."""
+        return self.of(loads, self.status, self.diameter)
+
 
 def predicted_table(table: pd.DataFrame, split: str | np.ndarray, prediction: Prediction) -> pd.DataFrame:
     """The measurement table with `split`, `status` and what is predicted; this is blank without an equilibrium.

@@ -9,15 +9,16 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from freelearn.data.beds import INFLATION
 from freelearn.data.states import States
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.chain.material import RUBBER, Material
 from freelearn.physics.chain.model import Bound, Model, Values
 from freelearn.physics.chain.parameters import Parameters, parameter
 from freelearn.physics.chain.ports import EnergyEffect, columns
-from freelearn.physics.chain.prediction import Prediction, Status
+from freelearn.physics.chain.prediction import Prediction, Status, SwollenPrediction
 from freelearn.physics.mechanics.energy import Energy, EnergySum, LinearMaterial, NeoHookean, StandardFiber
-from freelearn.physics.mechanics.equilibrium import inflate, loads_at, tube_loads
+from freelearn.physics.mechanics.equilibrium import Inflated, inflate, loads_at, tube_loads
 from freelearn.physics.mechanics.inextensible import helix
 from freelearn.physics.mechanics.same_tubes import SameTubes
 from freelearn.physics.mechanics.tube import Tube
@@ -60,18 +61,24 @@ class Continuum(Model[Material]):
         """Loads of the tube in radial equilibrium; without one, those of a ballooned tube."""
         inflated = inflate(states, self.energy(values, states), self.points)
         status = torch.where(inflated.balanced, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8)
-        return Prediction(loads_at(inflated), status)
+        if states.bed is not INFLATION:
+            return Prediction(loads_at(inflated), status)
+        return SwollenPrediction.of(loads_at(inflated), status, _outer_diameter(inflated, states))
 
     def diameter(self, states: States, values: Values) -> Tensor:
-        """As Chain.diameter: r_o² = r_i² + (R_o² − R_i²)/λz."""
-        inflated = inflate(states, self.energy(values, states), self.points)
-        return 2 * (inflated.u + Tube.from_states(states).solid).sqrt()
+        """As Chain.diameter."""
+        return _outer_diameter(inflate(states, self.energy(values, states), self.points), states)
 
     def bind(self, states: States) -> Bound | None:
         """Without effects both parameters are logarithms of moduli, and the rest is made once."""
         # A class derived from this one may be another wall.
         plain = type(self) is Continuum and not self.effects
         return _BoundContinuum(states) if plain and states.bed.loads and not states.members else None
+
+
+def _outer_diameter(inflated: Inflated, states: States) -> Tensor:
+    """2 r_o (N,) m, with r_o² = r_i² + (R_o² − R_i²)/λz."""
+    return 2 * (inflated.u + Tube.from_states(states).solid).sqrt()
 
 
 class _BoundContinuum:

@@ -126,10 +126,10 @@ class Hybrid(Continuum):
 
     def ideal(self, states: States, values: Values) -> Prediction:
         """As Chain.ideal, with the remainder's potential, which knows an actuator by its nominal design."""
-        loads, status = super().ideal(states, values)
+        found = super().ideal(states, values)
         if not self.learned:
-            return Prediction(loads, status)
-        return Prediction(loads + self.potential_loads(states) + self.shown(loads, states), status)
+            return found
+        return found.with_loads(found.loads + self.potential_loads(states) + self.shown(found.loads, states))
 
     def dissipated(self, loads: Tensor, states: States, values: Values) -> Tensor:
         """As Chain.dissipated, with the remainder's hysteresis."""
