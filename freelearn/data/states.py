@@ -138,6 +138,12 @@ class States:
         as they are where nothing is remembered."""
         return self if self.near is None else self.replace(near=self.near.along())
 
+    @property
+    def doubled(self) -> int:
+        """Of how many blocks of rows, one of each member side by side, each is the same rows twice; 0 of other rows."""
+        rows = 0 if self.near is None else self.near.doubled
+        return len(self) // rows if rows and len(self) % rows == 0 else 0
+
     def some(self, rows: Tensor) -> States:
         """Some rows, on a way of their own: what is remembered is of all."""
         picked = self[rows]

@@ -23,6 +23,9 @@ class Near:
 
     What is held stays: instead of an equilibrium that is searched for, one step from there is taken, whatever was
     evaluated before.
+
+    doubled: inside `keeping`, the number of the rows where these are the same ones twice, under the same parameters,
+    first all and then all again; 0 where they are not.
     """
 
     def __init__(self, held: Mapping[str, Tensor] | None = None) -> None:
@@ -32,6 +35,7 @@ class Near:
         self._fixed: dict[int, Tensor] = {}
         self._made: dict[str, Any] = {}
         self._keeps = False
+        self.doubled = 0
 
     def __reduce__(self) -> tuple[Callable[..., Near], tuple[dict[str, Tensor], dict[str, Tensor]]]:
         return Near.at, (self._last, self.held)
@@ -57,7 +61,7 @@ class Near:
     def along(self) -> Near:
         """Another for the way to one equilibrium: it begins where this one has ended, and keeps each step's."""
         other = self.copy()
-        other._fixed, other._made, other._keeps = self._fixed, self._made, True
+        other._fixed, other._made, other._keeps, other.doubled = self._fixed, self._made, True, self.doubled
         return other
 
     def arrive(self, way: Near | None) -> None:
@@ -74,13 +78,13 @@ class Near:
         self._last = {name: last[:count] for name, last in other._last.items()}
 
     @contextmanager
-    def keeping(self) -> Iterator[None]:
-        """Equilibria found inside are kept."""
-        self._keeps = True
+    def keeping(self, doubled: int = 0) -> Iterator[None]:
+        """Equilibria found inside are kept. doubled: see the class."""
+        self._keeps, self.doubled = True, doubled
         try:
             yield
         finally:
-            self._keeps = False
+            self._keeps, self.doubled = False, 0
 
     def last(self, name: str, like: Tensor) -> Tensor | None:
         """What was kept by a name, if it is of the shape of `like`."""

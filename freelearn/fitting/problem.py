@@ -242,7 +242,7 @@ class Problem:
         assert near is not None
         if times == 2:
             near.follow(begun.near, 2)
-        with torch.enable_grad(), near.keeping():
+        with torch.enable_grad(), near.keeping(doubled=len(states) if times == 2 else 0):
             copies = vectors.detach().repeat(times, 1).repeat_interleave(count, 0).requires_grad_()
             loads = self.model.chain(states, self.model.physical(copies)).loads.reshape(times, members, count, 2)
             missed = self.rows.readings.missed(loads) / self.scale

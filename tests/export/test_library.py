@@ -95,7 +95,8 @@ def test_an_arm_of_two_muscles_holds_a_load_by_feed_forward_pressures(example, m
     pytest.importorskip("mujoco")
     pytest.importorskip("fmpy")
     monkeypatch.syspath_prepend(ROOT / "experiments")
-    # The arms read no pressure from their files: those take half the time to trace, and are asked for elsewhere.
-    monkeypatch.setattr("freelearn.export.actuator_functions.inverses", lambda actuator: [])
+    if example != "c_arm":
+        # Only this one asks its file for pressures: they take half the time to trace.
+        monkeypatch.setattr("freelearn.export.actuator_functions.inverses", lambda actuator: [])
     held = runpy.run_path(str(ROOT / "experiments" / f"{example}.py"))["hold"](0.1, 0.25)
     assert held.reached == pytest.approx(held.wanted, abs=1e-3)

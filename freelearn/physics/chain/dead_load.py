@@ -68,7 +68,7 @@ def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsO
         return loads(_moved(way, q), values)
 
     if exact and at.rough:
-        prediction, rate = recorded_with_rate(carried, at.q)
+        prediction, rate = recorded_with_rate(carried, at.q, states.doubled)
         at = _sharpened(at, states, -rate)
     else:
         prediction = carried(at.q)
@@ -101,12 +101,12 @@ def _two_steps(states: States, q: Tensor, values: Values, loads: Loads) -> Predi
         return _positive(-rate * scaled)[0] / scaled
 
     with torch.no_grad():
-        at, rate = rows_jacobian(lambda place: carried(place).loads, q)
+        at, rate = rows_jacobian(lambda place: carried(place).loads, q, states.doubled)
         slope = stiffness(rate)
         step = divide(at - hung, slope)
         q = q + torch.minimum(torch.maximum(step, -largest), largest)
     if torch.is_grad_enabled():
-        prediction, rate = recorded_with_rate(carried, q)
+        prediction, rate = recorded_with_rate(carried, q, states.doubled)
         slope = stiffness(rate)
     else:
         prediction = carried(q)
@@ -194,7 +194,7 @@ def _newton(states: States, q: Tensor, values: Values, loads: Loads, iterations:
     hung, reach, before = _hung(states), largest, None
     least, idle = torch.full_like(q[:, 0], torch.inf), torch.zeros_like(q[:, 0])
     for _ in range(iterations):
-        carried, rate = rows_jacobian(lambda at: loads(_moved(states, at), values).loads, q)
+        carried, rate = rows_jacobian(lambda at: loads(_moved(states, at), values).loads, q, states.doubled)
         # In units of the reference length and of rad: both loads are then moments, and their rates comparable.
         excess, stiffness = (carried - hung) * size, -rate * size[:, :, None] * size[:, None, :]
         followed, stable = _positive(stiffness)

@@ -69,7 +69,7 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
         return loads(way.replace(length=q[:, 0], twist=q[:, 1]), values)
 
     if exact and at.rough:
-        prediction, stiffness = recorded_with_rate(carried, at.q)
+        prediction, stiffness = recorded_with_rate(carried, at.q, states.doubled)
         at = _sharpened(at, states, prediction.loads, stiffness, fixed, impose)
     else:
         prediction = carried(at.q)
@@ -133,7 +133,8 @@ def _sharpened(
     at: _Solution, states: States, carried: Tensor, stiffness: Tensor, values: Values, impose: Impose
 ) -> _Solution:
     """With A and J at q itself, where the actuator carries the loads (N, 2)."""
-    _, yielding = rows_jacobian(lambda given: _place(impose(states.detach(), given, values)), carried.detach())
+    held = states.detach()
+    _, yielding = rows_jacobian(lambda given: _place(impose(held, given, values)), carried.detach(), held.doubled)
     jacobian = torch.eye(2, dtype=at.q.dtype, device=at.q.device) - yielding @ stiffness
     return at._replace(jacobian=jacobian, stiffness=stiffness, settled=at.settled & (determinant(jacobian) > 0))
 
@@ -159,7 +160,7 @@ def _chords(states: States, q: Tensor, stiffness: Tensor, values: Values, impose
     size = _size(states)
     largest = _largest(size)
     carried = loads(states.replace(length=q[:, 0], twist=q[:, 1]), values).loads
-    imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
+    imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried, states.doubled)
     for turn in range(CHORDS):
         jacobian = _identity(size) - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
@@ -204,9 +205,9 @@ def _newton(
     identity = _identity(size)
     for _ in range(iterations):
         carried, stiffness = rows_jacobian(
-            lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1]), values).loads, q
+            lambda at: loads(states.replace(length=at[:, 0], twist=at[:, 1]), values).loads, q, states.doubled
         )
-        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried)
+        imposed, yielding = rows_jacobian(lambda given: _place(impose(states, given, values)), carried, states.doubled)
         jacobian = identity - yielding @ stiffness
         step = -divide(q - imposed, jacobian)
         settled = (step.abs() <= TOLERANCE * size).all(-1)

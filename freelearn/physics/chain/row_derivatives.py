@@ -13,10 +13,11 @@ from freelearn.physics.chain.prediction import Prediction
 # Derivatives of a function of whose rows none depends on another.
 
 
-def rows_jacobian(f: Callable[[Tensor], Tensor], x: Tensor) -> tuple[Tensor, Tensor]:
+def rows_jacobian(f: Callable[[Tensor], Tensor], x: Tensor, doubled: int = 0) -> tuple[Tensor, Tensor]:
     """f(x) and its derivative row by row, cut from every derivative: x (N, k), f (N, 2) → (N, 2), (N, 2, k).
 
-    No row depends on another, so two reverse passes give all of it, at a fifth of the time of forward mode.
+    No row depends on another, so two reverse passes give all of it, at a fifth of the time of forward mode. doubled:
+    of how many blocks each is the same rows twice (States.doubled); then one pass does.
     """
     inputs = _leaf(x)
     if inputs is None:  # torch.func must do it
@@ -26,20 +27,20 @@ def rows_jacobian(f: Callable[[Tensor], Tensor], x: Tensor) -> tuple[Tensor, Ten
     # torch.func's reverse mode imports torch's compiler when first used, which takes two seconds.
     with torch.enable_grad():
         value = f(inputs)
-        rate = _rate(value, inputs)
+        rate = _rate(value, inputs, doubled)
     return value.detach(), rate
 
 
-def recorded_with_rate(f: Callable[[Tensor], Prediction], x: Tensor) -> tuple[Prediction, Tensor]:
+def recorded_with_rate(f: Callable[[Tensor], Prediction], x: Tensor, doubled: int = 0) -> tuple[Prediction, Tensor]:
     """f(x), recorded for derivatives by all else that it depends on, and its loads' derivative by x, cut from every
-    derivative: x (N, k) → (N, 2), (N, 2, k). What is recorded serves both."""
+    derivative: x (N, k) → (N, 2), (N, 2, k). What is recorded serves both. doubled: as rows_jacobian has it."""
     inputs = _leaf(x)
     if inputs is not None:
         found = f(inputs)
         # Inside torch.func's reverse mode nothing is recorded by a leaf.
         if found.loads.requires_grad and found.loads.grad_fn is not None:
-            return found, _rate(found.loads, inputs)
-    return f(x), rows_jacobian(lambda at: f(at).loads, x)[1]
+            return found, _rate(found.loads, inputs, doubled)
+    return f(x), rows_jacobian(lambda at: f(at).loads, x, doubled)[1]
 
 
 def _leaf(x: Tensor) -> Tensor | None:
@@ -50,10 +51,17 @@ def _leaf(x: Tensor) -> Tensor | None:
         return None
 
 
-def _rate(value: Tensor, by: Tensor) -> Tensor:
+def _rate(value: Tensor, by: Tensor, doubled: int) -> Tensor:
     """Derivative (N, 2, k) of a value (N, 2), recorded already, by a leaf (N, k); the record stays."""
-    each = [torch.autograd.grad(value[:, i].sum(), by, retain_graph=True, materialize_grads=True)[0] for i in (0, 1)]
-    return torch.stack(each, dim=-2)
+    if doubled:
+        # Of the one half of a block the first is asked, of the other the second.
+        each = value.reshape(doubled, 2, -1, 2)
+        asked = each[:, 0, :, 0].sum() + each[:, 1, :, 1].sum()
+        found = torch.autograd.grad(asked, by, retain_graph=True, materialize_grads=True)[0]
+        both = found.view(doubled, 2, -1, 1, by.shape[1]).transpose(1, 3)
+        return both.expand(-1, 2, -1, -1, -1).reshape(len(by), 2, -1)
+    rates = [torch.autograd.grad(value[:, i].sum(), by, retain_graph=True, materialize_grads=True)[0] for i in (0, 1)]
+    return torch.stack(rates, dim=-2)
 
 
 # The square of a step that is none.

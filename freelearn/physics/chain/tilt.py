@@ -53,7 +53,7 @@ def tilt(states: States, count: int, compliance: Tensor, values: Values, carried
         return carried(way.replace(length=states.length + travel[:, 0]), values)
 
     if exact and states.near is not None:
-        prediction, rate = recorded_with_rate(lifted, _flat(at.travel))
+        prediction, rate = recorded_with_rate(lifted, _flat(at.travel), states.doubled)
         at = _Lifted(at.travel, rate[..., 0], at.settled)
     else:
         prediction = lifted(_flat(at.travel))
@@ -121,7 +121,7 @@ def _scouted(states: States, count: int, compliance: Tensor, values: Values, car
     the tilt, where the place itself is known to second order only (see hang)."""
     level = torch.zeros_like(states.length)[:, None]
     loads, rate = rows_jacobian(
-        lambda at: carried(states.replace(length=states.length + at[:, 0]), values).loads, level
+        lambda at: carried(states.replace(length=states.length + at[:, 0]), values).loads, level, states.doubled
     )
     push = compliance[:, None] * (_each(loads[:, 0], count) @ _shared(_each(states.length, count)))
     travel = _solved(_matrix(_each(rate[:, 0, 0], count), compliance), push)
