@@ -234,7 +234,9 @@ class Problem:
     def _recorded(self, vectors: Tensor) -> _Recorded:
         """At raw vectors (members, p), on a way of its own: where it leads is told by who goes on from there."""
         members, count = len(vectors), len(self.rows)
-        times = 2 if members * count <= FEW_ROWS and all(self.channels) else 1
+        # Where equilibria are searched for, rates by the place are asked of both loads on the way.
+        asked = all(self.channels) or bool(self.model.yielding)
+        times = 2 if members * count <= FEW_ROWS and asked else 1
         begun = self._side_by_side(members)
         states = begun.on_the_way() if times == 1 else self._side_by_side(2 * members)
         near = states.near

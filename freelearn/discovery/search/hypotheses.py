@@ -159,13 +159,15 @@ class Hypotheses:
         beam: int = BEAM,
         most: int = MOST_EXPANDED,
         rivals: int = 1,
+        instead: Collection[str] | None = None,
     ) -> Hypothesis:
         """Looks at the neighbors of the most probable sets, so many, until none of these is new; the best one. most:
-        rounds of it. rivals: of how many sets that are as good others are looked at in the place of their effects."""
+        rounds of it. rivals: of how many sets that are as good others are looked at in the place of their effects;
+        instead: which, all by default."""
         for _ in range(most):
             front = [h for h in self.ordered()[:beam] if h.key not in self.expanded]
             if not front:
-                if not self._exchanged(rivals):
+                if not self._exchanged(rivals, instead):
                     break
                 continue
             before = self.best
@@ -257,7 +259,7 @@ class Hypotheses:
         """The set with two effects more, from where the first of them alone leads."""
         self.joined(self.add(hypothesis, promised[names[0]]), names[1])
 
-    def _exchanged(self, rivals: int) -> bool:
+    def _exchanged(self, rivals: int, instead: Collection[str] | None) -> bool:
         """Whether what could stand in for an effect of the best set, or for one that all sets have which are as good,
         has not been looked at, and has been now."""
         best = self.best
@@ -267,24 +269,30 @@ class Hypotheses:
             names = [n for n in _spare(hypothesis) if hypothesis is best or n in shared]
             names = [n for n in names if (hypothesis.key, n) not in self.exchanged]
             if names:
-                self._exchange(hypothesis, names)
+                self._exchange(hypothesis, names, instead)
                 return True
         return False
 
-    def _exchange(self, whole: Hypothesis, names: Sequence[str]) -> None:
-        """Looks at what could stand in for these effects of a set."""
+    def _exchange(self, whole: Hypothesis, names: Sequence[str], instead: Collection[str] | None) -> None:
+        """Looks at what could stand in for these effects of a set, what promises most first, until a set is clearly
+        better: what could stand in for effects of that one is asked then."""
         self.exchanged |= {(whole.key, name) for name in names}
         reduced = self.reduced(whole, names)
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
         for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
             self.ranked[hypothesis.key] = promises
-        asked = []
+        asked, before = list[tuple[float, Asked]](), self.best
         for name, hypothesis in reduced.items():
             promised = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
             own = next((p.evidence for p in promised if p.effect == name), 0.0)
             rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
-            asked += [self._more(hypothesis, promise) for promise in rivals[:CHILDREN]]
-        self.fits(asked)
+            chosen = [p for p in rivals if instead is None or p.effect in instead][:CHILDREN]
+            asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in chosen]
+        asked.sort(key=lambda each: -each[0])
+        for first in range(0, len(asked), CHILDREN):
+            self.fits(each for _, each in asked[first : first + CHILDREN])
+            if self.best.evidence > before.evidence + TIES:
+                break
 
     def _promises(self, hypothesis: Hypothesis) -> list[Promise]:
         self.rank(hypothesis)

@@ -100,7 +100,8 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float], comp
         now.explore(view.told)
         return view.lowered(now, before.share), True
     # Only whether what was written mends much, or all that is left, for which the next neighbors are enough.
-    now.explore(view.told, 1, GLANCE)
+    now.explore(view.told, 1, GLANCE, instead=odds)
+    now.exchanged.clear()
     if before.share:
         mends = view.chi2(now.best) <= MENDED * view.chi2(known.best)
     else:
