@@ -58,6 +58,10 @@ class Near:
         other._last = _repeated(self._last, times)
         return other
 
+    def released(self) -> Near:
+        """Another for the same rows that searches, and begins where this one has ended, or at what it holds."""
+        return Near.at({**self.copy()._last, **self.held})
+
     def along(self) -> Near:
         """Another for the way to one equilibrium: it begins where this one has ended, and keeps each step's."""
         other = self.copy()
