@@ -189,6 +189,18 @@ def test_where_nothing_is_hidden_nothing_is_found(bed, seed):
     assert (found.verdict, found.effects, found.suspects) == ("adequate", [], [])
 
 
+def test_under_a_dead_load_a_model_that_is_wrong_is_told_by_where_it_rests():
+    """Not by two steps from where the actuator was seen to rest, which a search for effects begins with: these would
+    take a wrong model for better than it is."""
+    table = table_of("dead_load", {"pressure_gain": {"gain": 0.2}}, 45, coarse=4)
+    found = search(question(table, ["pressure_gain"]))
+    assert found.effects == ["pressure_gain"]
+    for step in found.steps:
+        with torch.no_grad():
+            rest = step.fit.model(found.rows.states).loads
+        torch.testing.assert_close(step.fit.shown, rest, rtol=1e-7, atol=1e-9)
+
+
 def test_which_member_is_at_fault_is_told():
     """A second actuator's fibers lie three hundredths of a radian off: its parameter says so, the others' nothing."""
     found = search(question(table_of(BLOCK, {2: {"fiber_misalignment": {"angle": 0.03}}}, 40), LIBRARY))
