@@ -24,7 +24,7 @@ from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, refitted
 from freelearn.discovery.noise.noise import Noise, Whitener, noise_floor, relative_error
 from freelearn.discovery.noise.scatter import Scatter
 from freelearn.discovery.noise.structure import Structure, structure
-from freelearn.discovery.search.hypotheses import Hypotheses
+from freelearn.discovery.search.hypotheses import Asked, Hypotheses
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     AT_ONCE,
@@ -256,9 +256,12 @@ class _View:
         if not known.share and len(before.effects) <= MANY:
             return known
         begin("looking from zeros and tolerances")
+        about = held_where_measured(before.fit, now.rows)
+        glance = now if about is None else now.under(now.whiten, now.rows, [before], about)
         for kind in (ZEROS, TOLERANCES):
             if effects := [name for name in kind if name in now.library]:
-                now.descend(effects)
+                glance.descend(effects)
+        now.fits([Asked(glance.best.effects, glance.best.fit.vector, glance.best.fit)])
         if now.best.evidence < before.evidence + TIES:
             return known
         now.explore(self.told, BEAM)
