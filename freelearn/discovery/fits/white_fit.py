@@ -197,8 +197,10 @@ def white_fit(
 
 
 def refitted(fit: WhiteFit, rows: Rows, whiten: Whitener, roughly: bool = False) -> WhiteFit:
-    """A fit's model, fitted on from there to rows under a noise, with the same prior. roughly: see white_fit."""
-    return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=fit.near)
+    """A fit's model, fitted on from there to rows under a noise, with the same prior: searching for equilibria, whatever
+    was held. roughly: see white_fit."""
+    near = None if fit.near is None else fit.near.released()
+    return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=near)
 
 
 def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | None) -> Ending:
