@@ -197,8 +197,8 @@ def white_fit(
 
 
 def refitted(fit: WhiteFit, rows: Rows, whiten: Whitener, roughly: bool = False) -> WhiteFit:
-    """A fit's model, fitted on from there to rows under a noise, with the same prior: searching for equilibria, whatever
-    was held. roughly: see white_fit."""
+    """A fit's model, fitted on from there to rows under a noise, with the same prior; equilibria are searched for,
+    whatever was held. roughly: see white_fit."""
     near = None if fit.near is None else fit.near.released()
     return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=near)
 

@@ -101,6 +101,7 @@ def continued(prepared: Prepared, before: Explored, odds: dict[str, float], comp
         return view.lowered(now, before.share), True
     # Only whether what was written mends much, or all that is left, for which the next neighbors are enough.
     now.explore(view.told, 1, GLANCE, instead=odds)
+    # What else could stand in for effects has not been asked.
     now.exchanged.clear()
     if before.share:
         mends = view.chi2(now.best) <= MENDED * view.chi2(known.best)
