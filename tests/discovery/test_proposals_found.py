@@ -14,9 +14,8 @@ from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.fits.white_fit import refitted
 from freelearn.discovery.proposals.propose import promised_alone
 from freelearn.discovery.proposals.unknown_function import unknown
-from freelearn.discovery.search import beyond as beyond_module
 from freelearn.discovery.search.answer import ended
-from freelearn.discovery.search.beyond import beyond
+from freelearn.discovery.search.beyond import asked_beyond, beyond
 from freelearn.discovery.search.search import search
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.thresholds import ALIKE, ALPHA_STRUCTURE, SEVERAL
@@ -251,14 +250,12 @@ def test_one_form_promises_all_of_what_is_one_thing_and_not_of_what_are_two():
     assert promised(measured(effects=HIDDEN[4], samples=(3,), states=30).table) < ALIKE
 
 
-def test_of_two_effects_for_which_no_form_does_nothing_is_written(monkeypatch):
+def test_of_two_effects_for_which_no_form_does_nothing_is_written():
     prepared, fit, noise = prepare(asked(measured(effects=HIDDEN[5], samples=(3,), states=30).table, LIBRARY))
     known = explored(prepared, fit, noise)
     before = ended(prepared, known)
     assert len(before.answer.shown.effects) == SEVERAL
-    monkeypatch.setattr(beyond_module, "guessed", None)
-    with ExitStack() as stack:
-        assert beyond(prepared, known, before, stack) is before
+    assert not asked_beyond(prepared, known, before)
 
 
 @pytest.mark.slow
