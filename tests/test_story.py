@@ -76,15 +76,12 @@ def test_the_first_files_give_what_their_page_says(drawn):
         value = found["parameters"][effect]
         size = 1e3 if name == "artery" else 1
         assert says.format(size * value["value"], size * value["stderr"]) in told
-    found = json.loads((drawn[1] / "muskel" / "discovery.json").read_text())
-    first, last = found["trail"][0], found["trail"][-1]
-    assert found["verdict"] == "undecided"
-    assert f"from {100 * first['E_heldout']:.2f} to {100 * last['E_heldout']:.2f} %" in told
-    assert set(last["effects"]) == {"fiber_misalignment", "small_strain_stiffness", "end_taper", "force_offset"}
     muscle = json.loads((drawn[1] / "muskel" / "discovery.json").read_text())
     before, after = (100 * muscle["error"][when] for when in ("before", "after"))
     assert f"{before:.2f} to {after:.2f} %" in told
-    assert muscle["effects"] == ["small_strain_stiffness", "end_taper"]
+    # Which third one, its lengths do not tell.
+    assert muscle["verdict"] == "undecided"
+    assert muscle["effects"] == ["small_strain_stiffness", "end_taper", "force_offset"]
 
 
 @pytest.mark.nightly
