@@ -69,6 +69,5 @@ def test_loads_of_recordings_left_out_lie_within_their_bands(hidden):
         told = run.predict(read)
         missed = np.abs(told.loads - read[["force_n", "moment_nmm"]].to_numpy() * (1.0, 1e-3))
         shares.append((missed <= told.half).mean())
-    # Six recordings narrow nothing of what is known beforehand, to which creep adds what its constants are known to:
-    # 0.976 over twelve seeds.
-    assert 0.93 < np.mean(shares) < 0.98
+    # Of creep without a memory twelve seeds had 0.976: wide rather than narrow, why is not known.
+    assert 0.93 < np.mean(shares) < (0.98 if hidden == ("creep", 0.0) else 0.975)

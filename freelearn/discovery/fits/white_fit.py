@@ -73,6 +73,11 @@ class WhiteFit:
         """Whether it ended in a minimum with an answer for every row."""
         return self.converged and bool(self.residual.isfinite().all())
 
+    @property
+    def begin(self) -> Near | None:
+        """Where a search for equilibria begins that goes on from here, whatever was held."""
+        return None if self.near is None else self.near.released()
+
     def values(self) -> dict[str, float]:
         """Physical parameters, SI."""
         with torch.no_grad():
@@ -199,8 +204,7 @@ def white_fit(
 def refitted(fit: WhiteFit, rows: Rows, whiten: Whitener, roughly: bool = False) -> WhiteFit:
     """A fit's model, fitted on from there to rows under a noise, with the same prior; equilibria are searched for,
     whatever was held. roughly: see white_fit."""
-    near = None if fit.near is None else fit.near.released()
-    return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=near)
+    return white_fit(fit.model, rows, whiten, fit.vector, fit.prior, roughly, near=fit.begin)
 
 
 def _sought(problem: WhiteProblem, start: Tensor, roughly: bool, rival: float | None) -> Ending:

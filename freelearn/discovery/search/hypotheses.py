@@ -140,10 +140,7 @@ class Hypotheses:
             start = self._sound(names, asked.still, start, asked.base)
             if DEAD_TIME not in asked.base.effects:
                 start = with_delay(model, self.rows, start)
-        near = self.about
-        if near is None and asked.like is not None and asked.like.near is not None:
-            # What was held while scouting is where the search for rest begins.
-            near = asked.like.near.released()
+        near = self.about or (asked.like.begin if asked.like else None)
         return white_fit(model, self.rows, self.whiten, start, prior, roughly=True, rival=asked.rival, near=near)
 
     def _keep(self, asked: Asked, fit: WhiteFit) -> None:
