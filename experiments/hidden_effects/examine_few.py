@@ -34,6 +34,7 @@ from freelearn.fitting.problem import Problem
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
+from freelearn.queries.averages import weighted_mean
 from freelearn.testing.reference import other_beds
 
 # A search that takes longer [s] has no answer.
@@ -57,10 +58,11 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
-            "fresh": None, "fresh_before": None, "seconds": time.perf_counter() - began, "claimed": ""
+            "fresh": None, "fresh_together": None, "fresh_before": None, "seconds": time.perf_counter() - began, "claimed": ""
         }  # fmt: skip
     return result | said(found, stopped) | {
-        "fresh": fresh(found.final.fit.model, made), "fresh_before": fresh(found.steps[0].fit.model, made),
+        "fresh": fresh(found.final.fit.model, made), "fresh_together": fresh_together(found, question, made),
+        "fresh_before": fresh(found.steps[0].fit.model, made),
         "seconds": time.perf_counter() - began,
     }  # fmt: skip
 
@@ -126,13 +128,42 @@ def fresh(model: Model, made: few.Few) -> float:
     """Error of a new measurement between the states, over what its noise alone makes: 1 of a perfect model.
 
     A row without an answer counts as an answer of zero, which is what a model without one commands."""
+    rows = between(made)
+    return _floors(_answered(model, rows), rows, made)
+
+
+def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
+    """The same of the mean of all sets that are as good, as `predict` has it with average=true."""
+    rows = between(made)
+    told = [each for each in found.models if set(each.effects) <= set(question.candidates)]
+    answers = []
+    for each in told:
+        model = question.build([*question.given, *each.effects])
+        model.set_values(each.parameters)
+        answers.append(_answered(model, rows).numpy())
+    if not answers:
+        return fresh(found.final.fit.model, made)
+    values = np.stack(answers)
+    mean, _, there = weighted_mean(values, np.isfinite(values), [each.probability for each in told])
+    last = _answered(found.final.fit.model, rows).numpy()
+    return _floors(torch.as_tensor(np.where(there, mean, last)), rows, made)
+
+
+def between(made: few.Few) -> Rows:
+    """What is measured anew between the states."""
     table = as_read(made.between, made.bed)
-    table = table[usable_rows(table)].reset_index(drop=True)
-    rows = Rows.from_table(table)
+    return Rows.from_table(table[usable_rows(table)].reset_index(drop=True))
+
+
+def _answered(model: Model, rows: Rows) -> torch.Tensor:
+    """What the model says, NaN where it has no answer, (N, 2) SI."""
     with torch.no_grad():
         answer = model(rows.states)
-    there = (answer.status == Status.OK)[:, None] & answer.loads.isfinite()
-    missed = set_error(rows, torch.where(there, answer.loads, 0.0), torch.ones(len(rows), dtype=torch.bool)).E
+    return torch.where((answer.status == Status.OK)[:, None], answer.loads, torch.nan)
+
+
+def _floors(shown: torch.Tensor, rows: Rows, made: few.Few) -> float:
+    missed = set_error(rows, shown.nan_to_num(nan=0.0), torch.ones(len(rows), dtype=torch.bool)).E
     return float(np.hypot(missed, made.floor) / made.floor)
 
 

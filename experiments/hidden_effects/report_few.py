@@ -49,6 +49,7 @@ def told(results: list[dict[str, Any]]) -> pd.DataFrame:
             "listed": len(listed), "found": len(listed) if claims else 0,
             "names": claims and bool(groups), "wrong": claims and any(not group & hidden for group in groups),
             "fresh": float("nan") if r["fresh"] is None else r["fresh"],
+            "together": float("nan") if r["fresh_together"] is None else r["fresh_together"],
             "size": min(r["sizes"].values(), default=0.0),
         })  # fmt: skip
     return pd.DataFrame(each)
@@ -77,7 +78,10 @@ def rates(frame: pd.DataFrame) -> list[Row]:
     rows += _by_size(several)
     rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
     rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
+    words = "… predicted by all sets that are as good (average=true)"
+    rows += rate(words, several, several["together"] <= RIGHT, "≥ 85")
     rows += rate(f"all: between the states ≤ {RIGHT:g} floors", frame, frame["fresh"] <= RIGHT, "")
+    rows += rate(words, frame, frame["together"] <= RIGHT, "")
     what = f"claims that states in between refute (> {REFUTED:g} floors)"
     rows += rate(what, claims, ~(claims["fresh"] <= REFUTED), "≤ 2")
     for verdict in ("unexplained", "undecided", "failed"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -19,10 +19,11 @@ from freelearn.data.beds import bed_of
 from freelearn.data.states import States
 from freelearn.export.certificate import Certificate
 from freelearn.physics.chain.model import Model
-from freelearn.physics.effects.registry import lent
+from freelearn.physics.effects.registry import EFFECTS, lent
 from freelearn.physics.models.build import build_model
 from freelearn.physics.written.source import effect_class
 from freelearn.queries.answers import Answers
+from freelearn.queries.averages import averaged_answers, averaged_prediction
 from freelearn.queries.curves.model_curves import StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states
 from freelearn.queries.fitted_model import Answer
@@ -126,13 +127,43 @@ class Found:
         with lent(effect_class(each.written) for each in proposals):
             return FittedRun.from_folder(self.folder)
 
-    def predict(self, states: States | pd.DataFrame, bands: bool = True) -> Answer:
-        """What the last model predicts of new rows, see FittedRun.predict."""
-        return self.fitted.predict(states, bands)
+    @cached_property
+    def sets(self) -> list[tuple[float, FittedRun]]:
+        """The sets of effects that are as good, each with its share of the probability. What the search wrote itself is
+        among their effects in its own session, or where FREELEARN_EFFECTS names its file; else no set with it is here.
+        """
+        fitted, given = self.fitted, self.content["given_effects"]
+        known, made = fitted.model.description(), []
+        proposals = self.outcome.findings.proposals if self.outcome else []
+        with lent(effect_class(each.written) for each in proposals):
+            for told in self.content["models"]:
+                if not set(told["effects"]) <= set(EFFECTS):
+                    continue
+                names = [*given, *told["effects"]]
+                model = build_model(self.content["model"], {}, names, known["samples"], known["members"])
+                model.set_values(told["parameters"])
+                values = model.scalars()
+                unknown = np.full((len(values), len(values)), np.nan)
+                made.append((told["probability"], replace(fitted, model=model, parameters=values, covariance=unknown)))
+        return made
 
-    def invert(self, questions: pd.DataFrame, bands: bool = True) -> Answers:
-        """The blanks of a table of questions, filled by the last model; see FittedRun.invert."""
-        return self.fitted.invert(questions, bands)
+    def predict(self, states: States | pd.DataFrame, bands: bool = True, average: bool = False) -> Answer:
+        """What the last model predicts of new rows, see FittedRun.predict. average: the mean of what all sets of
+        effects predict that are as good, each with its probability; the bands are wider by how far they lie apart."""
+        last = self.fitted.predict(states, bands)
+        if not average or not self.sets:
+            return last
+        others = [each.predict(states, bands=False) for _, each in self.sets]
+        return averaged_prediction(last, others, [share for share, _ in self.sets])
+
+    def invert(self, questions: pd.DataFrame, bands: bool = True, average: bool = False) -> Answers:
+        """The blanks of a table of questions, filled by the last model; see FittedRun.invert. average: as of `predict`;
+        `solutions` and what else is said of a row are the last model's."""
+        last = self.fitted.invert(questions, bands)
+        if not average or not self.sets:
+            return last
+        others = [each.invert(questions, bands=False) for _, each in self.sets]
+        return averaged_answers(last, others, [share for share, _ in self.sets])
 
     def score(self, table: pd.DataFrame, y: object = None) -> float:
         """−E of the last model on a table's rows."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +18,7 @@ from freelearn.common.files import check_there, missing_file
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from freelearn.api.fitted_run import FittedRun
     from freelearn.queries.answers import Answers
 
 
@@ -58,11 +61,18 @@ def predict(settings: PredictSettings, folder: Path, console: Console) -> None:
     from freelearn.report.terminal.long_work import LongWork
 
     with LongWork(console, "loading torch and the model…"):
-        from freelearn.api.fitted_run import FittedRun
+        from freelearn.api.found import Found
+        from freelearn.api.functions import load
 
-        fitted = FittedRun.from_folder(settings.run)
+        run = load(settings.run)
+        fitted = run.fitted if isinstance(run, Found) else run
+    ask = fitted.invert
+    if settings.average:
+        if not isinstance(run, Found):
+            raise UserError(f"average=true is asked of a search: {settings.run} holds one model, that of train.")
+        ask = partial(run.invert, average=True)
     if settings.data.path is not None:
-        _answer(settings, fitted, folder, console)
+        _answer(settings, fitted, ask, folder, console)
     if settings.maps:
         from freelearn.cli.map_files import write_maps
         from freelearn.report.terminal.printed_tables import print_line
@@ -82,7 +92,9 @@ def draw_answers(answers: Answers, folder: Path) -> None:
         save_picture(figure, answers.filled, folder / "answers.png")
 
 
-def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Console) -> None:
+def _answer(
+    settings: PredictSettings, fitted: FittedRun, ask: Callable[..., Answers], folder: Path, console: Console
+) -> None:
     from freelearn.data.table.questions import read_questions
     from freelearn.report.terminal.long_work import LongWork
     from freelearn.report.terminal.printed_run import show_answers
@@ -97,7 +109,7 @@ def _answer(settings: PredictSettings, fitted: Any, folder: Path, console: Conso
             f"{mistake}\nA laboratory's own file asks, once it is said what its columns are, by\n  {start}"
         ) from None
     with LongWork(console, "answering…"):
-        answers = fitted.invert(asked.table, bands=settings.bands)
+        answers = ask(asked.table, bands=settings.bands)
     answers.save(folder)
     draw_answers(answers, folder)
     show_answers(console, answers, fitted, asked.warnings, folder)

@@ -37,12 +37,14 @@ class QuestionsData:
 
 @dataclass(frozen=True, config=STRICT)
 class PredictSettings:
-    """What one run of predict does. bands: whether the answers have 95 % bands. maps: whether pictures are made of what
-    can be reached."""
+    """What one run of predict does. bands: whether the answers have 95 % bands. average: whether all sets of effects
+    answer that a search found as good, and not its last model alone. maps: whether pictures are made of what can be
+    reached."""
 
     run: RunPath
     data: QuestionsData = QuestionsData()
     bands: Switch = True
+    average: Switch = False
     maps: Switch = False
 
     def __post_init__(self) -> None:
