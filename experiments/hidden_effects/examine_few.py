@@ -58,7 +58,8 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
-            "fresh": None, "fresh_together": None, "fresh_before": None, "seconds": time.perf_counter() - began, "claimed": ""
+            "fresh": None, "fresh_together": None, "fresh_before": None, "claimed": "",
+            "seconds": time.perf_counter() - began,
         }  # fmt: skip
     return result | said(found, stopped) | {
         "fresh": fresh(found.final.fit.model, made), "fresh_together": fresh_together(found, question, made),
