@@ -31,7 +31,7 @@ def result(**said):
     plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
     return plain | {
         "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [],
-        "stopped": [], "fresh": 1.0, "seconds": 1.0,
+        "stopped": [], "fresh": 1.0, "fresh_together": 1.0, "seconds": 1.0,
     } | said  # fmt: skip
 
 
@@ -52,6 +52,17 @@ def test_the_true_model_is_at_the_floor_between_the_states_and_one_without_the_e
     whole.set_values(values | {f"fiber_misalignment.{n}": v for n, v in muscle.hidden["fiber_misalignment"].items()})
     assert examined.fresh(whole, muscle) < 1.1
     assert examined.fresh(plain, muscle) > 2
+    # Together, with most of the probability on the true one, they are between.
+    question = SimpleNamespace(candidates=["fiber_misalignment"], given=[], build=examined.build)
+    told = [
+        SimpleNamespace(effects=effects, parameters=model.scalars(), probability=share)
+        for effects, model, share in (([], plain, 0.2), (["fiber_misalignment"], whole, 0.8))
+    ]
+    found = SimpleNamespace(models=told, final=SimpleNamespace(fit=SimpleNamespace(model=plain)))
+    together = examined.fresh_together(found, question, muscle)
+    assert examined.fresh(whole, muscle) < together < examined.fresh(plain, muscle)
+    # A fifth of what the plain one misses, the true one missing nothing: squares add to those of the noise, which is 1.
+    assert together**2 - 1 == pytest.approx(0.2**2 * (examined.fresh(plain, muscle) ** 2 - 1), rel=0.5)
     sizes, alone = examined.sizes(muscle)
     assert sizes["fiber_misalignment"] > 15
     # Nothing else is hidden that could stand in for it.
