@@ -145,9 +145,9 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
     if not answers:
         return fresh(found.final.fit.model, made)
     values = np.stack(answers)
-    mean, _, there = weighted_mean(values, np.isfinite(values), [each.probability for each in told])
-    last = _answered(found.final.fit.model, rows).numpy()
-    return _floors(torch.as_tensor(np.where(there, mean, last)), rows, made)
+    shares = [each.probability for each in told]
+    mean, _, there = weighted_mean(values, np.isfinite(values), shares)
+    return _floors(torch.as_tensor(np.where(there, mean, values[np.argmax(shares)])), rows, made)
 
 
 def between(made: few.Few) -> Rows:

@@ -149,21 +149,29 @@ class Found:
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True, average: bool = False) -> Answer:
         """What the last model predicts of new rows, see FittedRun.predict. average: the mean of what all sets of
-        effects predict that are as good, each with its probability; the bands are wider by how far they lie apart."""
-        last = self.fitted.predict(states, bands)
+        effects predict that are as good, each with its probability; its bands are those of the most probable one, wider
+        by how far they lie apart."""
         if not average or not self.sets:
-            return last
+            return self.fitted.predict(states, bands)
         others = [each.predict(states, bands=False) for _, each in self.sets]
-        return averaged_prediction(last, others, [share for share, _ in self.sets])
+        first = self._most_probable.predict(states, bands)
+        return averaged_prediction(first, others, [share for share, _ in self.sets])
 
     def invert(self, questions: pd.DataFrame, bands: bool = True, average: bool = False) -> Answers:
         """The blanks of a table of questions, filled by the last model; see FittedRun.invert. average: as of `predict`;
-        `solutions` and what else is said of a row are the last model's."""
-        last = self.fitted.invert(questions, bands)
+        `solutions` and what else is said of a row are the most probable set's."""
         if not average or not self.sets:
-            return last
+            return self.fitted.invert(questions, bands)
         others = [each.invert(questions, bands=False) for _, each in self.sets]
-        return averaged_answers(last, others, [share for share, _ in self.sets])
+        first = self._most_probable.invert(questions, bands)
+        return averaged_answers(first, others, [share for share, _ in self.sets])
+
+    @property
+    def _most_probable(self) -> FittedRun:
+        """Of the sets that are as good the most probable one; of an answer that stands it is the last model, of which
+        more is known."""
+        _, first = max(self.sets, key=lambda each: each[0])
+        return self.fitted if first.parameters.keys() == self.fitted.parameters.keys() else first
 
     def score(self, table: pd.DataFrame, y: object = None) -> float:
         """−E of the last model on a table's rows."""
