@@ -66,3 +66,5 @@ class OwnPressureGain(PressureGain):
     alone = True
     suspect = "The misfit of one sample grows in proportion to the pressure, and that of the others does not."
     parameter_class = OwnGain
+    # A gauge is seldom changed between the samples of one session.
+    odds = 0.02

@@ -81,6 +81,8 @@ class OwnForceGain(ForceGain):
     compares = True
     suspect = "All forces of one sample are off by the same share, and its moments are right."
     parameter_class = OwnSensitivity
+    # A cell is seldom calibrated between the samples of one session: more often it is off for all of them.
+    odds = 0.02
 
 
 class OwnMomentGain(MomentGain):
@@ -91,3 +93,4 @@ class OwnMomentGain(MomentGain):
     compares = True
     suspect = "All moments of one sample are off by the same share, and its forces are right."
     parameter_class = OwnSensitivity
+    odds = 0.02
