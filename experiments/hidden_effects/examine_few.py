@@ -34,7 +34,7 @@ from freelearn.fitting.problem import Problem
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
-from freelearn.queries.averages import weighted_mean
+from freelearn.queries.averages import predictive_shares, weighted_mean
 from freelearn.testing.reference import other_beds
 
 # A search that takes longer [s] has no answer.
@@ -145,7 +145,8 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
     if not answers:
         return fresh(found.final.fit.model, made)
     values = np.stack(answers)
-    shares = [each.probability for each in told]
+    states = len(np.unique(question.rows.state))
+    shares = predictive_shares([each.probability for each in told], [each.E_heldout for each in told], states)
     mean, _, there = weighted_mean(values, np.isfinite(values), shares)
     return _floors(torch.as_tensor(np.where(there, mean, values[np.argmax(shares)])), rows, made)
 

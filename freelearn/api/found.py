@@ -23,7 +23,7 @@ from freelearn.physics.effects.registry import EFFECTS, lent
 from freelearn.physics.models.build import build_model
 from freelearn.physics.written.source import effect_class
 from freelearn.queries.answers import Answers
-from freelearn.queries.averages import averaged_answers, averaged_prediction
+from freelearn.queries.averages import averaged_answers, averaged_prediction, predictive_shares
 from freelearn.queries.curves.model_curves import StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states
 from freelearn.queries.fitted_model import Answer
@@ -129,47 +129,47 @@ class Found:
 
     @cached_property
     def sets(self) -> list[tuple[float, FittedRun]]:
-        """The sets of effects that are as good, each with its share of the probability. What the search wrote itself is
-        among their effects in its own session, or where FREELEARN_EFFECTS names its file; else no set with it is here.
-        """
+        """The sets of effects that are as good, each with its share in what all predict together (see
+        `predictive_shares`). What the search wrote itself is among their effects in its own session, or where
+        FREELEARN_EFFECTS names its file; else no set with it is here."""
         fitted, given = self.fitted, self.content["given_effects"]
         known, made = fitted.model.description(), []
         proposals = self.outcome.findings.proposals if self.outcome else []
         with lent(effect_class(each.written) for each in proposals):
-            for told in self.content["models"]:
-                if not set(told["effects"]) <= set(EFFECTS):
-                    continue
-                names = [*given, *told["effects"]]
+            told = [each for each in self.content["models"] if set(each["effects"]) <= set(EFFECTS)]
+            for each in told:
+                names = [*given, *each["effects"]]
                 model = build_model(self.content["model"], {}, names, known["samples"], known["members"])
-                model.set_values(told["parameters"])
+                model.set_values(each["parameters"])
                 values = model.scalars()
                 unknown = np.full((len(values), len(values)), np.nan)
-                made.append((told["probability"], replace(fitted, model=model, parameters=values, covariance=unknown)))
-        return made
+                made.append(replace(fitted, model=model, parameters=values, covariance=unknown))
+        columns = ([each["probability"] for each in told], [each["E_heldout"] for each in told])
+        return list(zip(predictive_shares(*columns, states=len(np.unique(fitted.rows.state))), made, strict=True))
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True, average: bool = False) -> Answer:
         """What the last model predicts of new rows, see FittedRun.predict. average: the mean of what all sets of
-        effects predict that are as good, each with its probability; its bands are those of the most probable one, wider
-        by how far they lie apart."""
+        effects predict that are as good, each with its share (`sets`); its bands are those of the set with the largest
+        one, wider by how far they lie apart."""
         if not average or not self.sets:
             return self.fitted.predict(states, bands)
         others = [each.predict(states, bands=False) for _, each in self.sets]
-        first = self._most_probable.predict(states, bands)
+        first = self._foremost.predict(states, bands)
         return averaged_prediction(first, others, [share for share, _ in self.sets])
 
     def invert(self, questions: pd.DataFrame, bands: bool = True, average: bool = False) -> Answers:
         """The blanks of a table of questions, filled by the last model; see FittedRun.invert. average: as of `predict`;
-        `solutions` and what else is said of a row are the most probable set's."""
+        `solutions` and what else is said of a row are those of the set with the largest share."""
         if not average or not self.sets:
             return self.fitted.invert(questions, bands)
         others = [each.invert(questions, bands=False) for _, each in self.sets]
-        first = self._most_probable.invert(questions, bands)
+        first = self._foremost.invert(questions, bands)
         return averaged_answers(first, others, [share for share, _ in self.sets])
 
     @property
-    def _most_probable(self) -> FittedRun:
-        """Of the sets that are as good the most probable one; of an answer that stands it is the last model, of which
-        more is known."""
+    def _foremost(self) -> FittedRun:
+        """Of the sets that are as good the one with the largest share; of most answers that stand it is the last model,
+        of which more is known."""
         _, first = max(self.sets, key=lambda each: each[0])
         return self.fitted if first.parameters.keys() == self.fitted.parameters.keys() else first
 

@@ -17,6 +17,17 @@ OK = Status.OK.name.lower()
 HALF = 1.96
 
 
+def predictive_shares(probabilities: Sequence[float], errors: Sequence[float | None], states: int) -> list[float]:
+    """Shares of models, from their probabilities and their errors on so many states that were left out.
+
+    What they say of these counts as it would with noise of a size that nobody knows: by a likelihood that goes as
+    error⁻ⁿ (Geisser & Eddy 1979). Where no error is known the probabilities count alone."""
+    known = np.array([error if error is not None and error > 0 else np.inf for error in errors])
+    if not np.isfinite(known).any():
+        return list(probabilities)
+    return [float(p * (known.min() / error) ** states) for p, error in zip(probabilities, known, strict=True)]
+
+
 def weighted_mean(values: Array, there: Array, shares: Sequence[float]) -> tuple[Array, Array, Array]:
     """Mean and standard deviation of the values (k, …) that are there, with shares (k,), and where these are half of
     all."""

@@ -11,7 +11,7 @@ from forked_commands import Commands
 from freelearn import UserError
 from freelearn.data.beds import KINEMATIC
 from freelearn.queries.answers import Answers
-from freelearn.queries.averages import averaged_answers, averaged_prediction
+from freelearn.queries.averages import averaged_answers, averaged_prediction, predictive_shares
 from freelearn.queries.fitted_model import Answer
 
 LOADS = ["force_pred_n", "moment_pred_nmm"]
@@ -25,7 +25,8 @@ def several():
     first, last = found.content["trail"][0], found.content["trail"][-1]
     models = [
         {"effects": [e for e in step["effects"] if e == "force_offset"], "parameters": step["parameters"],
-         "probability": share, "E_heldout": step["E_heldout"], "evidence": 0.0}
+         "probability": share, "E_heldout": 0.01, "evidence": 0.0}
+        # As good on what was left out, so that the probabilities decide alone.
         for step, share in ((last, 0.6), (first, 0.2))
     ]  # fmt: skip
     return replace(found, content=found.content | {"models": models})
@@ -67,6 +68,20 @@ def test_whatever_is_blank_is_answered_together(several, few):
     np.testing.assert_allclose(together["pressure_kpa"].to_numpy()[known], mean[known], rtol=1e-9)
     assert (together["force_n"] == asked["force_n"]).all()
     assert (together["status"] == last["status"]).all()
+
+
+def test_of_two_sets_as_probable_the_one_that_predicts_better_counts_more():
+    """n normal errors with a deviation σ that is not known: their likelihood, with σ integrated over dσ/σ, goes as
+    (Σ e²)^(−n/2)."""
+    random = np.random.default_rng(1)
+    errors = [random.normal(0, deviation, 6) for deviation in (1.0, 1.3)]
+    sigmas = np.geomspace(1e-2, 1e2, 4001)
+    each = [np.trapezoid(np.exp(-0.5 * (e @ e) / sigmas**2) / sigmas**7, sigmas) for e in errors]
+    shares = predictive_shares([0.5, 0.5], [float(np.sqrt(np.mean(e**2))) for e in errors], 6)
+    assert shares[1] / shares[0] == pytest.approx(each[1] / each[0], rel=1e-6)
+    # What could not be left out is null in discovery.json.
+    assert predictive_shares([0.7, 0.3], [np.nan, None], 6) == [0.7, 0.3]
+    assert predictive_shares([0.7, 0.3], [None, 0.1], 6) == [0.0, 0.3]
 
 
 def prediction(force, status, half=1.0):
@@ -126,7 +141,7 @@ def test_the_command_answers_as_the_function_does_and_asks_it_of_a_search_alone(
 
 
 def test_a_set_with_an_effect_that_nobody_knows_here_is_left_out(several, few):
-    strange = {"effects": ["nobody_knows"], "parameters": {}, "probability": 0.9}
+    strange = {"effects": ["nobody_knows"], "parameters": {}, "probability": 0.9, "E_heldout": 0.001}
     more = replace(several, content=several.content | {"models": [*several.content["models"], strange]})
     assert len(more.sets) == 2
     pd.testing.assert_frame_equal(more.predict(few, average=True).frame(), several.predict(few, average=True).frame())

@@ -52,10 +52,12 @@ def test_the_true_model_is_at_the_floor_between_the_states_and_one_without_the_e
     whole.set_values(values | {f"fiber_misalignment.{n}": v for n, v in muscle.hidden["fiber_misalignment"].items()})
     assert examined.fresh(whole, muscle) < 1.1
     assert examined.fresh(plain, muscle) > 2
-    # Together, with most of the probability on the true one, they are between.
-    question = SimpleNamespace(candidates=["fiber_misalignment"], given=[], build=examined.build)
+    # Together, as good on states left out, and with most of the probability on the true one, they are between.
+    question = SimpleNamespace(
+        candidates=["fiber_misalignment"], given=[], build=examined.build, rows=examined.between(muscle)
+    )
     told = [
-        SimpleNamespace(effects=effects, parameters=model.scalars(), probability=share)
+        SimpleNamespace(effects=effects, parameters=model.scalars(), probability=share, E_heldout=0.01)
         for effects, model, share in (([], plain, 0.2), (["fiber_misalignment"], whole, 0.8))
     ]
     found = SimpleNamespace(models=told, final=SimpleNamespace(fit=SimpleNamespace(model=plain)))
