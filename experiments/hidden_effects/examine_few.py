@@ -148,7 +148,8 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
     states = len(np.unique(question.rows.state))
     shares = predictive_shares([each.probability for each in told], [each.E_heldout for each in told], states)
     mean, _, there = weighted_mean(values, np.isfinite(values), shares)
-    return _floors(torch.as_tensor(np.where(there, mean, values[np.argmax(shares)])), rows, made)
+    last = _answered(found.final.fit.model, rows).numpy()
+    return _floors(torch.as_tensor(np.where(there, mean, last)), rows, made)
 
 
 def between(made: few.Few) -> Rows:

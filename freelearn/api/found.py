@@ -149,29 +149,22 @@ class Found:
 
     def predict(self, states: States | pd.DataFrame, bands: bool = True, average: bool = False) -> Answer:
         """What the last model predicts of new rows, see FittedRun.predict. average: the mean of what all sets of
-        effects predict that are as good, each with its share (`sets`); its bands are those of the set with the largest
-        one, wider by how far they lie apart."""
+        effects predict that are as good, each with its share (`sets`); its bands are the last model's, wider by how far
+        they lie apart."""
+        last = self.fitted.predict(states, bands)
         if not average or not self.sets:
-            return self.fitted.predict(states, bands)
+            return last
         others = [each.predict(states, bands=False) for _, each in self.sets]
-        first = self._foremost.predict(states, bands)
-        return averaged_prediction(first, others, [share for share, _ in self.sets])
+        return averaged_prediction(last, others, [share for share, _ in self.sets])
 
     def invert(self, questions: pd.DataFrame, bands: bool = True, average: bool = False) -> Answers:
         """The blanks of a table of questions, filled by the last model; see FittedRun.invert. average: as of `predict`;
-        `solutions` and what else is said of a row are those of the set with the largest share."""
+        `solutions` and what else is said of a row are the last model's."""
+        last = self.fitted.invert(questions, bands)
         if not average or not self.sets:
-            return self.fitted.invert(questions, bands)
+            return last
         others = [each.invert(questions, bands=False) for _, each in self.sets]
-        first = self._foremost.invert(questions, bands)
-        return averaged_answers(first, others, [share for share, _ in self.sets])
-
-    @property
-    def _foremost(self) -> FittedRun:
-        """Of the sets that are as good the one with the largest share; of most answers that stand it is the last model,
-        of which more is known."""
-        _, first = max(self.sets, key=lambda each: each[0])
-        return self.fitted if first.parameters.keys() == self.fitted.parameters.keys() else first
+        return averaged_answers(last, others, [share for share, _ in self.sets])
 
     def score(self, table: pd.DataFrame, y: object = None) -> float:
         """−E of the last model on a table's rows."""

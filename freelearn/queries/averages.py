@@ -40,25 +40,25 @@ def weighted_mean(values: Array, there: Array, shares: Sequence[float]) -> tuple
     return mean, np.sqrt((weight * (values - mean) ** 2).sum(0)), told
 
 
-def averaged_prediction(first: Answer, others: Sequence[Answer], shares: Sequence[float]) -> Answer:
-    """The mean of what models predict of the same rows, each with its share; where the first or half of them have no
-    answer, the first one's. Standard errors and bands are the first one's, wider by how far they lie apart."""
+def averaged_prediction(last: Answer, others: Sequence[Answer], shares: Sequence[float]) -> Answer:
+    """The mean of what models predict of the same rows, each with its share; where the search's last model or
+    half of them have no answer, its own. Standard errors and bands are its own too, wider by how far they lie apart."""
     there = np.array([[status == OK for status in other.status] for other in others])
     mean, apart, told = weighted_mean(np.stack([other.loads for other in others]), there[..., None], shares)
-    told &= np.array([status == OK for status in first.status])[:, None]
+    told &= np.array([status == OK for status in last.status])[:, None]
     return replace(
-        first,
-        loads=np.where(told, mean, first.loads),
-        stderr=np.where(told, np.hypot(first.stderr, apart), first.stderr),
-        half=np.where(told, np.hypot(first.half, HALF * apart), first.half),
+        last,
+        loads=np.where(told, mean, last.loads),
+        stderr=np.where(told, np.hypot(last.stderr, apart), last.stderr),
+        half=np.where(told, np.hypot(last.half, HALF * apart), last.half),
     )
 
 
-def averaged_answers(first: Answers, others: Sequence[Answers], shares: Sequence[float]) -> Answers:
+def averaged_answers(last: Answers, others: Sequence[Answers], shares: Sequence[float]) -> Answers:
     """The same of a table with blanks: in every column that was filled, with its band."""
     there = np.stack([(other.filled[STATUS] == OK).to_numpy() for other in others])
-    usable, filled = (first.filled[STATUS] == OK).to_numpy(), first.filled.copy()
-    for name in first.asked:
+    usable, filled = (last.filled[STATUS] == OK).to_numpy(), last.filled.copy()
+    for name in last.asked:
         values = np.stack([other.filled[name].to_numpy(np.float64) for other in others])
         mean, apart, told = weighted_mean(values, there, shares)
         told &= usable
@@ -66,4 +66,4 @@ def averaged_answers(first: Answers, others: Sequence[Answers], shares: Sequence
         middle = np.where(told, mean, value)
         half = np.where(told, np.hypot((high - low) / 2, HALF * apart), (high - low) / 2)
         filled[name], filled[f"{name}_low"], filled[f"{name}_high"] = middle, middle - half, middle + half
-    return replace(first, filled=filled)
+    return replace(last, filled=filled)
