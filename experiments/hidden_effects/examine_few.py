@@ -144,10 +144,9 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
         answers.append(_answered(model, rows).numpy())
     if not answers:
         return fresh(found.final.fit.model, made)
-    values = np.stack(answers)
     states = len(np.unique(question.rows.state))
     shares = predictive_shares([each.probability for each in told], [each.E_heldout for each in told], states)
-    mean, _, there = weighted_mean(values, np.isfinite(values), shares)
+    mean, _, there = weighted_mean(np.stack(answers), shares)
     last = _answered(found.final.fit.model, rows).numpy()
     return _floors(torch.as_tensor(np.where(there, mean, last)), rows, made)
 

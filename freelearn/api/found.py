@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -123,8 +125,7 @@ class Found:
         FREELEARN_EFFECTS does not name, in another session than that of the search."""
         if self.read is not None:
             return self.read
-        proposals = self.outcome.findings.proposals if self.outcome else []
-        with lent(effect_class(each.written) for each in proposals):
+        with self._written():
             return FittedRun.from_folder(self.folder)
 
     @cached_property
@@ -132,15 +133,11 @@ class Found:
         """The sets of effects that are as good, each with its share in what all predict together (see
         `predictive_shares`). What the search wrote itself is among their effects in its own session, or where
         FREELEARN_EFFECTS names its file; else no set with it is here."""
-        fitted, given = self.fitted, self.content["given_effects"]
-        known, made = fitted.model.description(), []
-        proposals = self.outcome.findings.proposals if self.outcome else []
-        with lent(effect_class(each.written) for each in proposals):
+        fitted, given, made = self.fitted, self.content["given_effects"], []
+        with self._written():
             told = [each for each in self.content["models"] if set(each["effects"]) <= set(EFFECTS)]
             for each in told:
-                names = [*given, *each["effects"]]
-                model = build_model(self.content["model"], {}, names, known["samples"], known["members"])
-                model.set_values(each["parameters"])
+                model = self._model([*given, *each["effects"]], each["parameters"])
                 values = model.scalars()
                 unknown = np.full((len(values), len(values)), np.nan)
                 made.append(replace(fitted, model=model, parameters=values, covariance=unknown))
@@ -228,11 +225,20 @@ class Found:
     @property
     def first_model(self) -> Model[Any]:
         """The model that the search began with, as fitted."""
-        fitted, first = self.fitted, self.content["trail"][0]
-        known = fitted.model.description()
-        model = build_model(self.content["model"], {}, first["effects"], known["samples"], known["members"])
-        model.set_values(first["parameters"])
+        first = self.content["trail"][0]
+        return self._model(first["effects"], first["parameters"])
+
+    def _model(self, effects: Sequence[str], parameters: Mapping[str, float]) -> Model[Any]:
+        """A model of the same samples or members, with these parameters, SI."""
+        known = self.fitted.model.description()
+        model = build_model(self.content["model"], {}, effects, known["samples"], known["members"])
+        model.set_values(parameters)
         return model
+
+    def _written(self) -> AbstractContextManager[None]:
+        """In it the effects that the search wrote are known, where this is its session."""
+        proposals = self.outcome.findings.proposals if self.outcome else []
+        return lent(effect_class(each.written) for each in proposals)
 
     def save(self, folder: str | Path) -> Path:
         """Copies the run's files, those of `freelearn discover`, to a folder, from which `load` takes it up again.
