@@ -11,13 +11,12 @@ from hidden_effects.make import Made, make
 
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.prepare import Question
-from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
 from freelearn.discovery.search.search import Findings, search
 from freelearn.discovery.search.testable import candidates
-from freelearn.fitting.uncertainty import interval
 from freelearn.physics.models.build import build_model
+from freelearn.records.discovery import final_estimates
 
 
 def examine(job: dict) -> dict:
@@ -75,16 +74,10 @@ def covered(found: Findings, truth: dict[str, float]) -> dict[str, bool]:
     """Whether each parameter's 95 % interval holds the truth, where there is one by its name and it can be told.
 
     Friction in twist is nothing to a bed without a moment."""
-    fit = found.final.fit
-    values = fit.values()
-    errors = torch.diagonal(parameter_covariance(found.final)).clamp_min(0).sqrt().numpy()
-    freedom = max(len(np.unique(found.rows.state)) - len(fit.vector), 1)
-    log = [fit.model.declared[label].log for label in values]
-    low, high = interval(list(values.values()), errors, log, freedom)
     out = {}
-    for label, error, least, most in zip(values, errors, low, high, strict=True):
-        if (whole := label.split("[")[0]) in truth and error > 0:
-            out[label] = bool(least <= truth[whole] <= most)
+    for known in final_estimates(found):
+        if (whole := known.name.split("[")[0]) in truth and known.stderr > 0:
+            out[known.name] = bool(known.low <= truth[whole] <= known.high)
     return out
 
 

@@ -140,7 +140,7 @@ class Found:
                 model = self._model([*given, *each["effects"]], each["parameters"])
                 values = model.scalars()
                 unknown = np.full((len(values), len(values)), np.nan)
-                made.append(replace(fitted, model=model, parameters=values, covariance=unknown))
+                made.append(replace(fitted, model=model, parameters=values, covariance=unknown, beside=fitted.bands))
         columns = ([each["probability"] for each in told], [each["E_heldout"] for each in told])
         return list(zip(predictive_shares(*columns, states=len(np.unique(fitted.rows.state))), made, strict=True))
 

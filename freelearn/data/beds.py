@@ -35,6 +35,12 @@ class Quantity:
     error: str
 
     @property
+    def left_out(self) -> str:
+        """The column of what a fit says that did not see the row's kinematic state: force_heldout_n. Its standard error
+        stands in force_heldout_n_stderr."""
+        return self.predicted.replace("_pred", "_heldout")
+
+    @property
     def label(self) -> str:
         """For an axis: force F [N]."""
         return f"{self.name} {self.symbol} [{self.unit}]"

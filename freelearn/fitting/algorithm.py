@@ -51,8 +51,7 @@ class LevenbergMarquardtEpochs:
         lower, upper = (bound.to(start.device) for bound in problem.model.raw_bounds())
         self.problem, self.pull = problem, pull
         self.solver = LevenbergMarquardt(
-            self._residuals if pull else problem.residuals,
-            self._jacobians if pull else problem.jacobians,
+            *(pull.joined(problem) if pull else (problem.residuals, problem.jacobians)),
             lower=lower,
             upper=upper,
             gtol=tolerance,
@@ -65,20 +64,10 @@ class LevenbergMarquardtEpochs:
         self.state = self.solver.init(start)
         self.epochs = 0
 
-    def _residuals(self, vectors: Tensor) -> Tensor:
-        assert self.pull is not None
-        return torch.cat([self.problem.residuals(vectors), self.pull.residuals(vectors)], dim=1)
-
-    def _jacobians(self, vectors: Tensor) -> Tensor:
-        return torch.cat([self.problem.jacobians(vectors), self._roots(len(vectors))], dim=1)
-
     def _pieces(self, vectors: Tensor) -> Iterator[Tensor]:
-        yield from self.problem.pieces(vectors)
-        yield self._roots(len(vectors))
-
-    def _roots(self, members: int) -> Tensor:
         assert self.pull is not None
-        return self.pull.root.expand(members, -1, -1)
+        yield from self.problem.pieces(vectors)
+        yield self.pull.jacobians(vectors)
 
     def advance(self) -> None:
         """One iteration."""

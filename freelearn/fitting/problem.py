@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -19,6 +19,9 @@ from freelearn.data.warm_start import Near
 from freelearn.physics.chain.log_derivatives import log_jacobian
 from freelearn.physics.chain.model import BLOCK, Bound, Model
 from freelearn.physics.chain.priors import RawPrior, raw_prior, spans
+
+# Of raw vectors, (members, p).
+Function = Callable[[Tensor], Tensor]
 
 # What a fit minimizes: the error metric of a model over training rows, as residuals of a raw vector.
 
@@ -288,6 +291,21 @@ class Pull:
     def residuals(self, vectors: Tensor) -> Tensor:
         """(members, p) → (members, k)."""
         return (vectors - self.middle) @ self.root.T
+
+    def jacobians(self, vectors: Tensor) -> Tensor:
+        """(members, p) → (members, k, p)."""
+        return self.root.expand(len(vectors), -1, -1)
+
+    def joined(self, problem: Problem) -> tuple[Function, Function]:
+        """Residuals and derivatives of a problem with these below them."""
+
+        def residuals(vectors: Tensor) -> Tensor:
+            return torch.cat([problem.residuals(vectors), self.residuals(vectors)], dim=1)
+
+        def jacobians(vectors: Tensor) -> Tensor:
+            return torch.cat([problem.jacobians(vectors), self.jacobians(vectors)], dim=1)
+
+        return residuals, jacobians
 
 
 def pulled(model: Model) -> bool:

@@ -101,8 +101,12 @@ def interval(values: ArrayLike, stderr: ArrayLike, log: ArrayLike, freedom: int)
     >>> low.round(3).tolist(), high.round(3).tolist()
     ([0.612, 0.999], [3.388, 4.004])
     """
-    value, error = np.asarray(values, dtype=np.float64), np.asarray(stderr, dtype=np.float64)
-    reach = quantile(freedom) * error
+    return ends(values, quantile(freedom) * np.asarray(stderr, dtype=np.float64), log)
+
+
+def ends(values: ArrayLike, reach: ArrayLike, log: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """The same of estimates from which an interval reaches so far, (p,), at the estimates' own scale."""
+    value, reach = np.asarray(values, dtype=np.float64), np.asarray(reach, dtype=np.float64)
     on_log = np.asarray(log, dtype=bool) & (value > 0)
     # The exponent of a parameter that has gone to zero may overflow: its upper end then is infinite, and truly so.
     with np.errstate(over="ignore"):

@@ -8,12 +8,14 @@ import numpy as np
 import pandas as pd
 
 from freelearn.common.errors import UserError
-from freelearn.data.beds import BED, BEDS
+from freelearn.data.beds import BED, BEDS, ELONGATION, FORCE, MOMENT, TWIST, bed_of
 from freelearn.data.columns import DESIGN, SECOND, members_in, pressure_column, pressure_columns
 from freelearn.data.table.log_tables import log_faults
 
 QUANTITIES = {q.column for bed in BEDS.values() for q in (*bed.state, *bed.readings)}
 ORDER = ("sample", "step", "time_s")
+# Force and moment: so many of five quantities may be blank.
+EQUATIONS = 2
 
 
 def as_numbers(table: pd.DataFrame, design: Sequence[str], members: Sequence[int]) -> pd.DataFrame:
@@ -45,6 +47,33 @@ def _numbers(column: pd.Series, name: str) -> pd.Series:
     if len(wrong):
         raise UserError(f"Row {wrong[0] + 1}, {name}: {str(column.iloc[wrong[0]])!r} is not a finite number.")
     return numbers
+
+
+def with_held(table: pd.DataFrame, known: pd.DataFrame, loads: bool) -> pd.DataFrame:
+    """The table with what the run's bed never moved, a muscle's twist, where rows leave it blank: held as it was there.
+
+    known: the run's rows. loads: whether only the loads at a state are asked for. Else in rows that leave more blank
+    than two equations can tell."""
+    if table.columns.duplicated().any():
+        return table  # as_numbers says so
+    mechanical = (ELONGATION, TWIST, FORCE, MOMENT)
+    blank = {q: _blank(table, q.column) for q in mechanical}
+    pressures = [name for name in table if str(name).startswith("pressure")]
+    unknown = sum(blank.values()) + pd.concat([_blank(table, name) for name in pressures or [""]], axis=1).any(axis=1)
+    # The twist first: that a length was never changed is rarer, and what is asked for more often.
+    for quantity in reversed(bed_of(known).state):
+        there = known[quantity.column]
+        lost = blank[quantity] & (True if loads else unknown > EQUATIONS)
+        if there.nunique(dropna=False) == 1 and lost.any():
+            own = table.get(quantity.column, pd.Series(np.nan, table.index))
+            table = table.assign(**{quantity.column: own.mask(lost, float(there.iloc[0]))})
+            unknown = unknown - lost
+    return table
+
+
+def _blank(table: pd.DataFrame, name: str) -> pd.Series:
+    """Rows that leave a column blank, (N,) bool."""
+    return pd.to_numeric(table[name], errors="coerce").isna() if name in table else pd.Series(True, table.index)
 
 
 def in_time(table: pd.DataFrame) -> None:

@@ -20,7 +20,7 @@ from freelearn.data.states import States
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.queries.answers import SOLUTIONS, Answers, Column, answers
-from freelearn.queries.asked_rows import as_numbers, in_time, leaves_length, with_design
+from freelearn.queries.asked_rows import as_numbers, in_time, leaves_length, with_design, with_held
 from freelearn.queries.inverse.asker import Asker
 from freelearn.queries.inverse.backwards import backwards, under_load
 from freelearn.queries.inverse.bands import Bands
@@ -89,7 +89,8 @@ class FittedModel:
     model: the torch module. parameters: by name, SI. covariance: of the parameters in that order, (k, k), SI; NaN where
     the rows did not determine one, and for a run that fitted nothing. design: sample, gamma_deg, length_mm,
     inner_radius_mm, outer_radius_mm of each actuator in the run's table (of an end block, all its members'). run: what
-    its folder holds. bed: that of the run's table. members: of an end block, by number.
+    its folder holds. bed: that of the run's table. members: of an end block, by number. beside: bands of the model that
+    it stands beside, which are its own then.
     """
 
     model: Model[Any]
@@ -99,6 +100,7 @@ class FittedModel:
     run: RunFolder
     bed: Bed
     members: list[int]
+    beside: Bands | None = None
 
     @classmethod
     def parts(cls, run: RunFolder) -> dict[str, Any]:
@@ -143,8 +145,12 @@ class FittedModel:
     @cached_property
     def bands(self) -> Bands | None:
         """How far a new measurement may lie from what the model says; None where no row tells it."""
-        seen = torch.as_tensor(self.run.seen[self.run.own])
-        return Bands.from_model(self.model, self.rows, seen, self.covariance, self.run.accuracy, self.run.by_states)
+        if self.beside is not None:
+            return self.beside.around(self.model)
+        run, own = self.run, self.run.own
+        seen = torch.as_tensor(run.seen[own])
+        left = run.left_out.of(own) if run.left_out else None
+        return Bands.from_model(self.model, self.rows, seen, self.covariance, run.accuracy, run.by_states, left)
 
     @cached_property
     def asker(self) -> Asker:
@@ -161,7 +167,7 @@ class FittedModel:
         """
         asked = states if isinstance(states, pd.DataFrame) else None
         if isinstance(states, pd.DataFrame):
-            complete = self._complete(states.reset_index(drop=True))
+            complete = self._complete(with_held(states.reset_index(drop=True), self.run.table, loads=True))
             states = States.from_table(complete)
             if self.model.remembers(states):
                 in_time(complete)
@@ -184,7 +190,7 @@ class FittedModel:
         cannot be answered says why. Of a log (time_s and run) each recording is one question, whose answers have what
         the actuator remembers in them.
         """
-        questions = questions.reset_index(drop=True)
+        questions = with_held(questions.reset_index(drop=True), self.run.table, loads=False)
         complete = self._complete(questions, blanks=True)
         states = States.from_table(_neutral(complete))
         along = self.model.remembers(states) and self.bed is not INFLATION

@@ -23,6 +23,7 @@ from freelearn.discovery.residuals.residual_summary import ResidualSummary
 from freelearn.discovery.search.measuring_order import DRIFT, unknown
 from freelearn.discovery.search.next_states import NextState
 from freelearn.discovery.search.search import Findings
+from freelearn.fitting.uncertainty import quantile
 from freelearn.records.estimates import Estimate, searched_estimates
 from freelearn.records.suspected_readings import SuspectedReading, flagged
 from freelearn.records.verdict_words import measured_channels, verdict_in_words
@@ -61,7 +62,17 @@ class Discovery:
 def final_estimates(findings: Findings) -> list[Estimate]:
     """Parameters of the last model, with 95 % intervals that count each kinematic state once."""
     fit, states = findings.final.fit, len(np.unique(findings.rows.visits))
-    return searched_estimates(fit.values(), stderr(findings.final), fit.model, states)
+    return searched_estimates(fit.values(), stderr(findings.final), reach(findings.final, states), fit.model)
+
+
+def reach(step: Step, states: int) -> dict[str, float]:
+    """How far 95 % intervals of the physical parameters reach (SI), with so many kinematic states, each counted once.
+
+    Few states hardly tell how large errors are, so Student's t takes the normal quantile's place: errors count for so
+    much larger. What was known beforehand they do not make less."""
+    freedom = max(states - int(step.fit.model.free.sum()), 1)
+    wider = quantile(freedom) / quantile(math.inf)
+    return {name: quantile(math.inf) * error for name, error in stderr(step, wider).items()}
 
 
 def document(
@@ -177,12 +188,12 @@ def trail_numbers(content: dict[str, Any]) -> pd.DataFrame:
     return table.assign(step=names)[["step", *shown]]
 
 
-def stderr(step: Step) -> dict[str, float]:
-    """Standard errors of the physical parameters (SI), from the whitened Jacobian and the noise that was measured.
+def stderr(step: Step, wider: float = 1.0) -> dict[str, float]:
+    """Standard errors of the physical parameters (SI), see parameter_covariance.
 
     NaN for a parameter that no reading depends on any more, such as a stiffness that has gone to zero.
     """
-    errors = torch.diagonal(parameter_covariance(step)).clamp_min(0).sqrt()
+    errors = torch.diagonal(parameter_covariance(step, wider)).clamp_min(0).sqrt()
     depends = step.fit.jacobian.flatten(0, 1).abs().amax(0)
     moved = depends[len(depends) - len(errors) :] > 0
     return dict(zip(step.fit.model.declared, torch.where(moved, errors, torch.nan).tolist(), strict=True))

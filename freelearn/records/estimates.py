@@ -15,7 +15,7 @@ from freelearn.common.display import DisplayTable
 from freelearn.common.formats import finite, number, percent
 from freelearn.data.beds import behind
 from freelearn.fitting.options import NORMAL, PROFILE
-from freelearn.fitting.uncertainty import Uncertainty, interval, quantile
+from freelearn.fitting.uncertainty import Uncertainty, ends, quantile
 from freelearn.physics.chain.known_parameters import FIXED
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.parameters import Parameter
@@ -208,20 +208,18 @@ def plain_estimates(values: Mapping[str, float], declared: Mapping[str, Paramete
 
 
 def searched_estimates(
-    values: Mapping[str, float], stderr: Mapping[str, float], model: Model[Any], states: int
+    values: Mapping[str, float], stderr: Mapping[str, float], reach: Mapping[str, float], model: Model[Any]
 ) -> list[Estimate]:
-    """Estimates from values and standard errors (SI), with 95 % intervals that count each of so many kinematic states
-    once; see fit.uncertainty.interval.
+    """Estimates from values, standard errors and how far their 95 % intervals reach (SI).
 
     A parameter without a standard error has no interval, and one that was held has no error."""
     entries, beforehand = [], model.beforehand()
-    freedom = max(states - int(model.free.sum()), 1)
     for name, value in values.items():
         p = model.declared[name]
-        error = 0.0 if p.fixed else stderr.get(name, math.nan)
-        low, high = interval([value], [error], [p.log], freedom)
-        ends, said = (float(low[0]), float(high[0])), beforehand.get(name, "")
-        entries.append(Estimate(name, value, p.unit, error, *ends, kind=NORMAL, beforehand=said))
+        error, far = (0.0 if p.fixed else known.get(name, math.nan) for known in (stderr, reach))
+        low, high = ends([value], [far], [p.log])
+        both, said = (float(low[0]), float(high[0])), beforehand.get(name, "")
+        entries.append(Estimate(name, value, p.unit, error, *both, kind=NORMAL, beforehand=said))
     return entries
 
 

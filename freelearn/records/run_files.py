@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from freelearn.physics.models.build import load_model, save_checkpoint
 from freelearn.physics.models.own_files import load_own_code
 from freelearn.records.estimates import parameter_table
 from freelearn.records.fit_report import fit_report
+from freelearn.records.left_out_readings import LeftOutReadings
 from freelearn.records.provenance import Origin, check_files, read_document, with_digests
 from freelearn.records.run import Run, seen_rows
 from freelearn.records.sampling import sampling_notes
@@ -159,6 +161,11 @@ class RunFolder:
     def by_states(self) -> bool:
         """Whether whole kinematic states were held out, so that bands are those of a state that was not visited."""
         return str(self.content.get("split", "states")) == "states"
+
+    @cached_property
+    def left_out(self) -> LeftOutReadings | None:
+        """What fits of a search say of the rows of states that they did not see; None where the table does not tell."""
+        return LeftOutReadings.from_table(self.table)
 
     @property
     def seen(self) -> np.ndarray:

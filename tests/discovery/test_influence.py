@@ -149,7 +149,7 @@ def test_one_group_neither_makes_a_difference_nor_hides_one():
     nothing = 0.5 * generator.normal(size=40)
 
     def between(losses):
-        return paired(HeldOut(None, None, np.zeros(40)), HeldOut(None, None, losses))
+        return paired(HeldOut(None, None, np.zeros(40), None), HeldOut(None, None, losses, None))
 
     mean, error = between(difference)
     assert (mean, error) == pytest.approx((difference.mean(), difference.std(ddof=1) / 40**0.5))

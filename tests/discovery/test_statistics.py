@@ -115,7 +115,7 @@ def test_few_states_are_each_left_out_alone_and_one_is_cut_into_runs():
 def test_paired_difference_by_hand():
     generator = np.random.default_rng(1)
     losses = generator.chisquare(8, size=(2, 10))
-    one, other = (HeldOut(None, None, loss) for loss in losses)
+    one, other = (HeldOut(None, None, loss, None) for loss in losses)
     mean, error = paired(one, other)
     assert mean == pytest.approx((losses[1] - losses[0]).mean())
     assert error == pytest.approx(np.std(losses[1] - losses[0], ddof=1) / np.sqrt(10))

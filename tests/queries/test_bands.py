@@ -17,6 +17,7 @@ from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.parameters import Parameters, parameter
 from freelearn.physics.models.build import MODELS, build_model
 from freelearn.queries.inverse.held_out import held_out
+from freelearn.queries.inverse.raw_covariance import RawCovariance
 
 ERRORS = {"elongation_mm": 0.073, "twist_deg": 0.175, "pressure_kpa": 0.15, "force_n": 0.03, "moment_nmm": 0.6}
 SENSORS = Accuracy.engineering(0.0, 0.0, 0.0, 0.03, 0.6)
@@ -173,14 +174,18 @@ def test_of_a_linear_model_the_band_is_the_textbook_s_prediction_interval(straig
 
 @pytest.mark.parametrize(("count", "rows_a_state"), [(60, 3), (36, 4)], ids=["one step", "few states"])
 def test_a_row_is_left_out_with_its_state_as_by_a_fit_of_its_own(straight, count, rows_a_state):
-    model, table, _ = straight(count, 3, rows_a_state)
+    model, table, covariance = straight(count, 3, rows_a_state)
     rows = Rows.from_table(table)
-    held = held_out(model, rows, torch.ones(count, dtype=torch.bool), True)
+    held = held_out(model, rows, torch.ones(count, dtype=torch.bool), True, RawCovariance.from_model(model, covariance))
     for i, (x, y) in enumerate(channels(table)):
         for state in np.unique(rows.state):
             own = rows.state == state
             without = np.linalg.lstsq(x[~own], y[~own], rcond=None)[0]
             np.testing.assert_allclose(held.residual[own, i], x[own] @ without - y[own], rtol=1e-6, atol=1e-10)
+            # Least squares of the other rows predict it with this variance.
+            rest = np.linalg.inv(x[~own].T @ x[~own])
+            variance = (0.03, 6e-4)[i] ** 2 * np.einsum("na,ab,nb->n", x[own], rest, x[own])
+            np.testing.assert_allclose(held.by_parameters[own, i, i], variance, rtol=1e-6)
 
 
 def test_of_the_continuum_one_step_leaves_out_nearly_what_a_fit_does():
@@ -190,7 +195,9 @@ def test_of_the_continuum_one_step_leaves_out_nearly_what_a_fit_does():
     table[PLACE] = table[PLACE].groupby(np.arange(160) // 4).transform("first")
     fit(model, table)
     rows = Rows.from_table(table)
-    held = held_out(model, rows, torch.ones(160, dtype=torch.bool), True)
+    nothing = RawCovariance.from_model(model, np.full((len(model.declared),) * 2, np.nan))
+    held = held_out(model, rows, torch.ones(160, dtype=torch.bool), True, nothing)
+    assert held.by_parameters is None
     with torch.no_grad():
         plain = (model(rows.states).loads - rows.loads).numpy()
     moved, truth = [], []

@@ -24,6 +24,7 @@ from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.questions import faults_of_given
 from freelearn.data.table.records import columns_of, numbers_of, read_records
 from freelearn.discovery.search.next_states import TELLING
+from freelearn.fitting.uncertainty import quantile
 from freelearn.queries.next_measurements.candidates import MANY, Candidates, candidates, ordered
 from freelearn.queries.next_measurements.continuous_plan import Continuous, continuous
 from freelearn.queries.next_measurements.exact_plan import choose, rows_for
@@ -196,7 +197,7 @@ def _result(
 def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narrowed, ...]:
     """Standard errors of the goal's parameters, by what is measured and with the plan."""
     assert goal.fit is not None
-    states = len(_rows_of_states(measured))
+    wide = quantile(max(len(_rows_of_states(measured)) - int(goal.fit.model.free.sum()), 1))
     values = present_value(goal)
     (gain,) = scored.gains
     out = []
@@ -204,7 +205,8 @@ def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narr
         declared = goal.fit.model.declared[label]
         unit = goal.sizes[i] * (value if declared.log else 1.0)
         before, after = (unit * error[i] for error in (gain.errors_before, gain.errors_after))
-        (known,) = searched_estimates({label: float(value)}, {label: float(before)}, goal.fit.model, states)
+        said = ({label: float(number)} for number in (value, before, wide * before))
+        (known,) = searched_estimates(*said, goal.fit.model)
         out.append(Narrowed(label, declared.unit, float(value), float(before), float(after), known.untold))
     return tuple(out)
 

@@ -38,11 +38,12 @@ HELDOUT_IS = (
 @dataclass(frozen=True)
 class HeldOut:
     """Residuals of every row by a fit that did not see its fold: white and raw (N, 2); loss: sum of squares of the
-    whitened ones in each group (groups,), of a single one in each fold."""
+    whitened ones in each group (groups,), of a single one in each fold. fold: of every row, (N,)."""
 
     white: Tensor
     raw: Tensor
     loss: np.ndarray
+    fold: np.ndarray
 
 
 def folds_of(group: np.ndarray, seed: int, count: int = FOLDS) -> np.ndarray:
@@ -66,7 +67,7 @@ def held_out(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray, grou
     raw = unseen(fit, rows, whiten, fold)
     white = whiten(raw)
     _, member = np.unique(group, return_inverse=True)
-    return HeldOut(white, raw, np.bincount(member, weights=white.square().sum(-1).numpy()))
+    return HeldOut(white, raw, np.bincount(member, weights=white.square().sum(-1).numpy()), fold)
 
 
 def unseen(fit: WhiteFit, rows: Rows, whiten: Whitener, fold: np.ndarray) -> Tensor:

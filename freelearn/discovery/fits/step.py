@@ -95,19 +95,42 @@ class Step:
         return step
 
 
-def parameter_covariance(step: Step) -> Tensor:
-    """Covariance of the declared physical parameters (SI), scaled by the noise that was measured: (k, k).
+def parameter_covariance(step: Step, wider: float = 1.0) -> Tensor:
+    """Covariance of the declared physical parameters (SI), by the readings and by what was known beforehand: (k, k).
 
-    Of heavy tails the weighted Jacobian promises more than they hold: divided by the errors' efficiency."""
+    Scaled by the noise that was measured, or by so many times as much of it."""
     fit = step.fit
     if not fit.model.declared:
         return torch.zeros(0, 0)
-    inverse = normal_inverse(fit.jacobian.flatten(0, 1), smallest=1e-13)
 
     def declared(vector: Tensor) -> Tensor:
         values = fit.model.physical(vector)
         return torch.stack([values[name] for name in fit.model.declared])
 
     change = torch.func.jacfwd(declared)(fit.vector)
-    covariance: Tensor = change @ inverse @ change.T * step.left.scale**2 / step.whiten.efficiency
+    covariance: Tensor = (
+        change @ _raw_covariance(step, torch.ones(len(fit.residual), dtype=torch.bool), wider) @ change.T
+    )
     return covariance
+
+
+def heldout_stderr(step: Step) -> Tensor:
+    """What the parameters' uncertainty makes of each held-out residual, as a fit to the other folds knows them: one
+    standard error (N, 2) SI. It is larger where the others have to be extrapolated."""
+    by, fold = step.fit.raw_jacobian, torch.as_tensor(step.heldout.fold)
+    variance = torch.zeros_like(step.fit.residual)
+    for number in fold.unique():
+        own = fold == number
+        variance[own] = torch.einsum("ncp,pq,ncq->nc", by[own], _raw_covariance(step, ~own), by[own])
+    return variance.clamp_min(0).sqrt()
+
+
+def _raw_covariance(step: Step, rows: Tensor, wider: float = 1.0) -> Tensor:
+    """Of the raw vector by some of the rows, (N,) bool: (p, p).
+
+    Of heavy tails the weighted Jacobian promises more than they hold: multiplied by the errors' efficiency."""
+    fit = step.fit
+    known = fit.jacobian[rows].flatten(0, 1) * (step.whiten.efficiency**0.5 / (wider * step.left.scale))
+    if fit.prior is not None:
+        known = torch.cat([known, fit.prior.root])
+    return normal_inverse(known, smallest=1e-13)

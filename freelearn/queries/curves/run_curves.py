@@ -16,6 +16,7 @@ from freelearn.queries.curves.curve_rows import curves_of
 from freelearn.queries.curves.model_curves import StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states
 from freelearn.queries.inverse.bands import Bands
+from freelearn.records.left_out_readings import LeftOutReadings
 from freelearn.records.run import Run, seen_rows
 from freelearn.records.suspected_readings import flagged
 
@@ -46,9 +47,15 @@ def run_bands(run: Run, own: pd.DataFrame, rows: Rows, by_states: bool) -> Bands
 
 def search_predictions(findings: Findings, table: pd.DataFrame, states: States) -> dict[str, pd.DataFrame]:
     """The table with the loads of the first model (before) and of the last one (after), in the columns of a run's
-    predictions.csv. states: of the table's rows, with the memory of the whole table."""
+    predictions.csv, and with what fits say that did not see a row's state. states: of the table's rows, with the memory
+    of the whole table."""
     with torch.no_grad():
-        return {when: predicted_table(table, "train", step.fit.model(states)) for when, step in _ends(findings).items()}
+        told = {when: predicted_table(table, "train", step.fit.model(states)) for when, step in _ends(findings).items()}
+    rows, kept = findings.rows, findings.kept
+    return {
+        when: told[when].assign(**LeftOutReadings.from_step(step, rows).columns(rows, kept))
+        for when, step in _ends(findings).items()
+    }
 
 
 def search_curves(
@@ -78,7 +85,9 @@ def _bands(findings: Findings, accuracy: Accuracy) -> dict[str, Bands | None]:
     fitted = torch.ones(len(rows), dtype=torch.bool)
 
     def of(step: Step) -> Bands | None:
-        return Bands.from_model(step.fit.model, rows, fitted, parameter_covariance(step).numpy(), accuracy)
+        known = parameter_covariance(step).numpy()
+        left = LeftOutReadings.from_step(step, rows)
+        return Bands.from_model(step.fit.model, rows, fitted, known, accuracy, left=left)
 
     first, last = findings.steps[0], findings.final
     before = of(first)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -15,7 +15,9 @@ from freelearn.data.states import States
 from freelearn.physics.chain.model import Model
 from freelearn.queries.inverse.held_out import held_out
 from freelearn.queries.inverse.miss import COVERAGE, Miss
+from freelearn.queries.inverse.raw_covariance import RawCovariance
 from freelearn.queries.inverse.system import System
+from freelearn.records.left_out_readings import LeftOutReadings
 
 SAME = torch.ones(2, dtype=torch.float64)
 
@@ -38,15 +40,24 @@ class Bands:
         covariance: np.ndarray,
         accuracy: Accuracy | None,
         by_states: bool = True,
+        left: LeftOutReadings | None = None,
     ) -> Bands | None:
         """Of a model fitted on some of the rows, fitted (N,) bool; None where no row tells how far it misses.
 
         covariance: of the declared parameters, SI (k, k), NaN where one is not known. accuracy: of the measuring.
-        by_states: whether a new measurement may be of a kinematic state that was not visited (see held_out)."""
+        by_states, left: whether a new measurement may be of a state that was not visited, and what is known of
+        how far it lies off then (see held_out)."""
         if not len(rows):
             return None
-        held = held_out(model, rows, fitted, by_states)
-        return cls(model, Miss.from_held_out(held, covariance, accuracy), _diameter(model, rows)) if len(held) else None
+        parameters = RawCovariance.from_model(model, covariance)
+        held = held_out(model, rows, fitted, by_states, parameters, left)
+        return cls(model, Miss.from_held_out(held, parameters, accuracy), _diameter(model, rows)) if len(held) else None
+
+    def around(self, model: Model) -> Bands:
+        """The same of another model, of whose parameters nothing is known."""
+        count = len(model.declared)
+        unknown = RawCovariance.from_model(model, np.full((count, count), np.nan))
+        return Bands(model, replace(self.miss, parameters=unknown), self.diameter)
 
     def half(self, states: States, shown: Tensor) -> np.ndarray:
         """Half of the band of what the bed measures, (N, 2) SI; NaN where nothing tells it. shown: (N, 2), what the

@@ -6,65 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.fitting.uncertainty import quantile as student
-from freelearn.physics.chain.model import Model
 from freelearn.queries.inverse.held_out import HeldOutRows
+from freelearn.queries.inverse.raw_covariance import RawCovariance, Spread
 from freelearn.queries.inverse.system import System
-
-# What the uncertainty of a model's parameters makes of its outputs.
-
-
-class Spread(NamedTuple):
-    """covariance (N, 2, 2) of two outputs' misses; lost (N, 2) bool: outputs that hang on a parameter which nobody
-    knows."""
-
-    covariance: Tensor
-    lost: Tensor
-
-
-@dataclass(frozen=True)
-class RawCovariance:
-    """matrix (p, p): covariance of a model's raw vector, zero where it is not known; undetermined (p,) bool: which of
-    its numbers are not. Of a model of which nothing is known neither says anything, nor of a network's weights."""
-
-    matrix: Tensor
-    undetermined: Tensor
-
-    @classmethod
-    def from_model(cls, model: Model, covariance: np.ndarray) -> RawCovariance:
-        """From that of the declared parameters, SI (k, k), NaN where one is not known."""
-        vector = model.vector().detach()
-        total = torch.zeros(len(vector), len(vector), dtype=torch.float64)
-        undetermined = torch.zeros(len(vector), dtype=torch.bool)
-        count = len(model.declared)
-        if not count or not np.isfinite(covariance).any():
-            return cls(total, undetermined)
-        known = np.isfinite(np.diagonal(covariance))
-        # d value / d raw: the value itself where its logarithm was fitted.
-        values = model.scalars()
-        rate = torch.tensor([values[n] if p.log else 1.0 for n, p in model.declared.items()], dtype=torch.float64)
-        inside = torch.as_tensor(np.where(known[:, None] & known, covariance, 0.0))
-        total[-count:, -count:] = inside / rate.clamp_min(1e-300)[:, None] / rate.clamp_min(1e-300)
-        undetermined[-count:] = torch.as_tensor(~known)
-        return cls(total, undetermined)
-
-    @property
-    def silent(self) -> bool:
-        """Whether it says nothing, so that no derivative is needed."""
-        return not bool((self.matrix != 0).any() | self.undetermined.any())
-
-    def spread(self, rate: Tensor) -> Spread:
-        """Of outputs with these derivatives by the raw vector, (N, 2, p)."""
-        lost = (rate[:, :, self.undetermined].abs() > 0).any(-1)
-        return Spread(rate @ self.matrix @ rate.transpose(1, 2), lost)
-
 
 COVERAGE = 0.95
 # Residuals beyond so many times the middling one say nothing of how the others scatter.
@@ -93,16 +43,14 @@ class Miss:
     beyond: Tensor
 
     @classmethod
-    def from_held_out(cls, held: HeldOutRows, covariance: np.ndarray, accuracy: Accuracy | None) -> Miss:
-        """As the held-out rows, at least one, tell it.
-
-        covariance: of the model's declared parameters, SI (k, k), NaN where one is not known."""
-        parameters = RawCovariance.from_model(held.system.model, covariance)
+    def from_held_out(cls, held: HeldOutRows, parameters: RawCovariance, accuracy: Accuracy | None) -> Miss:
+        """As the held-out rows, at least one, tell it."""
         known = cls(held, parameters, accuracy, torch.zeros(2, 2, dtype=torch.float64))
         return replace(known, beyond=_beyond(held, known.own_spread.covariance, accuracy is not None))
 
-    def spread(self, system: System, x: Tensor, slopes: Tensor) -> Spread:
-        """Of f(x) − y where all of x and y was measured. slopes: (N, 2, m) at x."""
+    def spread(self, system: System, x: Tensor, slopes: Tensor, known: Tensor | None = None) -> Spread:
+        """Of f(x) − y where all of x and y was measured. slopes: (N, 2, m) at x. known: (N, 2, 2), in place of what the
+        parameters' uncertainty makes of f(x)."""
         total = self.beyond.expand(len(x), 2, 2).clone()
         if self.accuracy is not None:
             own = [getattr(self.accuracy, q.error) for q in system.bed.readings]
@@ -111,14 +59,15 @@ class Miss:
             spread = slopes * errors
             total = total + spread @ spread.transpose(1, 2)
         if self.parameters.silent:
-            return Spread(total, torch.zeros(len(x), 2, dtype=torch.bool))
-        known = self.parameters.spread(system.by_parameters(x))
-        return Spread(total + known.covariance, known.lost)
+            return Spread(total if known is None else total + known, torch.zeros(len(x), 2, dtype=torch.bool))
+        own = self.parameters.spread(system.by_parameters(x))
+        return Spread(total + (own.covariance if known is None else known), own.lost)
 
     @cached_property
     def own_spread(self) -> Spread:
-        """Of the held-out rows."""
-        return self.spread(self.held.system, self.held.system.x, self.held.slopes)
+        """Of the held-out rows, by what the fits that did not see them knew of the parameters."""
+        held = self.held
+        return self.spread(held.system, held.system.x, held.slopes, held.by_parameters)
 
     def half_width(
         self, system: System, x: Tensor, slopes: Tensor, asked: Sequence[int], given: Sequence[int], scale: Tensor
