@@ -26,6 +26,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.table.measurement_table import read_table
 from freelearn.discovery.checks.look import failed, looked_over
 from freelearn.discovery.fits.prepare import Question
+from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.discovery.search.search import Findings, search
@@ -35,6 +36,9 @@ from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
 from freelearn.queries.averages import predictive_shares, weighted_mean
+from freelearn.queries.inverse.bands import Bands
+from freelearn.queries.inverse.miss import NORMAL
+from freelearn.records.left_out_readings import LeftOutReadings
 from freelearn.testing.reference import other_beds
 
 # A search that takes longer [s] has no answer.
@@ -58,12 +62,12 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": [], "stopped": []} | {
-            "fresh": None, "fresh_together": None, "fresh_before": None, "claimed": "",
+            "fresh": None, "fresh_together": None, "fresh_before": None, "claimed": "", "banded": None,
             "seconds": time.perf_counter() - began,
         }  # fmt: skip
     return result | said(found, stopped) | {
         "fresh": fresh(found.final.fit.model, made), "fresh_together": fresh_together(found, question, made),
-        "fresh_before": fresh(found.steps[0].fit.model, made),
+        "fresh_before": fresh(found.steps[0].fit.model, made), "banded": banded(found, question, made),
         "seconds": time.perf_counter() - began,
     }  # fmt: skip
 
@@ -151,9 +155,30 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
     return _floors(torch.as_tensor(np.where(there, mean, last)), rows, made)
 
 
+def banded(found: Findings, question: Question, made: few.Few) -> list[float]:
+    """Of a new measurement between the states the share within the answer's 95 % bands, and how wide these are: the
+    root mean square of σ as told over that of what is missed."""
+    step, rows, measured = found.final, found.rows, usable(made.fresh, made.bed)
+    known, left = parameter_covariance(step).numpy(), LeftOutReadings.from_step(step, rows)
+    seen = torch.ones(len(rows), dtype=torch.bool)
+    bands = Bands.from_model(step.fit.model, rows, seen, known, question.accuracy, left=left)
+    assert bands is not None
+    shown = _answered(step.fit.model, measured)
+    half = torch.as_tensor(bands.half(measured.states, shown))
+    missed = measured.readings.missed(shown)
+    there = measured.readings.informative_mask(shown) & half.isfinite() & missed.isfinite()
+    inside, (told, lies) = (missed.abs() <= half)[there], (t[there].square().mean().sqrt() for t in (half, missed))
+    return [float(inside.double().mean()), float(told / NORMAL / lies)]
+
+
 def between(made: few.Few) -> Rows:
-    """What is measured anew between the states."""
-    table = as_read(made.between, made.bed)
+    """What is true between the states."""
+    return usable(made.between, made.bed)
+
+
+def usable(table: pd.DataFrame, bed: str) -> Rows:
+    """The rows of a table that count, as read."""
+    table = as_read(table, bed)
     return Rows.from_table(table[usable_rows(table)].reset_index(drop=True))
 
 

@@ -110,11 +110,12 @@ MISSTATED = (1.0, 1.0, 0.5, 2.0, 1 / 3, 3.0)
 @dataclass(frozen=True)
 class Few:
     """A table and what is true of it. told, true: accuracies in the table's units. between: what is true,
-    without noise, at states between those measured; floor: E that a new measurement's noise alone makes there. exact:
-    the table without noise; without: the same without each hidden effect."""
+    without noise, at states between those measured; fresh: a new measurement of these; floor: E that its noise alone
+    makes. exact: the table without noise; without: the same without each hidden effect."""
 
     table: pd.DataFrame
     between: pd.DataFrame
+    fresh: pd.DataFrame
     floor: float
     told: dict[str, float]
     true: dict[str, float]
@@ -232,16 +233,16 @@ def _few(
     quiet = dict.fromkeys(true, 0.0)
     noisy, exact = table(places, job.get("draw", job["seed"]), true), table(between, 0, quiet)
     without = {name: table(places, 0, quiet, name) for name in hidden}
+    again = [table(between, job["seed"] + 1 + draw, true) for draw in range(DRAWS)]
     squares = []
-    for draw in range(DRAWS):
-        fresh = table(between, job["seed"] + 1 + draw, true)
+    for fresh in again:
         good = (fresh["buckled"] == 0) & (exact["buckled"] == 0)
         missed = [(fresh[name] - exact[name])[good] / exact.loc[good, name].abs().max() for name in shown]
         squares.append(sum(float(np.mean(m**2)) for m in missed))
     told = {name: job["misstated"] * value for name, value in true.items()}
     floor = float(np.sqrt(np.mean(squares)))
     measured = table(places, 0, quiet)
-    return Few(noisy, exact, floor, told, true, hidden, job["unknown"], material, bed, measured, without)
+    return Few(noisy, exact, again[0], floor, told, true, hidden, job["unknown"], material, bed, measured, without)
 
 
 def _rig(name: str, largest: float, most: float) -> Rig:

@@ -31,7 +31,7 @@ def report_few(results: list[dict[str, Any]], out: Path) -> None:
     write_text(out / "rates.md", markdown(title, rows))
     cells = frame.assign(classes=frame["classes"].map(lambda groups: ["/".join(group) for group in groups]))
     cells = cells.drop(columns=["sizes", "values", "formulas", "alone"]).map(
-        lambda c: "; ".join(c) if isinstance(c, list) else c
+        lambda c: "; ".join(map(str, c)) if isinstance(c, list) else c
     )
     write_text(out / "tables.csv", csv_text(cells))
     console.print(f"files: {out}", soft_wrap=True)
@@ -45,7 +45,7 @@ def told(results: list[dict[str, Any]]) -> pd.DataFrame:
         claims = r["verdict"] in CLAIMS
         listed = hidden & set().union(*groups)
         each.append(r | {
-            "reason": r.get("reason", ""), "claims": claims,
+            "reason": r.get("reason", ""), "claims": claims, "banded": r.get("banded"),
             "listed": len(listed), "found": len(listed) if claims else 0,
             "names": claims and bool(groups), "wrong": claims and any(not group & hidden for group in groups),
             "fresh": float("nan") if r["fresh"] is None else r["fresh"],
@@ -84,6 +84,12 @@ def rates(frame: pd.DataFrame) -> list[Row]:
     rows += rate(words, frame, frame["together"] <= RIGHT, "")
     what = f"claims that states in between refute (> {REFUTED:g} floors)"
     rows += rate(what, claims, ~(claims["fresh"] <= REFUTED), "≤ 2")
+    bands = frame["banded"].dropna()
+    if len(bands):
+        inside, wide = (100 * bands.str[0]), bands.str[1]
+        told = f"{inside.mean():.1f}, {inside.median():.1f}"
+        rows.append(("a new measurement in between within the bands: mean, median", len(bands), told, "95"))
+        rows.append(("… their σ over what is missed: median (not %)", len(bands), f"{wide.median():.2f}", "1"))
     for verdict in ("unexplained", "undecided", "failed"):
         rows += rate(verdict, frame, frame["verdict"] == verdict, "0" if verdict == "failed" else "")
     kept = frame.loc[frame["verdict"] == "unexplained", "effects"].map(len)

@@ -24,7 +24,7 @@ from freelearn.queries.asked_rows import as_numbers, in_time, leaves_length, wit
 from freelearn.queries.inverse.asker import Asker
 from freelearn.queries.inverse.backwards import backwards, under_load
 from freelearn.queries.inverse.bands import Bands
-from freelearn.queries.inverse.miss import RawCovariance
+from freelearn.queries.inverse.raw_covariance import RawCovariance
 from freelearn.queries.inverse.system import System
 from freelearn.queries.log_answers import LogQuestion
 from freelearn.records.run_files import RunFolder

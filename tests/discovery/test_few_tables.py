@@ -31,7 +31,7 @@ def result(**said):
     plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
     return plain | {
         "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [],
-        "stopped": [], "fresh": 1.0, "fresh_together": 1.0, "seconds": 1.0,
+        "stopped": [], "fresh": 1.0, "fresh_together": 1.0, "banded": [0.9, 1.5], "seconds": 1.0,
     } | said  # fmt: skip
 
 
@@ -102,7 +102,7 @@ def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
                        effects=["end_taper"], classes=[["end_taper", "end_clamps"]]),
                 result(**several, verdict="named", effects=["end_clamps"], classes=[["end_clamps"], ["end_taper"]]),
                 result(**several, verdict="unexplained", effects=["force_gain"], classes=[["force_gain"]], fresh=9.0),
-                result(kind="unknown", unknown="cell_bends", verdict="failed", fresh=None),
+                result(kind="unknown", unknown="cell_bends", verdict="failed", fresh=None, banded=None),
             ])
         )
     }  # fmt: skip
@@ -116,6 +116,12 @@ def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
     assert rows["three or four: tables with nothing wrong named"] == (2, "50.0")
     assert rows["claims that states in between refute (> 2 floors)"] == (4, "25.0")
     assert rows["effects kept where unexplained: median, most (not %)"] == (1, "1, 1")
+    # Of the one without an answer nothing.
+    assert rows["a new measurement in between within the bands: mean, median"] == (5, "90.0, 90.0")
+    assert rows["… their σ over what is missed: median (not %)"] == (
+        5,
+        "1.50",
+    )
 
 
 def test_the_report_is_printed_and_written(module, tmp_path, capsys):

@@ -205,8 +205,8 @@ def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narr
         declared = goal.fit.model.declared[label]
         unit = goal.sizes[i] * (value if declared.log else 1.0)
         before, after = (unit * error[i] for error in (gain.errors_before, gain.errors_after))
-        said = ({label: float(number)} for number in (value, before, wide * before))
-        (known,) = searched_estimates(*said, goal.fit.model)
+        told, error, reach = ({label: float(number)} for number in (value, before, wide * before))
+        (known,) = searched_estimates(told, error, reach, goal.fit.model)
         out.append(Narrowed(label, declared.unit, float(value), float(before), float(after), known.untold))
     return tuple(out)
 

@@ -53,8 +53,8 @@ class Miss:
         parameters' uncertainty makes of f(x)."""
         total = self.beyond.expand(len(x), 2, 2).clone()
         if self.accuracy is not None:
-            own = [getattr(self.accuracy, q.error) for q in system.bed.readings]
-            total = total + torch.diag(torch.tensor(own, dtype=torch.float64) ** 2)
+            sensors = [getattr(self.accuracy, q.error) for q in system.bed.readings]
+            total = total + torch.diag(torch.tensor(sensors, dtype=torch.float64) ** 2)
             errors = torch.tensor([getattr(self.accuracy, q.error) for q in system.inputs], dtype=torch.float64)
             spread = slopes * errors
             total = total + spread @ spread.transpose(1, 2)
