@@ -44,6 +44,7 @@ class HeldOutRows:
     known: Tensor
     under_load: bool
     recording: Tensor | None = None
+    state: Tensor | None = None
     by_parameters: Tensor | None = None
 
     def __len__(self) -> int:
@@ -82,13 +83,13 @@ def held_out(
     with torch.no_grad():
         residual = problem.residual(vector).reshape(-1, 2) * problem.scale
     known_by: Tensor | None = None
+    few = len(np.unique(some.state)) <= FEW_STATES
+    # The next measurement of a log is another recording.
+    by_states = by_states or log
     if left is not None:
         residual, stderr = (told.nan_to_num(0.0) for told in left.of(place))
         known_by = torch.diag_embed(stderr.square())
     elif not model.needs_validation:
-        few = len(np.unique(some.state)) <= FEW_STATES
-        # The next measurement of a log is another recording.
-        by_states = by_states or log
         alone = few and not by_states
         without = _Without(problem, vector, residual, seen, np.arange(len(some)) if alone else some.state)
         residual = without.refitted() if few and by_states else without.residual()
@@ -106,8 +107,11 @@ def held_out(
         # A diameter is no load.
         known = known & torch.tensor([q is FORCE for q in some.states.bed.readings])
         residual = torch.where(known, residual, 0.0)
-    recording = torch.as_tensor(groups(some.state)) if log else None
-    return HeldOutRows(system, slopes, residual, known, under_load, recording, known_by)
+    number = torch.as_tensor(groups(some.state))
+    apart = few and by_states and not log and not model.needs_validation
+    return HeldOutRows(
+        system, slopes, residual, known, under_load, number if log else None, number if apart else None, known_by
+    )
 
 
 def _answered(model: Model, rows: Rows) -> Tensor:

@@ -102,10 +102,12 @@ class Miss:
         for i in range(maps.shape[1]):
             scores = missed[:, i] / deviation[:, i]
             there = ~touched[:, i] & scores.isfinite()
-            if held.recording is None:
-                factor = _conformal(scores[there])
-            else:
+            if held.recording is not None:
                 factor = among_recordings(scores[there], held.recording[there], bool(told[i]))
+            elif held.state is not None:
+                factor = among_states(scores[there], held.state[there])
+            else:
+                factor = _conformal(scores[there])
             each.append(factor)
         return torch.stack(each)
 
@@ -164,6 +166,23 @@ def _conformal(scores: Tensor, draws: float | None = None) -> Tensor:
     return scores[rank - 1]
 
 
+def among_states(scores: Tensor, state: Tensor) -> Tensor:
+    """How large a score of a state that was not visited may be with 95 % probability, from scores (n,) of few states.
+
+    The rows of a state err together, so their scores are no draws by themselves, and what is scored by is known from
+    these states too: not below Student's quantile with as many degrees of freedom as states, or more where rows err by
+    themselves (see among_recordings). A single state tells of itself alone."""
+    square = _means(scores.square(), state)
+    return _conformal(scores).clamp_min(student(_draws(square))) if len(square) > 1 else _conformal(scores)
+
+
+def _draws(square: Tensor) -> float:
+    """Degrees of freedom of mean squares of states or recordings, one for each at least (Satterthwaite 1946)."""
+    count = len(square)
+    spread = 2 * float(square.mean()) ** 2 * count / max(float(square.var()), 1e-300)
+    return min(max(spread, count), MOST_FREEDOM)
+
+
 def among_recordings(scores: Tensor, recording: Tensor, told: bool) -> Tensor:
     """How large a score of a further recording may be with 95 % probability, from scores (n,) each of a recording.
 
@@ -179,8 +198,7 @@ def among_recordings(scores: Tensor, recording: Tensor, told: bool) -> Tensor:
     count = len(square)
     if count < 2:
         return _conformal(scores)
-    size = float(square.mean())
-    draws = min(max(2 * size**2 * count / max(float(square.var()), 1e-300), count), MOST_FREEDOM)
+    size, draws = float(square.mean()), _draws(square)
     if count >= RANKED:
         return _conformal(scores, draws)
     return _conformal(scores).clamp_min(max(NORMAL, student(draws) * size**0.5) if told else NORMAL)
