@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 import torch
+from scipy.special import ndtr, stdtrit
 from torch import Tensor
 
 from freelearn.common.formats import error_in_words, in_words
@@ -20,7 +21,8 @@ from freelearn.discovery.referee.black_box import levels
 from freelearn.discovery.referee.case import CANNOT, CERTIFIED, FAIL, PASS, Case, Check
 
 # Errors of what was left out, beside the noise: as good, and beyond doubt worse; and beside what the others do not know
-# of the parameters, which is a number or two, so that three standard deviations of it happen.
+# of the parameters, which is a number or two, so that three standard deviations of it happen: so many where they are
+# known, and of few parts, which hardly tell how large they are, as many as Student's t says for the same probability.
 NEAR, SURE, UNSURE = 1.3, 1.6, 3.0
 # Error between the outermost levels, beside the noise, beyond which nothing can be said.
 FAR = 2.0
@@ -50,17 +52,16 @@ class LeftOut:
     @property
     def most(self) -> float:
         """The error beyond which neither noise nor parameters explain it."""
-        return _most(self.noise, self.known)
+        return self._most(self.noise, self.known)
 
     @property
     def most_placed(self) -> float:
         """The same where places may be off by more than is assumed."""
-        return _most(*self.placed) if self.placed else self.most
+        return self._most(*self.placed) if self.placed else self.most
 
-
-def _most(noise: float, known: float) -> float:
-    unsure = max(known**2 - noise**2, 0.0)
-    return math.hypot(SURE * noise, UNSURE * math.sqrt(unsure))
+    def _most(self, noise: float, known: float) -> float:
+        unsure = max(known**2 - noise**2, 0.0)
+        return math.hypot(SURE * noise, float(stdtrit(len(self.parts), ndtr(UNSURE))) * math.sqrt(unsure))
 
 
 def levels_left_out(case: Case) -> tuple[list[Check], list[LeftOut]]:
