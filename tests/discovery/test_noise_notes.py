@@ -8,11 +8,12 @@ import pytest
 import torch
 from first_step import first_step
 from linear_bed import bench, student
+from scipy import stats
 
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.discovery.referee.black_box import MATTERS, SUSPECT_MATTERS, black_box
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case
-from freelearn.discovery.referee.levels import levels_left_out
+from freelearn.discovery.referee.levels import LeftOut, levels_left_out
 from freelearn.discovery.referee.residual_patterns import stated
 from freelearn.records.verdict_words import noise_notes
 
@@ -121,3 +122,17 @@ def test_many_states_tell_how_well_places_were_set():
     prepared, step = first_step(bench(5, states=60).question())
     case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, PAPER, prepared.fold)
     assert not case.places_assumed
+
+
+@pytest.mark.parametrize(("parts", "allowed"), [(5, True), (200, False)], ids=["few", "many"])
+def test_what_few_parts_say_of_parameters_is_known_as_student_knows_it(parts, allowed):
+    """Misses of four times what the others' parameters make: of 200 parts only a wrong model has them; of five, which
+    tell how large errors are by five numbers, it happens once in a hundred."""
+    noise, unsure = 0.002, 0.004
+    known = (noise**2 + unsure**2) ** 0.5
+    each = [(f"elongation {i} mm", 4 * unsure) for i in range(parts)]
+    left = LeftOut("each elongation", 4 * unsure, 0.1, 0.1, noise, known, None, each)
+    assert (left.model <= left.most) == allowed
+    # With many the quantile is the normal distribution's, three standard deviations; the chance of either is the same.
+    quantile = (left.most**2 - (1.6 * noise) ** 2) ** 0.5 / unsure
+    assert stats.t.sf(quantile, parts) == pytest.approx(stats.norm.sf(3.0), rel=1e-6)
