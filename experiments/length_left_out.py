@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import PolynomialFeatures
+from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 
 import freelearn as fl
 from freelearn.common.package import EXAMPLES
@@ -34,17 +34,20 @@ def main() -> None:
     shown = Table(*HEADINGS, title="a muscle's length that the search did not see")
     for length in lengths:
         own = table["elongation_mm"] == length
-        shown.add_row(f"{length:g} mm", *left_out(table[~own].reset_index(drop=True), table[own]))
+        largest = float(table["force_n"].abs().max())
+        shown.add_row(f"{length:g} mm", *left_out(table[~own].reset_index(drop=True), table[own], largest))
     Console(width=160).print(shown)
 
 
-def left_out(seen: pd.DataFrame, asked: pd.DataFrame) -> list[str]:
-    """The cells of a length's row. seen: the table without its rows, asked."""
+def left_out(seen: pd.DataFrame, asked: pd.DataFrame, largest: float) -> list[str]:
+    """The cells of a length's row. seen: the table without its rows, asked; largest: force of all [N]."""
     found = fl.discover(seen, bed="isometric", accuracy=ACCURACY)
-    rows, largest = asked[["sample", *IMPOSED]], seen["force_n"].abs().max()
+    rows = asked[["sample", *IMPOSED]]
     answer, together = found.predict(rows).frame(), found.predict(rows, average=True).frame()
     taut = seen[seen["slack"] == 0]
-    cubic = make_pipeline(PolynomialFeatures(3), LinearRegression()).fit(taut[IMPOSED], taut["force_n"])
+    cubic = make_pipeline(StandardScaler(), PolynomialFeatures(3), LinearRegression()).fit(
+        taut[IMPOSED], taut["force_n"]
+    )
     told = answer["force_pred_n"], together["force_pred_n"], cubic.predict(asked[IMPOSED])
     missed = [_missed(np.asarray(force), asked) for force in told]
     errors = [f"{100 * np.sqrt(np.mean(m**2)) / largest:.2f}" for m in missed]
