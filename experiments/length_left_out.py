@@ -32,9 +32,9 @@ def main() -> None:
     table = pd.read_csv(EXAMPLES / "dmsp_20_300.csv")
     lengths = parser.parse_args().lengths or sorted(table["elongation_mm"].unique())
     shown = Table(*HEADINGS, title="a muscle's length that the search did not see")
+    largest = float(table["force_n"].abs().max())
     for length in lengths:
         own = table["elongation_mm"] == length
-        largest = float(table["force_n"].abs().max())
         shown.add_row(f"{length:g} mm", *left_out(table[~own].reset_index(drop=True), table[own], largest))
     Console(width=160).print(shown)
 

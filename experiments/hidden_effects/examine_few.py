@@ -26,7 +26,6 @@ from freelearn.data.rows import Rows
 from freelearn.data.table.measurement_table import read_table
 from freelearn.discovery.checks.look import failed, looked_over
 from freelearn.discovery.fits.prepare import Question
-from freelearn.discovery.fits.step import parameter_covariance
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.discovery.search.search import Findings, search
@@ -36,9 +35,8 @@ from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
 from freelearn.queries.averages import predictive_shares, weighted_mean
-from freelearn.queries.inverse.bands import Bands
+from freelearn.queries.curves.run_curves import step_bands
 from freelearn.queries.inverse.miss import NORMAL
-from freelearn.records.left_out_readings import LeftOutReadings
 from freelearn.testing.reference import other_beds
 
 # A search that takes longer [s] has no answer.
@@ -158,12 +156,9 @@ def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
 def banded(found: Findings, question: Question, made: few.Few) -> list[float]:
     """Of a new measurement between the states the share within the answer's 95 % bands, and how wide these are: the
     root mean square of σ as told over that of what is missed."""
-    step, rows, measured = found.final, found.rows, usable(made.fresh, made.bed)
-    known, left = parameter_covariance(step).numpy(), LeftOutReadings.from_step(step, rows)
-    seen = torch.ones(len(rows), dtype=torch.bool)
-    bands = Bands.from_model(step.fit.model, rows, seen, known, question.accuracy, left=left)
+    bands, measured = step_bands(found.final, found.rows, question.accuracy), usable(made.fresh, made.bed)
     assert bands is not None
-    shown = _answered(step.fit.model, measured)
+    shown = _answered(found.final.fit.model, measured)
     half = torch.as_tensor(bands.half(measured.states, shown))
     missed = measured.readings.missed(shown)
     there = measured.readings.informative_mask(shown) & half.isfinite() & missed.isfinite()

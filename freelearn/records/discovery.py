@@ -24,7 +24,7 @@ from freelearn.discovery.search.measuring_order import DRIFT, unknown
 from freelearn.discovery.search.next_states import NextState
 from freelearn.discovery.search.search import Findings
 from freelearn.fitting.uncertainty import quantile
-from freelearn.records.estimates import Estimate, searched_estimates
+from freelearn.records.estimates import Estimate, searched_estimates, searched_quantile
 from freelearn.records.suspected_readings import SuspectedReading, flagged
 from freelearn.records.verdict_words import measured_channels, verdict_in_words
 from freelearn.records.written_effects import ProposalCurve, proposal_entry
@@ -70,8 +70,7 @@ def reach(step: Step, states: int) -> dict[str, float]:
 
     Few states hardly tell how large errors are, so Student's t takes the normal quantile's place: errors count for so
     much larger. What was known beforehand they do not make less."""
-    freedom = max(states - int(step.fit.model.free.sum()), 1)
-    wider = quantile(freedom) / quantile(math.inf)
+    wider = searched_quantile(step.fit.model, states) / quantile(math.inf)
     return {name: quantile(math.inf) * error for name, error in stderr(step, wider).items()}
 
 

@@ -207,6 +207,11 @@ def plain_estimates(values: Mapping[str, float], declared: Mapping[str, Paramete
     return [Estimate(name, value, declared[name].unit) for name, value in values.items()]
 
 
+def searched_quantile(model: Model[Any], states: int) -> float:
+    """Standard errors to either end of a 95 % interval of a search's model, so many kinematic states counted once."""
+    return quantile(max(states - int(model.free.sum()), 1))
+
+
 def searched_estimates(
     values: Mapping[str, float], stderr: Mapping[str, float], reach: Mapping[str, float], model: Model[Any]
 ) -> list[Estimate]:

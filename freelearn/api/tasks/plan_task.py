@@ -24,13 +24,12 @@ from freelearn.data.table.faults import Fault, TableError
 from freelearn.data.table.questions import faults_of_given
 from freelearn.data.table.records import columns_of, numbers_of, read_records
 from freelearn.discovery.search.next_states import TELLING
-from freelearn.fitting.uncertainty import quantile
 from freelearn.queries.next_measurements.candidates import MANY, Candidates, candidates, ordered
 from freelearn.queries.next_measurements.continuous_plan import Continuous, continuous
 from freelearn.queries.next_measurements.exact_plan import choose, rows_for
 from freelearn.queries.next_measurements.goals import NARROW, SURE, Discriminate, Goal, Narrow, Score, score
 from freelearn.queries.next_measurements.views import Objective
-from freelearn.records.estimates import searched_estimates
+from freelearn.records.estimates import searched_estimates, searched_quantile
 from freelearn.records.plan_record import Certificate, Expected, Narrowed, Plan, plan_table
 from freelearn.records.run_files import begin_results
 
@@ -197,7 +196,7 @@ def _result(
 def _narrowed(goal: Narrow, scored: Score, measured: pd.DataFrame) -> tuple[Narrowed, ...]:
     """Standard errors of the goal's parameters, by what is measured and with the plan."""
     assert goal.fit is not None
-    wide = quantile(max(len(_rows_of_states(measured)) - int(goal.fit.model.free.sum()), 1))
+    wide = searched_quantile(goal.fit.model, len(_rows_of_states(measured)))
     values = present_value(goal)
     (gain,) = scored.gains
     out = []

@@ -108,9 +108,8 @@ def parameter_covariance(step: Step, wider: float = 1.0) -> Tensor:
         return torch.stack([values[name] for name in fit.model.declared])
 
     change = torch.func.jacfwd(declared)(fit.vector)
-    covariance: Tensor = (
-        change @ _raw_covariance(step, torch.ones(len(fit.residual), dtype=torch.bool), wider) @ change.T
-    )
+    every = torch.ones(len(fit.residual), dtype=torch.bool)
+    covariance: Tensor = change @ _raw_covariance(step, every, wider) @ change.T
     return covariance
 
 

@@ -79,16 +79,15 @@ def _ends(findings: Findings) -> dict[str, Step]:
     return {"before": findings.steps[0], "after": findings.final}
 
 
+def step_bands(step: Step, rows: Rows, accuracy: Accuracy) -> Bands | None:
+    """How far a new measurement may lie from what a search's step says, fitted on all of its rows."""
+    fitted, known = torch.ones(len(rows), dtype=torch.bool), parameter_covariance(step).numpy()
+    left = LeftOutReadings.from_step(step, rows)
+    return Bands.from_model(step.fit.model, rows, fitted, known, accuracy, left=left)
+
+
 def _bands(findings: Findings, accuracy: Accuracy) -> dict[str, Bands | None]:
-    """How far a new measurement may lie from what the first and the last model say, fitted on all rows."""
-    rows = findings.rows
-    fitted = torch.ones(len(rows), dtype=torch.bool)
-
-    def of(step: Step) -> Bands | None:
-        known = parameter_covariance(step).numpy()
-        left = LeftOutReadings.from_step(step, rows)
-        return Bands.from_model(step.fit.model, rows, fitted, known, accuracy, left=left)
-
+    """Those of the first and of the last model."""
     first, last = findings.steps[0], findings.final
-    before = of(first)
-    return {"before": before, "after": before if last is first else of(last)}
+    before = step_bands(first, findings.rows, accuracy)
+    return {"before": before, "after": before if last is first else step_bands(last, findings.rows, accuracy)}
