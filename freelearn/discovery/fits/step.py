@@ -14,7 +14,6 @@ from torch import Tensor
 from freelearn.data.states import States
 from freelearn.discovery.fits.left_out import HeldOut
 from freelearn.discovery.fits.white_fit import WhiteFit
-from freelearn.discovery.noise.linear_algebra import normal_inverse
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.structure import Structure, structure
 from freelearn.discovery.thresholds import FEW_STATES, RISES
@@ -128,8 +127,4 @@ def _raw_covariance(step: Step, rows: Tensor, wider: float = 1.0) -> Tensor:
     """Of the raw vector by some of the rows, (N,) bool: (p, p).
 
     Of heavy tails the weighted Jacobian promises more than they hold: multiplied by the errors' efficiency."""
-    fit = step.fit
-    known = fit.jacobian[rows].flatten(0, 1) * (step.whiten.efficiency**0.5 / (wider * step.left.scale))
-    if fit.prior is not None:
-        known = torch.cat([known, fit.prior.root])
-    return normal_inverse(known, smallest=1e-13)
+    return step.fit.covariance(rows, step.whiten.efficiency / (wider * step.left.scale) ** 2)

@@ -14,7 +14,7 @@ from torch import Tensor
 from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.journal import Ending, ended
-from freelearn.discovery.noise.linear_algebra import norms, orthonormal
+from freelearn.discovery.noise.linear_algebra import norms, normal_inverse, orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.thresholds import PROMISE
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
@@ -33,6 +33,8 @@ HOPELESS, ROUGHLY = 8.0, 1e-5
 # A parameter has gone if a change of its raw value by one changes the residuals by less than this share of them.
 GONE = 1e-4
 MAX_ITERATIONS = 60
+# Relative eigenvalues of what is known, each parameter in units of its own, that rounding alone would leave.
+DEPENDENT = 1e-13
 # Steps in which the sum of squares has to fall at all: of a fit that is only to be compared, and of others.
 FEW, MANY = 5, 15
 # A fit need not be pursued whose χ², less so many times what the linear model promises, is so much above a rival's.
@@ -77,6 +79,20 @@ class WhiteFit:
     def begin(self) -> Near | None:
         """Where a search for equilibria begins that goes on from here, whatever was held."""
         return None if self.near is None else self.near.released()
+
+    def information_root(self, rows: Tensor | None = None, weight: float = 1.0) -> Tensor:
+        """R with RᵀR what is known of the raw vector, (2n + p, p): derivatives of some rows' whitened readings,
+        (N,) bool, and below them what was known beforehand. A row without an answer tells nothing.
+
+        weight: what a reading counts, 1 for what its deviation says.
+        """
+        told = self.jacobian if rows is None else self.jacobian[rows]
+        root = told.flatten(0, 1).nan_to_num(0.0, 0.0, 0.0) * weight**0.5
+        return root if self.prior is None else torch.cat([root, self.prior.root])
+
+    def covariance(self, rows: Tensor | None = None, weight: float = 1.0) -> Tensor:
+        """Of the raw vector, as the same readings and what was known beforehand leave it: (p, p)."""
+        return normal_inverse(self.information_root(rows, weight), smallest=DEPENDENT)
 
     def values(self) -> dict[str, float]:
         """Physical parameters, SI."""

@@ -86,16 +86,11 @@ class Case:
     @cached_property
     def covariance(self) -> Tensor:
         """Of the raw vector, (p, p): of the rows and of what was known beforehand."""
-        return self.covariance_from(torch.ones(len(self.rows), dtype=torch.bool))
+        return self.covariance_from()
 
-    def covariance_from(self, rows: Tensor) -> Tensor:
+    def covariance_from(self, rows: Tensor | None = None) -> Tensor:
         """The same as some rows know it, (N,) bool."""
-        jacobian = self.fit.jacobian[rows].flatten(0, 1)
-        precision = jacobian.T @ jacobian * self.whiten.efficiency
-        if self.fit.prior is not None:
-            precision = precision + self.fit.prior.root.T @ self.fit.prior.root
-        inverse: Tensor = torch.linalg.pinv(precision, hermitian=True, rtol=1e-13)
-        return inverse
+        return self.fit.covariance(rows, self.whiten.efficiency)
 
     def error(self, raw: Tensor, of: Tensor | None = None) -> float:
         """The paper's E of residuals (N, 2), a fraction, on all rows or on some, (N,) bool."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import torch
-
 from freelearn.common.formats import in_words
 from freelearn.data.beds import INFLATION, behind
 from freelearn.discovery.fits.white_fit import GONE
@@ -107,8 +105,7 @@ def _moved(case: Case) -> list[Check]:
     if case.plain is None:
         return []
     before: Mapping[str, float] = dict(zip(case.plain.model.labels(), case.plain.vector.tolist(), strict=True))
-    jacobian = case.plain.jacobian.flatten(0, 1)
-    error = torch.linalg.pinv(jacobian.T @ jacobian, hermitian=True).diagonal().clamp_min(0).sqrt()
+    error = case.plain.covariance().diagonal().clamp_min(0).sqrt()
     told = []
     values = case.plain.values(), case.fit.values()
     for i, label in enumerate(case.plain.model.labels()):

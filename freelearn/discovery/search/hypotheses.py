@@ -18,6 +18,7 @@ from freelearn.discovery.fits.derivatives import none_vector
 from freelearn.discovery.fits.journal import together
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.white_fit import SentFit, WhiteFit, WhiteProblem, white_fit
+from freelearn.discovery.noise.linear_algebra import normal_inverse
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis, log_evidence, log_odds
 from freelearn.discovery.search.ranking import Promise, Ranking
@@ -328,19 +329,15 @@ def needed(hypothesis: Hypothesis, name: str) -> bool:
     The sum of squares is taken for quadratic about the fit, the other parameters giving way to the effect's being none.
     """
     fit = hypothesis.fit
-    assert fit.prior is not None
     labels, declared = fit.model.labels(), fit.model.declared
-    jacobian = fit.jacobian.flatten(0, 1)
-    curvature = jacobian.T @ jacobian + fit.prior.root.T @ fit.prior.root
     own = [i for i, label in enumerate(labels) if label.startswith(f"{name}.")]
     others = [i for i in range(len(labels)) if i not in own]
     # What is undefined without the effect (a time constant) goes with it.
     gone = {i: p.none for i in own if (p := declared.get(labels[i])) is not None and p.none is not None}
     none = [declared[labels[i]].to_raw(value) for i, value in gone.items()]
     step = torch.tensor(none, dtype=torch.float64) - fit.vector[list(gone)]
-    if not gone or not bool(step.isfinite().all()) or not bool(curvature.isfinite().all()):
+    if not gone or not bool(step.isfinite().all()) or not bool(fit.jacobian.isfinite().all()):
         return False
-    cross = curvature[list(gone)][:, others]
-    inverse = torch.linalg.pinv(curvature[others][:, others], hermitian=True)
-    lost = 0.5 * float(step @ (curvature[list(gone)][:, list(gone)] - cross @ inverse @ cross.T) @ step)
-    return lost > NEEDED
+    root = fit.information_root()
+    moved, given = root[:, list(gone)] @ step, root[:, others]
+    return 0.5 * float((moved - given @ (normal_inverse(given) @ (given.T @ moved))).square().sum()) > NEEDED

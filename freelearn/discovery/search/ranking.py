@@ -62,9 +62,7 @@ class Ranking:
         self.fit, self.odds = fit, odds
         # A row without an answer tells nothing.
         jacobian = fit.jacobian.flatten(0, 1).nan_to_num(0.0, 0.0, 0.0)
-        precision = fit.prior.root.T @ fit.prior.root
-        self.inverse = torch.linalg.pinv(jacobian.T @ jacobian + precision, hermitian=True, rtol=1e-13)
-        self.jacobian = jacobian
+        self.inverse, self.jacobian = fit.covariance(), jacobian
         residual = fit.residual.reshape(-1).nan_to_num(0.0, 0.0, 0.0)
         # What is left of the slope where bounds hold parameters back, and of their prior, is nothing's to explain.
         self.residual = residual
