@@ -14,7 +14,7 @@ from torch import Tensor
 from freelearn.data.rows import Rows
 from freelearn.data.warm_start import Near
 from freelearn.discovery.fits.journal import Ending, ended
-from freelearn.discovery.noise.linear_algebra import norms, normal_inverse, orthonormal
+from freelearn.discovery.noise.linear_algebra import normal_inverse, norms, orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.thresholds import PROMISE
 from freelearn.fitting.levenberg_marquardt import LevenbergMarquardt
