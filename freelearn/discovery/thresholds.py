@@ -52,7 +52,8 @@ HOPELESS = 15.0
 # Fall of the evidence, to first order, beyond which a set without an effect is not fitted. What is linear may promise
 # ten times what is lost, hardly more; it would still be hopeless.
 NEEDED = 100.0
-# What stands in for an effect must promise, to first order, no less than the effect itself but for this.
+# What stands in for an effect must promise, to first order, no less than the effect itself but for this, or for as much
+# as that is wrong about the effect.
 COMPARABLE = 6.0
 # Sets that are as good, of which is asked what could stand in for what they share.
 RIVALS = 5

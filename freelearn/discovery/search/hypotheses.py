@@ -286,7 +286,9 @@ class Hypotheses:
         for name, hypothesis in reduced.items():
             promised = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
             own = next((p.evidence for p in promised if p.effect == name), 0.0)
-            rivals = [p for p in promised if p.effect != name and p.evidence > own - COMPARABLE]
+            # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
+            off = max(COMPARABLE, abs(whole.evidence - hypothesis.evidence - own))
+            rivals = [p for p in promised if p.effect != name and p.evidence > own - off]
             chosen = [p for p in rivals if instead is None or p.effect in instead][:CHILDREN]
             asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in chosen]
         asked.sort(key=lambda each: -each[0])
