@@ -45,8 +45,16 @@ def own(name: str, **values: float):
 # --- contracts on two families --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("angles", [(24.0, -24.0), (-24.0, 24.0), (-40.0, math.nan), (30.0, -50.0)])
-@pytest.mark.parametrize("name", EFFECTS)
+ANGLES = [(24.0, -24.0), (-24.0, 24.0), (-40.0, math.nan), (30.0, -50.0)]
+# By day each effect on one of them, the next effect on the next one.
+OF_EACH = [
+    pytest.param(name, angles, marks=[pytest.mark.nightly] if (i - j) % len(ANGLES) else [])
+    for i, name in enumerate(EFFECTS)
+    for j, angles in enumerate(ANGLES)
+]
+
+
+@pytest.mark.parametrize(("name", "angles"), OF_EACH)
 def test_every_effect_works_on_braids_and_on_fibers_wound_the_other_way(name, angles):
     states = braids(gamma_deg=angles[0], gamma2_deg=angles[1])
     kind = EFFECTS[name]
