@@ -13,7 +13,7 @@ from scipy import stats
 from freelearn.data.accuracy import PAPER, Accuracy
 from freelearn.discovery.referee.black_box import MATTERS, SUSPECT_MATTERS, black_box
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case
-from freelearn.discovery.referee.levels import LeftOut, levels_left_out
+from freelearn.discovery.referee.levels import Expected, LeftOut, levels_left_out
 from freelearn.discovery.referee.residual_patterns import stated
 from freelearn.records.verdict_words import noise_notes
 
@@ -109,7 +109,7 @@ def test_where_readings_scatter_more_than_was_stated_less_of_a_misfit_is_let_pas
 @pytest.mark.parametrize(("times", "result"), [(1.0, PASS), (2.5, CANNOT), (8.0, FAIL)])
 def test_places_that_few_states_do_not_tell_of_may_be_what_a_length_left_out_is_off_by(times, result):
     """Of eight lengths nothing says how well they were set: an error that twice the usual one explains is no misfit."""
-    made = bench(5, states=8, samples=(1,), true=replace(PAPER, length=times * PAPER.length, twist=times * PAPER.twist))
+    made = bench(8, states=8, samples=(1,), true=replace(PAPER, length=times * PAPER.length, twist=times * PAPER.twist))
     prepared, step = first_step(made.question(accuracy=PAPER))
     case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, PAPER, prepared.fold)
     assert case.places_assumed
@@ -131,8 +131,26 @@ def test_what_few_parts_say_of_parameters_is_known_as_student_knows_it(parts, al
     noise, unsure = 0.002, 0.004
     known = (noise**2 + unsure**2) ** 0.5
     each = [(f"elongation {i} mm", 4 * unsure) for i in range(parts)]
-    left = LeftOut("each elongation", 4 * unsure, 0.1, 0.1, noise, known, None, each)
+    left = LeftOut("each elongation", 4 * unsure, 0.1, 0.1, Expected(noise, known, 1000.0), None, each)
     assert (left.model <= left.most) == allowed
     # With many the quantile is the normal distribution's, three standard deviations; the chance of either is the same.
     quantile = (left.most**2 - (1.6 * noise) ** 2) ** 0.5 / unsure
     assert stats.t.sf(quantile, parts) == pytest.approx(stats.norm.sf(3.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(("lengths", "often"), [(5, True), (60, False)], ids=["few", "many"])
+def test_noise_that_is_errors_of_few_places_is_exceeded_no_more_often_than_that_of_many(lengths, often):
+    """Errors of a right model, drawn: of five places beyond 1.6 times their size once in twenty, which is no doubt."""
+    true = replace(PAPER, length=20 * PAPER.length)
+    made = bench(6, states=lengths, samples=(1,), true=true)
+    prepared, step = first_step(made.question(accuracy=true))
+    case = Case(step.fit, None, prepared.rows, step.whiten, prepared.scale, true, prepared.fold)
+    generator = torch.Generator().manual_seed(1)
+    drawn = torch.tensor([case.error(step.whiten.drawn(generator)) for _ in range(4000)]) / case.floor
+    assert bool((drawn > 1.6).double().mean() > 0.01) == often
+    expected = Expected(case.floor, case.floor, case.draws())
+    # One in 741 is meant; Satterthwaite's few draws are those of the variance, whose tail is a little thicker.
+    assert float((drawn > expected.most_of_few(lengths) / case.floor).double().mean()) < 0.006
+    assert (case.draws() < 12) == often
+    # That of the squares is as told: 2 / draws.
+    assert float(drawn.square().var()) == pytest.approx(2 / case.draws(), rel=0.15)

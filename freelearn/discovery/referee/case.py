@@ -109,6 +109,16 @@ class Case:
             variance = variance + torch.einsum("ncp,pq,ncq->nc", by, without, by).clamp_min(0)
         return relative_error(variance / self.scale**2, self.present & of[:, None])
 
+    def draws(self, places: float = 1.0) -> float:
+        """Of how many independent errors of one size the square of what noise makes would scatter as much (Satterthwaite
+        1946): of few, where few states were set with errors that make most of it. places: as `expected` has it."""
+        right, scale = self.present[..., None], self.scale[:, None]
+        by = torch.where(right, self.whiten.places / scale, 0.0).nan_to_num(0.0, 0.0, 0.0)
+        own = (self.noise / self.scale**2 - by.square().sum(-1)).clamp_min(0)
+        of_states = places**2 * self.whiten.gathered(by.mT @ by)
+        total = own.sum() + of_states.diagonal(dim1=1, dim2=2).sum()
+        return float(total**2 / (own.square().sum() + of_states.square().sum()))
+
     @cached_property
     def noise(self) -> Tensor:
         """Variance of every reading as it was found to scatter, place and all, (N, 2) SI."""

@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import torch
-from scipy.special import ndtr, stdtrit
+from scipy.special import chdtri, ndtr, stdtrit
 from torch import Tensor
 
 from freelearn.common.formats import error_in_words, in_words
@@ -23,6 +24,8 @@ from freelearn.discovery.referee.case import CANNOT, CERTIFIED, FAIL, PASS, Case
 # Errors of what was left out, beside the noise: as good, and beyond doubt worse; and beside what the others do not know
 # of the parameters, which is a number or two, so that three standard deviations of it happen: so many where they are
 # known, and of few parts, which hardly tell how large they are, as many as Student's t says for the same probability.
+# Noise that is mostly the errors of a few places is exceeded more often than that of many readings: what it makes at
+# most is a quantile of χ² of the same probability.
 NEAR, SURE, UNSURE = 1.3, 1.6, 3.0
 # Error between the outermost levels, beside the noise, beyond which nothing can be said.
 FAR = 2.0
@@ -34,34 +37,60 @@ MOST_WAYS = 3
 FEWEST_STATES = 3
 
 
+class Expected(NamedTuple):
+    """E of noise alone, and of noise and what the other rows know of the parameters; draws: how many independent errors
+    the noise is as good as (Case.draws)."""
+
+    noise: float
+    known: float
+    draws: float
+
+    def most(self, parts: int) -> float:
+        """The error of so many parts beyond which neither explains it."""
+        return self._most(SURE, parts)
+
+    def most_of_few(self, parts: int) -> float:
+        """The same where the noise is mostly the errors of few places: these exceed what is usual more often."""
+        return self._most(max(SURE, math.sqrt(chdtri(self.draws, ndtr(-UNSURE)) / self.draws)), parts)
+
+    def _most(self, sure: float, parts: int) -> float:
+        unsure = math.sqrt(max(self.known**2 - self.noise**2, 0.0))
+        return math.hypot(sure * self.noise, float(stdtrit(parts, ndtr(UNSURE))) * unsure)
+
+
 @dataclass(frozen=True)
 class LeftOut:
-    """What one way of leaving rows out showed, errors E as fractions: of the model, of the plain one, of a cubic; of
-    noise alone, and of noise and what the other rows know of the parameters; both also with places that are off by as
-    much as they may be, where the rows do not tell by how much. parts: E of each part, and its name."""
+    """What one way of leaving rows out showed, errors E as fractions: of the model, of the plain one, of a cubic; what
+    is expected, and with places that are off by as much as they may be, where the rows do not tell by how much. parts:
+    E of each part, and its name."""
 
     way: str
     model: float
     plain: float | None
     cubic: float
-    noise: float
-    known: float
-    placed: tuple[float, float] | None
+    expected: Expected
+    placed: Expected | None
     parts: Sequence[tuple[str, float]]
+
+    @property
+    def noise(self) -> float:
+        """What noise alone makes."""
+        return self.expected.noise
 
     @property
     def most(self) -> float:
         """The error beyond which neither noise nor parameters explain it."""
-        return self._most(self.noise, self.known)
+        return self.expected.most(len(self.parts))
+
+    @property
+    def most_of_few(self) -> float:
+        """That beyond which few places do not either."""
+        return self.expected.most_of_few(len(self.parts))
 
     @property
     def most_placed(self) -> float:
         """The same where places may be off by more than is assumed."""
-        return self._most(*self.placed) if self.placed else self.most
-
-    def _most(self, noise: float, known: float) -> float:
-        unsure = max(known**2 - noise**2, 0.0)
-        return math.hypot(SURE * noise, float(stdtrit(len(self.parts), ndtr(UNSURE))) * math.sqrt(unsure))
+        return self.placed.most(len(self.parts)) if self.placed else self.most
 
 
 def levels_left_out(case: Case) -> tuple[list[Check], list[LeftOut]]:
@@ -120,19 +149,19 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
     placed = _expected(case, unknown, CERTIFIED) if case.places_assumed else None
     return LeftOut(
         way, case.error(raw), None if plain is None else case.error(plain), case.error(cubic),
-        *_expected(case, unknown), placed, each,
+        _expected(case, unknown), placed, each,
     )  # fmt: skip
 
 
-def _expected(case: Case, unknown: Sequence[tuple[Tensor, Tensor]], places: float = 1.0) -> tuple[float, float]:
-    """E that noise makes, and noise and what is not known of the parameters. unknown: rows of each part (N,) bool, and
-    the covariance (p, p) that the others leave. places: times that their errors are as large as they were found."""
+def _expected(case: Case, unknown: Sequence[tuple[Tensor, Tensor]], places: float = 1.0) -> Expected:
+    """What is expected of a right model. unknown: rows of each part (N,) bool, and the covariance (p, p) that the others
+    leave. places: times that their errors are as large as they were found."""
     shares, counts = 0.0, 0
     for own, covariance in unknown:
         expected = case.expected(own, covariance, places)
         shares, counts = shares + int(own.sum()) * expected**2, counts + int(own.sum())
     every = torch.ones(len(case.rows), dtype=torch.bool)
-    return case.expected(every, places=places), (shares / max(counts, 1)) ** 0.5
+    return Expected(case.expected(every, places=places), (shares / max(counts, 1)) ** 0.5, case.draws(places))
 
 
 def _raw(case: Case, fit: WhiteFit, fold: np.ndarray) -> Tensor | None:
@@ -192,6 +221,9 @@ def _check(left: LeftOut) -> Check:
 
     if left.model <= NEAR * left.noise:
         return Check(name, PASS, left.model, NEAR * left.noise, says(""))
+    if left.most < left.model <= left.most_of_few:
+        what = ", no more than the errors of so few places may make: set some twice"
+        return Check(name, CANNOT, left.model, left.most, says(what))
     if left.model > left.most:
         if left.cubic < CUBIC * left.model:
             return Check(name, FAIL, left.model, left.cubic, says(", where a cubic polynomial predicts better"))

@@ -217,7 +217,10 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     as before, the one that does not stand among them."""
     if ending.proposals:
         return None
-    close = [h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key]
+    every = [h for h, _ in ending.answer.close]
+    close = [h for h in every if h.effects and h.key != ending.answer.shown.key]
+    # An effect more that makes a set less probable may predict a little better; it holds nowhere.
+    close = [h for h in close if not any(less.key < h.key and less.evidence >= h.evidence for less in every)]
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
         other = ended(prepared, ending.known, ending.disagreed, hypothesis)
