@@ -18,7 +18,7 @@ from freelearn.discovery.referee.case import FAIL, Check
 from freelearn.discovery.referee.referee import Referee
 from freelearn.discovery.search import search as searching
 from freelearn.discovery.search.hypotheses import Hypotheses
-from freelearn.discovery.search.hypothesis import log_evidence
+from freelearn.discovery.search.hypothesis import log_evidence, minimal
 from freelearn.discovery.search.search import search
 from freelearn.discovery.thresholds import MOST_KEPT
 from freelearn.physics.chain.parameters import Parameters, Prior, parameter
@@ -199,6 +199,15 @@ def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(
     assert told <= -best.cost + 1e-9
     occam = np.linalg.slogdet(np.eye(count) + size[:, None] * (slopes.T @ slopes) * size)[1]
     assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
+
+
+def test_a_set_with_an_effect_to_spare_is_none_of_those_asked_again():
+    """Predicting a little better is no reason: the effect made it less probable."""
+    sets = [
+        SimpleNamespace(key=frozenset(effects), evidence=evidence)
+        for effects, evidence in (("ab", 0.0), ("abc", -1.0), ("ac", -2.0), ("acd", -1.5), ("b", -9.0))
+    ]
+    assert ["".join(sorted(h.key)) for h in minimal(sets)] == ["ab", "ac", "acd", "b"]
 
 
 @pytest.mark.nightly

@@ -154,8 +154,8 @@ def _way(case: Case, way: str, fold: np.ndarray) -> LeftOut | None:
 
 
 def _expected(case: Case, unknown: Sequence[tuple[Tensor, Tensor]], places: float = 1.0) -> Expected:
-    """What is expected of a right model. unknown: rows of each part (N,) bool, and the covariance (p, p) that the others
-    leave. places: times that their errors are as large as they were found."""
+    """What is expected of a right model. unknown: rows of each part (N,) bool, and the covariance (p, p) that the
+    others leave. places: times that their errors are as large as they were found."""
     shares, counts = 0.0, 0
     for own, covariance in unknown:
         expected = case.expected(own, covariance, places)

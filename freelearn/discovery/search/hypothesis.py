@@ -53,6 +53,12 @@ def log_odds(effects: Sequence[str], others: Mapping[str, float] | None = None) 
     return sum(math.log(p / (1 - p)) for p in odds)
 
 
+def minimal(sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those of which no part is as probable: an effect more that makes a set less probable may predict a little
+    better, by chance."""
+    return [h for h in sets if not any(part.key < h.key and part.evidence >= h.evidence for part in sets)]
+
+
 def log_evidence(fit: WhiteFit, effects: Sequence[str]) -> float:
     """Logarithm of the probability of the rows under the fit's model, up to a constant that all models of them share.
 

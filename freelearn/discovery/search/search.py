@@ -27,7 +27,7 @@ from freelearn.discovery.residuals.suspects import Suspect, state_outliers, susp
 from freelearn.discovery.search.answer import Answer, Ending, ended, standing
 from freelearn.discovery.search.beyond import asked_beyond, beyond
 from freelearn.discovery.search.hypotheses import Hypotheses
-from freelearn.discovery.search.hypothesis import Hypothesis
+from freelearn.discovery.search.hypothesis import Hypothesis, minimal
 from freelearn.discovery.search.measuring_order import DRIFT, confounded, in_order_of
 from freelearn.discovery.search.ranking import Promise
 from freelearn.discovery.search.stability import stability
@@ -217,10 +217,8 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     as before, the one that does not stand among them."""
     if ending.proposals:
         return None
-    every = [h for h, _ in ending.answer.close]
-    close = [h for h in every if h.effects and h.key != ending.answer.shown.key]
-    # An effect more that makes a set less probable may predict a little better; it holds nowhere.
-    close = [h for h in close if not any(less.key < h.key and less.evidence >= h.evidence for less in every)]
+    close = minimal([h for h, _ in ending.answer.close])
+    close = [h for h in close if h.effects and h.key != ending.answer.shown.key]
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
         other = ended(prepared, ending.known, ending.disagreed, hypothesis)
