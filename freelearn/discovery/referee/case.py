@@ -110,7 +110,7 @@ class Case:
         return relative_error(variance / self.scale**2, self.present & of[:, None])
 
     def draws(self, places: float = 1.0) -> float:
-        """Of how many independent errors of one size the square of what noise makes would scatter as much: of few, where
+        """Of how many independent errors of one size the square of what noise makes would scatter as much: few, where
         few states were set with errors that make most of it (Satterthwaite 1946). places: as `expected` has it."""
         right, scale = self.present[..., None], self.scale[:, None]
         by = torch.where(right, self.whiten.places / scale, 0.0).nan_to_num(0.0, 0.0, 0.0)
