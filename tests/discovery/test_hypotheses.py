@@ -201,7 +201,7 @@ def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(
     assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
 
 
-def test_a_set_with_an_effect_to_spare_is_none_of_those_asked_again():
+def test_a_set_with_an_effect_to_spare_is_told_from_one_that_needs_it():
     """Predicting a little better is no reason: the effect made it less probable."""
     sets = [
         SimpleNamespace(key=frozenset(effects), evidence=evidence)

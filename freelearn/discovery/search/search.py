@@ -217,8 +217,8 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     as before, the one that does not stand among them."""
     if ending.proposals:
         return None
-    close = minimal([h for h, _ in ending.answer.close])
-    close = [h for h in close if h.effects and h.key != ending.answer.shown.key]
+    # The one shown is refuted: that it is a part of another, and more probable, says nothing against that.
+    close = minimal([h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key])
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
         other = ended(prepared, ending.known, ending.disagreed, hypothesis)
