@@ -88,6 +88,11 @@ class LeftOut:
         return self.expected.most_of_few(len(self.parts))
 
     @property
+    def by_few(self) -> bool:
+        """Whether it errs by more than noise usually makes, and by no more than that of so few places may make."""
+        return self.most < self.model <= self.most_of_few
+
+    @property
     def most_placed(self) -> float:
         """The same where places may be off by more than is assumed."""
         return self.placed.most(len(self.parts)) if self.placed else self.most
@@ -221,7 +226,7 @@ def _check(left: LeftOut) -> Check:
 
     if left.model <= NEAR * left.noise:
         return Check(name, PASS, left.model, NEAR * left.noise, says(""))
-    if left.most < left.model <= left.most_of_few:
+    if left.by_few:
         what = ", no more than the errors of so few places may make: set some twice"
         return Check(name, CANNOT, left.model, left.most, says(what))
     if left.model > left.most:

@@ -28,6 +28,11 @@ class Referee:
         return [c for c in self.checks if c.result == FAIL and c.decides]
 
     @property
+    def stands(self) -> bool:
+        """Whether nothing stands against a claim, and no more than usual has to be laid on a few places."""
+        return not self.failed and not any(left.by_few for left in self.left)
+
+    @property
     def open(self) -> list[Check]:
         """Checks that a claim would need, and that the table cannot make."""
         return [c for c in self.checks if c.result == CANNOT and c.decides]

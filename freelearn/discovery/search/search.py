@@ -146,7 +146,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     begin("asking whether the claim stands")
     referee = looked_at(prepared, ending)
     claimed = verdict(ending, sorted_by)
-    if referee.failed and claimed in CLAIMS and ending.final is ending.models.step(ending.answer.shown):
+    if not referee.stands and claimed in CLAIMS and ending.final is ending.models.step(ending.answer.shown):
         other = _next_best(prepared, ending)
         if other is not None:
             ending, referee = other
@@ -225,7 +225,7 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
         if other.answer.shown is not hypothesis or verdict(other) not in CLAIMS:
             continue
         referee = looked_at(prepared, other)
-        if not referee.failed:
+        if referee.stands:
             return other, referee
     return None
 
