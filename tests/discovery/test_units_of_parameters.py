@@ -25,7 +25,7 @@ COUNTED = ["spring", "small_spring"]
 
 
 def stretched(states) -> Tensor:
-    """Of the free length, in tenths of a thousandth: about one."""
+    """In units of 5 mm: about one."""
     return (states.length - states.reference_length) / 5e-3
 
 
@@ -65,6 +65,12 @@ class Softening(MeasurementEffect[InNewtons]):
 def known(monkeypatch):
     for effect in (Spring, SmallSpring, Softening):
         monkeypatch.setitem(EFFECTS, effect.name, effect)
+
+
+@pytest.fixture(scope="module")
+def base():
+    """A model's fit without anything missing."""
+    return first_step(bench(3, **SHORT).question())[1].fit
 
 
 def hidden(states, loads):
@@ -112,7 +118,7 @@ def test_what_the_referee_takes_for_known_does_not_hang_on_a_unit():
 
 
 @given(st.integers(0, 1000), st.lists(st.floats(-7, 7), min_size=3, max_size=3))
-def test_a_covariance_is_the_textbooks_whatever_the_units(seed, decades):
+def test_a_covariance_is_the_textbooks_whatever_the_units(base, seed, decades):
     """(JᵀJ + Σ⁻¹)⁻¹ by NumPy at units of one, moved to others."""
     generator = np.random.default_rng(seed)
     jacobian, deviation = generator.normal(size=(12, 2, 3)), generator.uniform(0.5, 2, 3)
@@ -120,17 +126,14 @@ def test_a_covariance_is_the_textbooks_whatever_the_units(seed, decades):
     expected = np.linalg.inv(0.7 * flat.T @ flat + np.diag(deviation**-2.0))
     unit = 10.0 ** np.array(decades)
     prior = RawPrior(torch.zeros(3, dtype=torch.float64), torch.as_tensor(np.diag((deviation * unit) ** 2)))
-    fit = replace(BASE, jacobian=torch.as_tensor(jacobian / unit), prior=prior)
+    fit = replace(base, jacobian=torch.as_tensor(jacobian / unit), prior=prior)
     rows = torch.arange(12) >= 4
     np.testing.assert_allclose(fit.covariance(rows, 0.7).numpy() / unit / unit[:, None], expected, rtol=1e-9)
 
 
-def test_a_row_without_an_answer_tells_nothing():
-    jacobian = BASE.jacobian.clone()
+def test_a_row_without_an_answer_tells_nothing(base):
+    jacobian = base.jacobian.clone()
     jacobian[2] = torch.nan
     others = torch.arange(len(jacobian)) != 2
-    blank = replace(BASE, jacobian=jacobian)
-    torch.testing.assert_close(blank.covariance(), BASE.covariance(others))
-
-
-BASE = first_step(bench(3, **SHORT).question())[1].fit
+    blank = replace(base, jacobian=jacobian)
+    torch.testing.assert_close(blank.covariance(), base.covariance(others))

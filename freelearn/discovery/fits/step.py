@@ -107,8 +107,7 @@ def parameter_covariance(step: Step, wider: float = 1.0) -> Tensor:
         return torch.stack([values[name] for name in fit.model.declared])
 
     change = torch.func.jacfwd(declared)(fit.vector)
-    every = torch.ones(len(fit.residual), dtype=torch.bool)
-    covariance: Tensor = change @ _raw_covariance(step, every, wider) @ change.T
+    covariance: Tensor = change @ _raw_covariance(step, wider=wider) @ change.T
     return covariance
 
 
@@ -123,8 +122,8 @@ def heldout_stderr(step: Step) -> Tensor:
     return variance.clamp_min(0).sqrt()
 
 
-def _raw_covariance(step: Step, rows: Tensor, wider: float = 1.0) -> Tensor:
-    """Of the raw vector by some of the rows, (N,) bool: (p, p).
+def _raw_covariance(step: Step, rows: Tensor | None = None, wider: float = 1.0) -> Tensor:
+    """Of the raw vector by all or some of the rows, (N,) bool: (p, p).
 
     Of heavy tails the weighted Jacobian promises more than they hold: multiplied by the errors' efficiency."""
     return step.fit.covariance(rows, step.whiten.efficiency / (wider * step.left.scale) ** 2)

@@ -34,7 +34,7 @@ HOPELESS, ROUGHLY = 8.0, 1e-5
 GONE = 1e-4
 MAX_ITERATIONS = 60
 # Relative eigenvalues of what is known, each parameter in units of its own, that rounding alone would leave.
-DEPENDENT = 1e-13
+LEAST_KNOWN = 1e-13
 # Steps in which the sum of squares has to fall at all: of a fit that is only to be compared, and of others.
 FEW, MANY = 5, 15
 # A fit need not be pursued whose χ², less so many times what the linear model promises, is so much above a rival's.
@@ -92,7 +92,7 @@ class WhiteFit:
 
     def covariance(self, rows: Tensor | None = None, weight: float = 1.0) -> Tensor:
         """Of the raw vector, as the same readings and what was known beforehand leave it: (p, p)."""
-        return normal_inverse(self.information_root(rows, weight), smallest=DEPENDENT)
+        return normal_inverse(self.information_root(rows, weight), smallest=LEAST_KNOWN)
 
     def values(self) -> dict[str, float]:
         """Physical parameters, SI."""

@@ -79,6 +79,11 @@ def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
     return inverse / length / length[:, None]
 
 
+def left_over(targets: Tensor, columns: Tensor) -> Tensor:
+    """What least squares by columns (m, k) leave of targets, (m,) or (m, n)."""
+    return targets - columns @ (normal_inverse(columns) @ (columns.T @ targets))
+
+
 # Least squares of a few unknowns of which some may move to one side only, for many right-hand sides at once.
 
 # More bounded unknowns have too many faces (2 to their number) to try them all.

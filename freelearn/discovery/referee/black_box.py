@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from freelearn.discovery.noise.linear_algebra import normal_inverse
+from freelearn.discovery.noise.linear_algebra import left_over
 from freelearn.discovery.noise.shapes import imposed
 from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case, Check
 
@@ -106,8 +106,7 @@ def residuals(case: Case, generator: np.random.Generator) -> np.ndarray:
     freedom = scatter.tails.freedom if scatter is not None else np.inf
     drawn = generator.standard_t(freedom, size) if np.isfinite(freedom) else generator.standard_normal(size)
     noise = torch.as_tensor(drawn) * case.present.reshape(-1, 1)
-    absorbed = jacobian @ (normal_inverse(jacobian) @ (jacobian.T @ noise))
-    both = torch.cat([case.fit.residual.reshape(-1, 1), noise - absorbed], dim=1).numpy()
+    both = torch.cat([case.fit.residual.reshape(-1, 1), left_over(noise, jacobian)], dim=1).numpy()
     there = case.present.reshape(-1).numpy()
     size_of = 1.4826 * np.median(np.abs(both[there]), axis=0)
     both = np.clip(both, -DRAWN_IN * size_of, DRAWN_IN * size_of) / np.maximum(size_of, 1e-12)

@@ -18,7 +18,7 @@ from freelearn.discovery.fits.derivatives import none_vector
 from freelearn.discovery.fits.journal import together
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.white_fit import SentFit, WhiteFit, WhiteProblem, white_fit
-from freelearn.discovery.noise.linear_algebra import normal_inverse
+from freelearn.discovery.noise.linear_algebra import left_over
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis, log_evidence, log_odds
 from freelearn.discovery.search.ranking import Promise, Ranking
@@ -341,5 +341,4 @@ def needed(hypothesis: Hypothesis, name: str) -> bool:
     if not gone or not bool(step.isfinite().all()) or not bool(fit.jacobian.isfinite().all()):
         return False
     root = fit.information_root()
-    moved, given = root[:, list(gone)] @ step, root[:, others]
-    return 0.5 * float((moved - given @ (normal_inverse(given) @ (given.T @ moved))).square().sum()) > NEEDED
+    return 0.5 * float(left_over(root[:, list(gone)] @ step, root[:, others]).square().sum()) > NEEDED

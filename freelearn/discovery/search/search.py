@@ -217,7 +217,7 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     as before, the one that does not stand among them."""
     if ending.proposals:
         return None
-    # The one shown is refuted: that it is a part of another, and more probable, says nothing against that.
+    # The one shown does not stand: that it is a part of another, and more probable, says nothing against that.
     close = minimal([h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key])
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
