@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from face_runs import fitted_run, found_search, hidden_table
-from forked_commands import Commands
 
 from freelearn import UserError
 from freelearn.data.beds import KINEMATIC
@@ -119,17 +118,16 @@ def test_bands_are_never_narrower_than_the_last_models(several, few):
         assert (average.half >= last.half * (1 - 1e-12)).all()
 
 
-def test_the_command_answers_as_the_function_does_and_asks_it_of_a_search_alone(few, tmp_path):
+def test_the_command_answers_as_the_function_does_and_asks_it_of_a_search_alone(few, commands, tmp_path):
     found, path = found_search(), tmp_path / "questions.csv"
     few.to_csv(path, index=False)
-    with Commands(tmp_path) as commands:
-        words = [f"data.path={path}", "average=true", f"hydra.run.dir={tmp_path / 'out'}"]
-        done = commands.run("predict", f"run={found.folder}", *words)
-        assert done.status == 0, done.told
-        written = pd.read_csv(tmp_path / "out" / "answers.csv")
-        expected = found.invert(few, average=True).frame()
-        np.testing.assert_allclose(written["force_n"], expected["force_n"], rtol=1e-8)
-        refused = commands.run("predict", f"run={fitted_run().folder}", *words)
+    words = [f"data.path={path}", "average=true", f"hydra.run.dir={tmp_path / 'out'}"]
+    done = commands.run("predict", f"run={found.folder}", *words)
+    assert done.status == 0, done.told
+    written = pd.read_csv(tmp_path / "out" / "answers.csv")
+    expected = found.invert(few, average=True).frame()
+    np.testing.assert_allclose(written["force_n"], expected["force_n"], rtol=1e-8)
+    refused = commands.run("predict", f"run={fitted_run().folder}", *words)
     assert refused.status == 1
     assert "average=true is asked of a search" in refused.err
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
+from nightly import usually
 
 from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import CsvData, DiscoverSettings, TrainSettings
@@ -41,7 +42,7 @@ MISTAKES = {
 }
 
 
-@pytest.mark.parametrize("kind", [TrainSettings, DiscoverSettings])
+@pytest.mark.parametrize("kind", usually(TrainSettings, nightly=[DiscoverSettings]))
 @pytest.mark.parametrize("override", MISTAKES)
 def test_a_mistake_is_told_in_words(kind, override):
     with pytest.raises(UserError) as told:

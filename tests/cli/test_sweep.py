@@ -131,6 +131,7 @@ def test_two_sweeps_at_once_share_fits_and_do_not_disturb_each_other(csv, comman
     assert sum(not job["fit_reused"] for job in jobs) == 4
 
 
+@pytest.mark.nightly
 def test_single_pairings_fit_each_model_once_and_agree_with_the_whole_row(sweep, finished, tmp_path):
     result = sweep(tmp_path / "pairs", "model=linear", "train=sample3,all", "test=sample3,sample6,all")
     assert result.status == 0, result.told

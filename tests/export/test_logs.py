@@ -242,6 +242,7 @@ def test_a_table_has_no_memory(many, tmp_path):
         WRITERS["table"](many[1], tmp_path, Options("table", "arm"))
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_a_hung_log_tells_places(tmp_path):
     effects = ["creep", "supply_lag", "sensor_lag"]

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from exported import actuator, linear
+from nightly import usually
 
 import freelearn
 from freelearn.api.settings.configuration import composed
@@ -24,7 +25,7 @@ def test_what_the_data_do_not_determine_is_not_exported(tmp_path):
     assert not (tmp_path / "out.c").exists()
 
 
-@pytest.mark.parametrize("verdict", ["undecided", "unexplained"])
+@pytest.mark.parametrize("verdict", usually("undecided", nightly=["unexplained"]))
 @pytest.mark.usefixtures("traced")
 def test_a_search_that_does_not_know_is_exported_by_force_alone(tmp_path, verdict):
     fitted = linear(tmp_path / "run")

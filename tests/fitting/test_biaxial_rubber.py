@@ -68,6 +68,7 @@ def test_a_simple_mode_is_a_biaxial_one_with_its_stretch_across(mode):
     assert general.modes["biaxial"].error == named.modes[mode].error
 
 
+@pytest.mark.nightly
 def test_a_second_invariant_is_found_by_what_it_predicts():
     x = np.linspace(1.05, 2.5, 20)
     uniaxial = {"stretch": x, "stretch_2": x**-0.5, "stress_mpa": mooney(x, x**-0.5), "stress_2_mpa": np.nan}

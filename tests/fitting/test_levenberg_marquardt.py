@@ -56,7 +56,7 @@ def correct_digits(x: Tensor, certified: Tensor) -> float:
 LONG = ["Bennett5", "MGH09"]
 
 
-@pytest.mark.parametrize("start", [0, 1])
+@pytest.mark.parametrize("start", usually(0, nightly=[1]))
 @pytest.mark.parametrize("name", usually(*(name for name in nist.MODELS if name not in LONG), nightly=LONG))
 def test_nist_digits_at_least_those_of_scipy(name: str, start: int) -> None:
     problem = nist.read(name)

@@ -179,7 +179,7 @@ def test_the_relaxation_that_made_the_recordings_is_asked_for():
     assert (chosen.kind, chosen.softened) == (2, True)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_recording_alone_is_judged_by_what_it_predicts_of_itself(monkeypatch):
     # Three arms and the power law take as long as all others, eight times over.
     monkeypatch.setattr(rubber_relaxation, "KINDS", (0, 1, 2))

@@ -54,12 +54,16 @@ def test_what_lasts_longer_what_is_not_there_and_delays_are_no_reason(table, eff
     assert sampling_notes(continuum(effects), table.drop(columns="run")) == []
 
 
-def test_a_fit_and_a_search_say_so(table, tmp_path):
+def test_a_fit_says_so(table, tmp_path):
     fitted = fl.fit(table, effects=["supply_lag"])
     fitted.save(tmp_path / "run")
     assert fitted.parameters["supply_lag.time"] < 0.1
     report = (tmp_path / "run" / "fit_report.txt").read_text()
     assert report.count("sampled every 0.25 s, and in 3 more supply_lag.time") == 1
+
+
+@pytest.mark.nightly
+def test_a_search_says_so(table):
     others = [name for name in EFFECTS if name not in ("supply_lag", "pressure_gain")]
     found = fl.discover(table, effects=["supply_lag"], ruled_out=others, bands=False, progress=False)
     assert found.summary().count("sampled every 0.25 s") == 1

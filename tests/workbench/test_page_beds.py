@@ -36,7 +36,7 @@ def _filled(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", usually("block", nightly=[name for name in beds.TABLES if name != "block"]))
+@pytest.mark.parametrize("name", usually("isometric", nightly=[name for name in beds.TABLES if name != "isometric"]))
 def test_a_table_of_each_bed_is_fitted_and_its_quantities_are_shown(sessions, finish, name):
     session = sessions.get("")[1]
     bed = "kinematic" if name == "block" else name

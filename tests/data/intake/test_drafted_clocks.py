@@ -7,6 +7,7 @@ from io import StringIO
 import numpy as np
 import pandas as pd
 import pytest
+from nightly import chosen
 from raw_files import taken_path
 from rich.console import Console
 from test_draft_questions import USUAL, interview
@@ -190,12 +191,12 @@ def test_dates_beside_seconds_say_what_is_needed():
         convert(recipe_of(drafted, "r"), {"raw.csv": text.encode()})
     with pytest.raises(UserError, match=r"of join\[1\]\.time holds dates.*unit: date"):
         convert(recipe_of(drafted.replace("unit: date", "unit: s"), "r"), {"raw.csv": text.encode()})
-    for chosen in ("1", "2"):
-        _, asked, recipe = interview(found, USUAL | {"clock": chosen, "plus.Zeitstempel": "0", "plus.t2 [s]": "0"})
+    for answer in ("1", "2"):
+        _, asked, recipe = interview(found, USUAL | {"clock": answer, "plus.Zeitstempel": "0", "plus.t2 [s]": "0"})
         table = convert(recipe_of(recipe, "r"), {"raw.csv": text.encode()}).table
         assert any(key.startswith("plus.") for key in asked)
         assert "TODO" not in recipe
-        if chosen == "1":
+        if answer == "1":
             is_joined(table)
         else:
             inside = within(SET_S, READ_S)
@@ -292,7 +293,7 @@ PLACES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("name", chosen(list(PLACES), 5))
 def test_sheets_structures_groups_and_arrays_of_several_lengths(name, tmp_path):
     path = write(tmp_path / name, PLACES[name]())
     found, _, raw = guess_and_table(path)
