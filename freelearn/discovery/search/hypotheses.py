@@ -21,6 +21,7 @@ from freelearn.discovery.fits.white_fit import SentFit, WhiteFit, WhiteProblem, 
 from freelearn.discovery.noise.linear_algebra import left_over
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.search.hypothesis import Effects, Hypothesis, log_evidence, log_odds
+from freelearn.discovery.search.pairs import Pair, Pairs
 from freelearn.discovery.search.ranking import Promise, Ranking
 from freelearn.discovery.thresholds import (
     BEAM,
@@ -67,7 +68,8 @@ class Hypotheses:
 
     odds: of effects that are in no library. about: the place from which every evaluation is one step (hang.held_about);
     None where equilibria are searched for. expanded, exchanged: the sets whose neighbors were looked at, and those with
-    the effects of theirs in whose place others were; ranked: what was promised on top of them."""
+    the effects of theirs in whose place others were; ranked, pairs: what was promised on top of them, by one and by two
+    effects."""
 
     question: Question
     rows: Rows
@@ -79,6 +81,7 @@ class Hypotheses:
     expanded: set[Effects] = field(default_factory=set)
     exchanged: set[tuple[Effects, str]] = field(default_factory=set)
     ranked: dict[Effects, list[Promise]] = field(default_factory=dict)
+    pairs: dict[Effects, Pairs] = field(default_factory=dict)
 
     @property
     def library(self) -> list[str]:
@@ -195,14 +198,13 @@ class Hypotheses:
         if len(hypothesis.effects) >= MOST_EFFECTS:
             self.fits(fewer)
             return
-        ranking = self.rank(hypothesis)
-        promised = self.ranked[hypothesis.key]
-        hopeful = self._hopeful(promised)
+        self.rank(hypothesis)
+        hopeful = self._hopeful(self.ranked[hypothesis.key])
         self.fits([*fewer, *(self._more(hypothesis, promise) for promise in hopeful)])
         single = max((p.evidence for p in hopeful), default=0.0)
-        for names, evidence in ranking.pairs(PAIRS) if hypothesis is self.best else []:
-            if evidence > max(single, 0.0) + 1.0 and len(hypothesis.effects) + 2 <= MOST_EFFECTS:
-                self._pair(hypothesis, names, {p.effect: p for p in promised})
+        if hypothesis is self.best and len(hypothesis.effects) + 2 <= MOST_EFFECTS:
+            pairs = self.pairs[hypothesis.key].best(PAIRS)
+            self.fits(self._two(hypothesis, pair) for pair in pairs if pair.evidence > max(single, 0.0) + 1.0)
 
     @staticmethod
     def _hopeful(promised: Sequence[Promise]) -> list[Promise]:
@@ -219,7 +221,7 @@ class Hypotheses:
             hypothesis.fit, self.rows, self.whiten, others, self.question.on([*given, *hypothesis.effects]),
             self.spans, self.question.priors, self.odds,
         )  # fmt: skip
-        self.ranked[hypothesis.key] = ranking.promises()
+        self.ranked[hypothesis.key], self.pairs[hypothesis.key] = ranking.promises(), ranking.pairs
         return ranking
 
     def add(self, hypothesis: Hypothesis, promise: Promise) -> Hypothesis:
@@ -256,9 +258,21 @@ class Hypotheses:
         known = self.found.get(frozenset(names))
         return known or self.fit(names, none_vector(self.build(names), hypothesis.fit), hypothesis.fit)
 
-    def _pair(self, hypothesis: Hypothesis, names: Sequence[str], promised: Mapping[str, Promise]) -> None:
-        """The set with two effects more, from where the first of them alone leads."""
-        self.joined(self.add(hypothesis, promised[names[0]]), names[1])
+    def _two(self, hypothesis: Hypothesis, pair: Pair) -> Asked:
+        """The set with two effects more, to be fitted, as with one."""
+        names = (*hypothesis.effects, *pair.names)
+        still = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector.tolist(), strict=True))
+        for promise in self.ranked[hypothesis.key]:
+            if promise.effect in pair.names:
+                assert promise.still is not None
+                labels = self.build((*hypothesis.effects, promise.effect)).labels()
+                still = dict(zip(labels, promise.still.tolist(), strict=True)) | still
+        model = self.build(names)
+        place, moved = ([known.get(label, 0.0) for label in model.labels()] for known in (still, pair.moved))
+        base = torch.tensor(place, dtype=torch.float64)
+        start = (base + torch.tensor(moved, dtype=torch.float64)).clamp(*model.raw_bounds())
+        rival = min(h.fit.chi2 for h in (hypothesis, self.best))
+        return Asked(names, start, hypothesis.fit, rival, base, hypothesis)
 
     def _exchanged(self, rivals: int, instead: Collection[str] | None) -> bool:
         """Whether what could stand in for an effect of the best set, or for one that all sets have which are as good,
@@ -275,31 +289,39 @@ class Hypotheses:
         return False
 
     def _exchange(self, whole: Hypothesis, names: Sequence[str], instead: Collection[str] | None) -> None:
-        """Looks at what could stand in for these effects of a set, what promises most first, until a set is clearly
-        better: what could stand in for effects of that one is asked then."""
+        """Looks at what could stand in for these effects of a set, one or two for each, what promises most first, until
+        a set is clearly better: what could stand in for effects of that one is asked then."""
         self.exchanged |= {(whole.key, name) for name in names}
         reduced = self.reduced(whole, names)
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
-        for hypothesis, promises in zip(unknown, together([partial(self._promises, h) for h in unknown]), strict=True):
-            self.ranked[hypothesis.key] = promises
+        for hypothesis, promised in zip(unknown, together([partial(self._promised, h) for h in unknown]), strict=True):
+            self.ranked[hypothesis.key], self.pairs[hypothesis.key] = promised
         asked, before = list[tuple[float, Asked]](), self.best
         for name, hypothesis in reduced.items():
-            promised = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
-            own = next((p.evidence for p in promised if p.effect == name), 0.0)
+            tested = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
+            alone = {p.effect: p.evidence for p in tested}
+            own = alone.get(name, 0.0)
             # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
             off = max(COMPARABLE, abs(whole.evidence - hypothesis.evidence - own))
-            rivals = [p for p in promised if p.effect != name and p.evidence > own - off]
-            chosen = [p for p in rivals if instead is None or p.effect in instead][:CHILDREN]
-            asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in chosen]
+            allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
+            rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
+            asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in rivals]
+            if len(whole.effects) == MOST_EFFECTS:
+                continue
+            # Two of which one alone promises nearly as much are looked at beside that one.
+            barred = set(alone) - {p.effect for p in allowed}
+            for pair in self.pairs[hypothesis.key].best(PAIRS, barred):
+                if pair.evidence > max(own - TIES, *(alone[each] + 1.0 for each in pair.names)):
+                    asked.append((hypothesis.evidence + pair.evidence, self._two(hypothesis, pair)))
         asked.sort(key=lambda each: -each[0])
         for first in range(0, len(asked), CHILDREN):
             self.fits(each for _, each in asked[first : first + CHILDREN])
             if self.best.evidence > before.evidence + TIES:
                 break
 
-    def _promises(self, hypothesis: Hypothesis) -> list[Promise]:
-        self.rank(hypothesis)
-        return self.ranked[hypothesis.key]
+    def _promised(self, hypothesis: Hypothesis) -> tuple[list[Promise], Pairs]:
+        ranking = self.rank(hypothesis)
+        return self.ranked[hypothesis.key], ranking.pairs
 
     def _sound(self, names: Sequence[str], still: Tensor, start: Tensor, base: Hypothesis) -> Tensor:
         """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².

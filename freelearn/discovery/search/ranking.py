@@ -20,6 +20,7 @@ from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.linear_algebra import bounded_least_squares
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.search.hypothesis import SIZES, VAST, log_odds
+from freelearn.discovery.search.pairs import Pairs, linear_evidence
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.parameters import Prior
 from freelearn.physics.chain.priors import raw_prior
@@ -112,41 +113,20 @@ class Ranking:
             told.append(Promise(name, "tested", "", chi2, chance, part.evidence, start, part.trial.vector))
         return [*sorted(told, key=lambda p: -p.evidence), *self.refused.values()]
 
-    def pairs(self, most: int) -> list[tuple[tuple[str, str], float]]:
-        """The most promising pairs, with what both together would add, the best first."""
-        found: list[tuple[tuple[str, str], float]] = []
-        # Bounds only lower what a pair adds: those that cannot be among the best need not be asked about theirs.
-        for (one, other), most_added in self._unbounded():
-            if len(found) >= most and most_added < found[-1][1]:
-                break
-            names = (one.trial.effect, other.trial.effect)
-            slope, low, high = (np.concatenate([getattr(p, n) for p in (one, other)]) for n in ("slope", "low", "high"))
-            gram, prior = self._gram(one, other), block_diag(one.prior, other.prior)
-            added = _evidence(gram, slope, low, high, prior)[0] + log_odds(names, self.odds)
-            found = sorted([*found, (names, added)], key=lambda pair: -pair[1])[:most]
-        return found
-
-    def _unbounded(self) -> list[tuple[tuple[_Part, _Part], float]]:
-        """All pairs and what each would add if no parameter had a bound, the best first: all at once, each effect's
-        matrices made as large as the largest by an unknown that changes nothing."""
-        parts = list(self.parts.values())
-        if len(parts) < 2:
-            return []
-        slope = np.concatenate([*(part.slope for part in parts), [0.0]])
-        gram, covariance = block_diag(self._products, 0.0), block_diag(*(part.prior for part in parts), 1.0)
-        own = np.full((len(parts), max(len(part.slope) for part in parts)), len(slope) - 1)
-        for number, place in enumerate(self._places.values()):
-            own[number, : place.stop - place.start] = np.arange(place.start, place.stop)
-        one, other = np.triu_indices(len(parts), 1)
-        places = np.hstack([own[one], own[other]])
-        across, down = places[:, :, None], places[:, None, :]
-        # The unknown that changes nothing stands there several times, each time for itself.
-        apart = (across == len(slope) - 1) & (np.arange(places.shape[1])[:, None] != np.arange(places.shape[1]))
-        gram, covariance, slope = gram[across, down], np.where(apart, 0.0, covariance[across, down]), slope[across]
-        gain = (slope * np.linalg.solve(gram + np.linalg.inv(covariance), slope)).sum((1, 2))
-        odds = np.array([log_odds([part.trial.effect], self.odds) for part in parts])
-        added = 0.5 * gain - 0.5 * _occam(gram, covariance) + odds[one] + odds[other]
-        return [((parts[one[k]], parts[other[k]]), float(added[k])) for k in np.argsort(-added, kind="stable")]
+    @cached_property
+    def pairs(self) -> Pairs:
+        """What every two of the effects promise."""
+        own = tuple(self.fit.model.labels())
+        if not self.parts:
+            none, square = np.zeros(0), np.zeros((0, 0))
+            return Pairs({}, {}, (), own, np.zeros((len(own), 0)), square, none, none, none, square)
+        parts = self.parts.values()
+        labels = tuple(label for part in parts for label in part.trial.labels)
+        odds = {name: log_odds([name], self.odds) for name in self.parts}
+        given = (self.inverse @ torch.cat([part.shared for part in parts], 1)).numpy()
+        slope, low, high = (np.concatenate([getattr(p, n) for p in parts]) for n in ("slope", "low", "high"))
+        prior = block_diag(*(part.prior for part in parts))
+        return Pairs(self._places, odds, labels, own, given, self._products, slope, low, high, prior)
 
     def cosines(self) -> tuple[list[str], np.ndarray]:
         """The effects and the largest cosine between the traces of each two, (k, k): one for what cannot be told
@@ -175,10 +155,6 @@ class Ranking:
         """Products of two effects' columns, cleared of what the fit absorbs."""
         return self._products[self._places[one.trial.effect], self._places[other.trial.effect]]
 
-    def _gram(self, one: _Part, other: _Part) -> np.ndarray:
-        cross = self._cross(one, other)
-        return np.block([[one.gram, cross], [cross.T, other.gram]])
-
     def _start(self, part: _Part) -> Tensor:
         """The raw vector with the effect moved, to which the fit's own parameters give way to first order."""
         model, moved = part.trial.model, torch.as_tensor(part.step)
@@ -203,9 +179,8 @@ class _Part:
 
     def solve(self, odds: float) -> None:
         """The best of SIZES: evidence, size and step (k,)."""
-        tried = [
-            (*_evidence(self.gram, self.slope, self.low, self.high, size**2 * self.covariance), size) for size in SIZES
-        ]
+        known = self.gram, self.slope, self.low, self.high
+        tried = [(*linear_evidence(*known, size**2 * self.covariance), size) for size in SIZES]
         best = max(tried, key=lambda t: t[0])
         mean = math.log(sum(math.exp(t[0] - best[0]) for t in tried) / len(tried))
         self.evidence, self.step, self.size = best[0] + mean + odds, best[1], best[2]
@@ -221,22 +196,6 @@ def sqrtm(gram: np.ndarray) -> np.ndarray:
     size, axes = np.linalg.eigh(gram)
     root: np.ndarray = axes * np.sqrt(size.clip(0)) @ axes.T
     return root
-
-
-def _evidence(
-    gram: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray, covariance: np.ndarray
-) -> tuple[float, np.ndarray]:
-    """Rise of the log-probability by a bounded step of k coefficients with a prior, and that step (k,)."""
-    precision = np.linalg.inv(covariance)
-    steps, gains = bounded_least_squares(gram + precision, slope[None], low, high)
-    return 0.5 * float(gains[0]) - 0.5 * float(_occam(gram, covariance)), steps[0]
-
-
-def _occam(gram: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Twice the logarithm of how much wider the prior is than what the rows leave of it: matrices (…, k, k) → (…)."""
-    root = np.linalg.cholesky(covariance)
-    inner = np.eye(gram.shape[-1]) + root.swapaxes(-1, -2) @ gram @ root
-    return np.asarray(np.linalg.slogdet(inner)[1])
 
 
 def signs(model: Model, label: str) -> tuple[float, float]:
