@@ -216,6 +216,20 @@ def test_the_evidence_of_numbers_that_a_model_is_linear_in_is_the_textbooks():
     assert told[1] - told[0] == pytest.approx(expected[1] - expected[0], abs=0.02)
 
 
+def quadratic(effects, slopes, residual, at, low, high, size):
+    """A fit of as many effects with a parameter each as there are slopes (n, k), which is just as linear as it says."""
+    model = SimpleNamespace(
+        labels=lambda: [f"{name}.size" for name in effects],
+        raw_bounds=lambda: (torch.as_tensor(low), torch.as_tensor(high)),
+        declared={f"{name}.size": SimpleNamespace(none=0.0) for name in effects},
+    )
+    return SimpleNamespace(
+        model=model, vector=torch.as_tensor(at), residual=torch.as_tensor(residual), chi2=float(residual @ residual),
+        jacobian=torch.as_tensor(slopes)[:, None, :],
+        prior=RawPrior(torch.zeros(len(effects), dtype=torch.float64), torch.diag(torch.as_tensor(size**2))),
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(seed):
     """No prior makes rows more probable than the best vector between the bounds (SciPy's) does, nor less than the
@@ -229,21 +243,28 @@ def test_the_evidence_of_a_model_at_its_bounds_is_between_its_start_and_its_end(
     at = np.abs(random.normal(size=count)) * (random.random(count) < 0.5)
     low, high = np.zeros(count), np.full(count, np.inf)
     size = 10 ** random.normal(size=count)
-    model = SimpleNamespace(
-        labels=lambda: [f"{name}.size" for name in effects],
-        raw_bounds=lambda: (torch.as_tensor(low), torch.as_tensor(high)),
-        declared={f"{name}.size": SimpleNamespace(none=0.0) for name in effects},
-    )
-    fit = SimpleNamespace(
-        model=model, vector=torch.as_tensor(at), residual=torch.as_tensor(residual), chi2=float(residual @ residual),
-        jacobian=torch.as_tensor(slopes)[:, None, :],
-        prior=RawPrior(torch.zeros(count, dtype=torch.float64), torch.diag(torch.as_tensor(size**2))),
-    )  # fmt: skip
+    fit = quadratic(effects, slopes, residual, at, low, high, size)
     told = log_evidence(fit, effects)
     best = lsq_linear(slopes, -residual, (low - at, high - at), method="bvls")
     assert told <= -best.cost + 1e-9
     occam = np.linalg.slogdet(np.eye(count) + size[:, None] * (slopes.T @ slopes) * size)[1]
     assert told >= -0.5 * (fit.chi2 + np.sum((at / size) ** 2) + occam) - count * np.log(4)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_evidence_of_a_model_that_ran_away_is_one(seed):
+    """Fibers that became rigid: slopes of 1e8 and more, all alike, of parameters of which next to nothing is known. Of
+    squares of these a number does not hold the differences: the sum of squares came out far below zero."""
+    random = np.random.default_rng(seed)
+    effects, count = ["a", "b", "c"], 3
+    slopes = random.normal(size=(count + 4, 1)) + 1e-10 * random.normal(size=(count + 4, count))
+    slopes = slopes * 10 ** random.normal(8.0, 2.0, size=count)
+    residual, at = 1e3 * random.normal(size=count + 4), np.zeros(count)
+    free, size = np.full(count, np.inf), 10 ** random.normal(8.0, 1.0, size=count)
+    told = log_evidence(quadratic(effects, slopes, residual, at, -free, free, size), effects)
+    # No step makes the rows more probable than a perfect fit, nor need one be taken.
+    occam = 2 * np.log1p(np.linalg.svd(slopes * size, compute_uv=False)).sum()
+    assert -0.5 * (residual @ residual + occam) - count * np.log(4) <= told <= 0
 
 
 def test_a_set_with_an_effect_to_spare_is_told_from_one_that_needs_it():

@@ -306,7 +306,8 @@ class Hypotheses:
             allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
             rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
             asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in rivals]
-            if len(whole.effects) == MOST_EFFECTS:
+            # What is off by more says nothing of two.
+            if len(whole.effects) == MOST_EFFECTS or off > HOPELESS:
                 continue
             # Two of which one alone promises nearly as much are looked at beside that one.
             barred = set(alone) - {p.effect for p in allowed}

@@ -41,8 +41,6 @@ class Hypothesis:
 SIZES = (1.0, 1 / 3, 1 / 10, 1 / 30)
 # Variance of what nothing is known of.
 VAST = 1e8
-# Share of the largest curvature below which a direction has none.
-VANISHING = 1e-14
 
 
 def log_odds(effects: Sequence[str], others: Mapping[str, float] | None = None) -> float:
@@ -83,15 +81,14 @@ def log_evidence(fit: WhiteFit, effects: Sequence[str]) -> float:
 
 
 class _Quadratic:
-    """A fit's sum of squares about its vector: χ² + 2 gᵀs + sᵀHs for a step s."""
+    """A fit's sum of squares about its vector: |r + Js|² for a step s, of which J = QR sees |Qᵀr + Rs|²."""
 
     def __init__(self, fit: WhiteFit) -> None:
-        jacobian = fit.jacobian.flatten(0, 1)
+        basis, self.root = np.linalg.qr(fit.jacobian.flatten(0, 1).numpy())
+        self.along = basis.T @ fit.residual.reshape(-1).numpy()
+        self.beside = max(fit.chi2 - float(self.along @ self.along), 0.0)
         self.prior, self.labels = fit.prior, fit.model.labels()
         self.vector = fit.vector.numpy()
-        self.curvature = (jacobian.T @ jacobian).numpy()
-        self.slope = (jacobian.T @ fit.residual.reshape(-1)).numpy()
-        self.chi2 = fit.chi2
         self.low, self.high = (bound.numpy() for bound in fit.model.raw_bounds())
         self.sized = {name for name, p in fit.model.declared.items() if p.none is not None}
 
@@ -99,29 +96,24 @@ class _Quadratic:
         """With the deviations of some effects' parameters multiplied."""
         prior: RawPrior = self.prior.scaled(self.labels, sizes, self.sized)  # type: ignore[union-attr]
         covariance = prior.covariance.numpy()
-        covariance = np.where(np.isinf(covariance), VAST, covariance)
-        away = self.vector - prior.middle.numpy()
-        precision = np.linalg.inv(covariance)
-        step = self._step(self.curvature + precision, self.slope + precision @ away)
-        chi2 = self.chi2 + 2 * self.slope @ step + step @ self.curvature @ step
-        known = (away + step) @ precision @ (away + step)
-        root = np.linalg.cholesky(covariance)
-        occam = np.linalg.slogdet(np.eye(len(step)) + root.T @ self.curvature @ root)[1]
-        return float(-0.5 * (chi2 + known + occam))
+        deviations = np.linalg.cholesky(np.where(np.isinf(covariance), VAST, covariance))
+        held = np.linalg.inv(deviations)
+        # Least squares, never their normal equations: of a model that ran away slopes differ by more than the root of
+        # what a number holds, and a sum of squares came out far below zero.
+        slopes = np.vstack([self.root, held])
+        wanted = -np.concatenate([self.along, held @ (self.vector - prior.middle.numpy())])
+        missed = np.square(slopes @ self._step(slopes, wanted) - wanted).sum()
+        occam = np.log1p(np.square(np.linalg.svd(self.root @ deviations, compute_uv=False))).sum()
+        return float(-0.5 * (self.beside + missed + occam))
 
-    def _step(self, curvature: Array, slope: Array) -> Array:
+    def _step(self, slopes: Array, wanted: Array) -> Array:
         """To the most probable vector between the bounds, (p,)."""
-        step: Array = -np.linalg.solve(curvature, slope)
+        size = np.linalg.norm(slopes, axis=0)
+        step: Array = np.linalg.lstsq(slopes / size, wanted)[0] / size
         low, high = np.minimum(self.low - self.vector, 0.0), np.maximum(self.high - self.vector, 0.0)
         if np.all((step >= low) & (step <= high)):
             return step
         moves, step = high > low, np.zeros_like(step)
-        size = np.sqrt(np.diag(curvature))[moves]
-        values, vectors = np.linalg.eigh(curvature[np.ix_(moves, moves)] / np.outer(size, size))
-        root = np.sqrt(np.maximum(values, VANISHING * values[-1]))
-        bounds = (low[moves] * size, high[moves] * size)
-        found = lsq_linear(
-            root[:, None] * vectors.T, -(vectors.T @ (slope[moves] / size)) / root, bounds, method="bvls"
-        )
-        step[moves] = found.x / size
+        bounds = ((low * size)[moves], (high * size)[moves])
+        step[moves] = lsq_linear((slopes / size)[:, moves], wanted, bounds, method="bvls").x / size[moves]
         return step
