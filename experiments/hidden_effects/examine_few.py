@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import torch
 from hidden_effects import few
+from hidden_effects.ahead import ahead
 
 from freelearn.common.csv_text import csv_text
 from freelearn.data.accuracy import Accuracy
@@ -66,7 +67,7 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
     return result | said(found, stopped) | {
         "fresh": fresh(found.final.fit.model, made), "fresh_together": fresh_together(found, question, made),
         "fresh_before": fresh(found.steps[0].fit.model, made), "banded": banded(found, question, made),
-        "seconds": time.perf_counter() - began,
+        "seconds": time.perf_counter() - began, "ahead": ahead(found, question, made),
     }  # fmt: skip
 
 

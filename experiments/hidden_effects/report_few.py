@@ -12,6 +12,7 @@ from rich.console import Console
 from freelearn.common.csv_text import csv_text
 from freelearn.common.files import write_text
 from freelearn.discovery.referee.referee import CLAIMS
+from freelearn.discovery.thresholds import TIES
 
 # σ and states from which on an effect has to be found; floors between the states at which an answer is right, or wrong.
 LARGE, STATES = 15.0, 5
@@ -45,7 +46,7 @@ def told(results: list[dict[str, Any]]) -> pd.DataFrame:
         claims = r["verdict"] in CLAIMS
         listed = hidden & set().union(*groups)
         each.append(r | {
-            "reason": r.get("reason", ""), "claims": claims, "banded": r.get("banded"),
+            "reason": r.get("reason", ""), "claims": claims, "banded": r.get("banded"), "ahead": r.get("ahead"),
             "listed": len(listed), "found": len(listed) if claims else 0,
             "names": claims and bool(groups), "wrong": claims and any(not group & hidden for group in groups),
             "fresh": float("nan") if r["fresh"] is None else r["fresh"],
@@ -78,6 +79,9 @@ def rates(frame: pd.DataFrame) -> list[Row]:
     rows += _by_size(several)
     rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
     rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
+    looked = several[several["ahead"].notna()]
+    what = "three or four: what was hidden is more probable than all that is told (odds of 20 to 1)"
+    rows += rate(what, looked, looked["ahead"].astype(float) > TIES, "0")
     words = "… predicted by all sets that are as good (average=true)"
     rows += rate(words, several, several["together"] <= RIGHT, "≥ 85")
     rows += rate(f"all: between the states ≤ {RIGHT:g} floors", frame, frame["fresh"] <= RIGHT, "")

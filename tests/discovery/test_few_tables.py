@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import torch
 
+from freelearn.discovery.fits.prepare import prepare
+
 EXPERIMENTS = Path(__file__).resolve().parents[2] / "experiments"
 
 
@@ -31,7 +33,7 @@ def result(**said):
     plain = {"number": 0, "kind": "none", "tubes": "muscle", "states": 5, "misstated": 1.0, "unknown": "", "hidden": []}
     return plain | {
         "values": {}, "sizes": {}, "alone": {}, "verdict": "adequate", "effects": [], "classes": [], "formulas": [],
-        "stopped": [], "fresh": 1.0, "fresh_together": 1.0, "banded": [0.9, 1.5], "seconds": 1.0,
+        "stopped": [], "fresh": 1.0, "fresh_together": 1.0, "banded": [0.9, 1.5], "seconds": 1.0, "ahead": None,
     } | said  # fmt: skip
 
 
@@ -79,6 +81,26 @@ def test_what_another_hidden_effect_does_as_well_is_not_one_s_own(module, muscle
     assert max(alone.values()) < 1e-6
 
 
+def test_what_was_hidden_is_ahead_of_answers_that_lack_it_alone(module, muscle):
+    examined, measured = module("hidden_effects.examine_few"), module("hidden_effects.ahead")
+    seen = examined.as_read(muscle.table, muscle.bed)
+    question = replace(examined.asked(seen, muscle.told, 0), candidates=["fiber_misalignment", "force_offset"])
+    prepared, fit, noise = prepare(question)
+    last = SimpleNamespace(fit=fit, whiten=noise.whitener())
+
+    def ahead(*told, made=muscle):
+        models = [SimpleNamespace(effects=effects, parameters={}) for effects in told]
+        return measured.ahead(SimpleNamespace(models=models, final=last, rows=prepared.rows), question, made)
+
+    # Half the square of 15 σ and more, less what one parameter costs.
+    assert ahead([]) == ahead() > 100
+    assert ahead([], ["fiber_misalignment"]) == pytest.approx(0, abs=0.01)
+    # The true set still has an effect less than this one.
+    assert ahead(["fiber_misalignment", "force_offset"]) > 0
+    assert ahead([], made=replace(muscle, hidden={})) is None
+    assert ahead([], made=replace(muscle, hidden={"end_clamps": {"clamp_length": 1e-3}})) is None
+
+
 def test_a_search_that_takes_too_long_is_a_result_too(module, monkeypatch):
     examined, few = module("hidden_effects.examine_few"), module("hidden_effects.few")
     monkeypatch.setattr(examined, "LIMIT", 1)
@@ -100,7 +122,8 @@ def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
                 result(verdict="named", effects=["end_taper"], classes=[["end_taper"]], fresh=2.5),
                 result(kind="one", hidden=["end_clamps"], sizes={"end_clamps": 40.0}, verdict="class",
                        effects=["end_taper"], classes=[["end_taper", "end_clamps"]]),
-                result(**several, verdict="named", effects=["end_clamps"], classes=[["end_clamps"], ["end_taper"]]),
+                result(**several, verdict="named", effects=["end_clamps"], classes=[["end_clamps"], ["end_taper"]],
+                       ahead=4.0),
                 result(**several, verdict="unexplained", effects=["force_gain"], classes=[["force_gain"]], fresh=9.0),
                 result(kind="unknown", unknown="cell_bends", verdict="failed", fresh=None, banded=None),
             ])
@@ -110,6 +133,10 @@ def test_what_is_claimed_is_counted_and_what_is_only_listed_is_not(module):
     assert rows["one effect, ≥ 15 σ, ≥ 5 states: in the answer"] == (1, "100.0")
     assert rows["three or four: effects in the answer"] == (6, "16.7")
     assert rows["three or four: effects listed, claimed or not"] == (6, "33.3")
+    assert rows["three or four: what was hidden is more probable than all that is told (odds of 20 to 1)"] == (
+        1,
+        "100.0",
+    )
     own = "… that the others cannot stand in for by"
     assert rows[f"{own} ≥ 15 σ: in the answer"] == (4, "25.0")
     assert rows[f"{own} 0 to 4 σ: in the answer"] == (2, "0.0")
