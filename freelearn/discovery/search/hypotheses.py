@@ -296,33 +296,40 @@ class Hypotheses:
         unknown = [h for h in reduced.values() if h.key not in self.ranked]
         for hypothesis, promised in zip(unknown, together([partial(self._promised, h) for h in unknown]), strict=True):
             self.ranked[hypothesis.key], self.pairs[hypothesis.key] = promised
-        asked, before = list[tuple[float, Asked]](), self.best
-        for name, hypothesis in reduced.items():
-            tested = [p for p in self.ranked[hypothesis.key] if p.status == "tested"]
-            alone = {p.effect: p.evidence for p in tested}
-            own = alone.get(name, 0.0)
-            # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
-            off = max(COMPARABLE, abs(whole.evidence - hypothesis.evidence - own))
-            allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
-            rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
-            asked += [(hypothesis.evidence + p.evidence, self._more(hypothesis, p)) for p in rivals]
-            # What is off by more says nothing of two.
-            if len(whole.effects) == MOST_EFFECTS or off > HOPELESS:
-                continue
-            # Two of which one alone promises nearly as much are looked at beside that one.
-            barred = set(alone) - {p.effect for p in allowed}
-            for pair in self.pairs[hypothesis.key].best(PAIRS, barred):
-                if pair.evidence > max(own - TIES, *(alone[each] + 1.0 for each in pair.names)):
-                    asked.append((hypothesis.evidence + pair.evidence, self._two(hypothesis, pair)))
+        before = self.best
+        asked = [each for name, base in reduced.items() for each in self._stand_ins(whole, name, base, instead)]
         asked.sort(key=lambda each: -each[0])
         for first in range(0, len(asked), CHILDREN):
             self.fits(each for _, each in asked[first : first + CHILDREN])
             if self.best.evidence > before.evidence + TIES:
                 break
 
+    def _stand_ins(
+        self, whole: Hypothesis, name: str, base: Hypothesis, instead: Collection[str] | None
+    ) -> list[tuple[float, Asked]]:
+        """Of the sets with one or two others in the place of an effect those that are worth a fit, with the evidence
+        that they promise. base: the whole set without the effect."""
+        tested = [p for p in self.ranked[base.key] if p.status == "tested"]
+        alone = {p.effect: p.evidence for p in tested}
+        own = alone.get(name, 0.0)
+        # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
+        off = max(COMPARABLE, abs(whole.evidence - base.evidence - own))
+        allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
+        rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
+        found = [(base.evidence + p.evidence, self._more(base, p)) for p in rivals]
+        # What is off by more says nothing of two.
+        if len(whole.effects) == MOST_EFFECTS or off > HOPELESS:
+            return found
+        barred = set(alone) - {p.effect for p in allowed}
+        for pair in self.pairs[base.key].best(PAIRS, barred):
+            # Two of which one alone promises nearly as much are looked at beside that one.
+            if pair.evidence > max(own - TIES, *(alone[each] + 1.0 for each in pair.names)):
+                found.append((base.evidence + pair.evidence, self._two(base, pair)))
+        return found
+
     def _promised(self, hypothesis: Hypothesis) -> tuple[list[Promise], Pairs]:
-        ranking = self.rank(hypothesis)
-        return self.ranked[hypothesis.key], ranking.pairs
+        self.rank(hypothesis)
+        return self.ranked[hypothesis.key], self.pairs[hypothesis.key]
 
     def _sound(self, names: Sequence[str], still: Tensor, start: Tensor, base: Hypothesis) -> Tensor:
         """The start (p,), or as much of the way to it from where the effect does nothing as does not raise χ².
