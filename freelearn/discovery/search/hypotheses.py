@@ -317,8 +317,8 @@ class Hypotheses:
         allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
         rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
         found = [(base.evidence + p.evidence, self._more(base, p)) for p in rivals]
-        # What is off by more says nothing of two.
-        if len(whole.effects) == MOST_EFFECTS or off > HOPELESS:
+        # What is off by more says little of two.
+        if len(whole.effects) == MOST_EFFECTS or off > COMPARABLE:
             return found
         barred = set(alone) - {p.effect for p in allowed}
         for pair in self.pairs[base.key].best(PAIRS, barred):
