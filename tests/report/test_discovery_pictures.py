@@ -54,6 +54,15 @@ def test_a_step_without_an_error_leaves_a_gap_in_the_staircase(trail, error):
     assert np.isfinite([chart.panel.y_range.start, chart.panel.y_range.end]).all()
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_the_ranking_says_of_its_axis_is_inside_the_picture_and_above_the_legend(ranked, count):
+    figure = ranking(ranked[:count], None, simulated=True)
+    figure.canvas.draw()
+    label, legend = figure.axes[0].xaxis.get_label().get_window_extent(), figure.legends[0].get_window_extent()
+    assert 0 <= label.x0 < label.x1 <= figure.bbox.x1
+    assert 0 <= legend.y0 < legend.y1 <= label.y0
+
+
 def test_the_staircase_has_several_numbers_on_its_axis(trail):
     for error in ([0.0824, 0.0487, 0.00627], [0.011, 0.0105, 0.0101]):
         figure = staircase(trail.assign(E_heldout=error, noise_floor=0.009), simulated=True)

@@ -158,10 +158,10 @@ def ranking(before: pd.DataFrame, after: pd.DataFrame | None, simulated: bool) -
     """How much each effect promised before any was added, and after the last one: size in σ after refitting.
 
     before, after: of ranking_tables.ranking_numbers; None where nothing was added."""
-    figure = new_figure(8.0, 1.8 + 0.27 * len(before))
+    figure = new_figure(8.0, 1.95 + 0.27 * len(before))
     height = figure.get_size_inches()[1]
     figure.suptitle(heading("What each effect would explain", simulated), fontsize=11)
-    axes = figure.add_axes((0.25, 1.05 / height, 0.7, 1 - 1.5 / height))
+    axes = figure.add_axes((0.25, 1.2 / height, 0.7, 1 - 1.65 / height))
     draw_ranking(axes, before, after)
     figure.legend(*axes.get_legend_handles_labels(), frameon=False, fontsize=8.5, loc="lower center", ncols=2)
     return figure
@@ -186,11 +186,8 @@ def draw_ranking(axes: Axes, before: pd.DataFrame, after: pd.DataFrame | None) -
     axes.set_xscale("log")
     axes.set_xlim(left=0.8 * SMALLEST)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    finish(
-        axes,
-        f"effect size after refitting [noise standard deviations], logarithmic; {SMALLEST:g} and less at the left edge",
-        "",
-    )
+    unit = "effect size after refitting [noise standard deviations]"
+    finish(axes, f"{unit},\nlogarithmic; {SMALLEST:g} and less at the left edge", "")
 
 
 def cosine_matrix(table: pd.DataFrame, simulated: bool) -> Figure:
