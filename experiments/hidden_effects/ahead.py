@@ -11,7 +11,7 @@ from hidden_effects.few import Few
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Hypothesis
-from freelearn.discovery.search.search import Findings
+from freelearn.discovery.search.search import Findings, ToldModel
 from freelearn.physics.chain.priors import spans
 
 
@@ -28,8 +28,12 @@ def ahead(found: Findings, question: Question, made: Few) -> float | None:
         model.set_values({name: value for name, value in values.items() if name in model.declared})
         return sets.fit(effects, model.vector().detach())
 
-    known = [each for each in found.models if set(each.effects) <= set(question.candidates)]
-    told = [fitted(each.effects, each.parameters) for each in known]
+    told = [fitted(each.effects, each.parameters) for each in of_library(found, question)] or [fitted([], {})]
     true = {f"{name}.{p}": value for name, values in made.hidden.items() for p, value in values.items()}
     truth = fitted(list(made.hidden), true | dict(zip(("C1", "C2"), made.material, strict=True)))
-    return truth.evidence - max((each.evidence for each in told), default=fitted([], {}).evidence)
+    return truth.evidence - max(each.evidence for each in told)
+
+
+def of_library(found: Findings, question: Question) -> list[ToldModel]:
+    """The sets told that have no effect that the search wrote."""
+    return [each for each in found.models if set(each.effects) <= set(question.candidates)]

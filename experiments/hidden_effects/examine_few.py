@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import torch
 from hidden_effects import few
-from hidden_effects.ahead import ahead
+from hidden_effects.ahead import ahead, of_library
 
 from freelearn.common.csv_text import csv_text
 from freelearn.data.accuracy import Accuracy
@@ -139,7 +139,7 @@ def fresh(model: Model, made: few.Few) -> float:
 def fresh_together(found: Findings, question: Question, made: few.Few) -> float:
     """The same of the mean of all sets that are as good, as `predict` has it with average=true."""
     rows = between(made)
-    told = [each for each in found.models if set(each.effects) <= set(question.candidates)]
+    told = of_library(found, question)
     answers = []
     for each in told:
         model = question.build([*question.given, *each.effects])

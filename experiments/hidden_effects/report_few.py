@@ -77,11 +77,11 @@ def rates(frame: pd.DataFrame) -> list[Row]:
             ("three or four: effects listed, claimed or not", hidden, _share(several["listed"].sum(), hidden), "")
         )
     rows += _by_size(several)
-    rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
-    rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
     looked = several[several["ahead"].notna()]
     what = "three or four: what was hidden is more probable than all that is told (odds of 20 to 1)"
     rows += rate(what, looked, looked["ahead"].astype(float) > TIES, "0")
+    rows += rate("three or four: tables with nothing wrong named", several, ~several["wrong"].astype(bool), "≥ 90")
+    rows += rate(f"three or four: between the states ≤ {RIGHT:g} floors", several, several["fresh"] <= RIGHT, "≥ 85")
     words = "… predicted by all sets that are as good (average=true)"
     rows += rate(words, several, several["together"] <= RIGHT, "≥ 85")
     rows += rate(f"all: between the states ≤ {RIGHT:g} floors", frame, frame["fresh"] <= RIGHT, "")

@@ -224,18 +224,11 @@ class Hypotheses:
         self.ranked[hypothesis.key], self.pairs[hypothesis.key] = ranking.promises(), ranking.pairs
         return ranking
 
-    def add(self, hypothesis: Hypothesis, promise: Promise) -> Hypothesis:
-        """The set with one effect more."""
-        asked = self._more(hypothesis, promise)
-        self.fits([asked])
-        return self.found[asked.key]
-
     def _more(self, hypothesis: Hypothesis, promise: Promise) -> Asked:
-        """The set with one effect more, to be fitted. Its rivals are those known now, whatever is fitted beside it."""
+        """The set with one effect more, to be fitted."""
         assert promise.start is not None
         assert promise.still is not None
-        names, rival = (*hypothesis.effects, promise.effect), min(h.fit.chi2 for h in (hypothesis, self.best))
-        return Asked(names, promise.start, hypothesis.fit, rival, promise.still, hypothesis)
+        return self._beside(hypothesis, [promise.effect], promise.start, promise.still)
 
     def without(self, hypothesis: Hypothesis, name: str) -> Hypothesis:
         """The set with one effect less."""
@@ -259,20 +252,21 @@ class Hypotheses:
         return known or self.fit(names, none_vector(self.build(names), hypothesis.fit), hypothesis.fit)
 
     def _two(self, hypothesis: Hypothesis, pair: Pair) -> Asked:
-        """The set with two effects more, to be fitted, as with one."""
-        names = (*hypothesis.effects, *pair.names)
-        still = dict(zip(hypothesis.fit.model.labels(), hypothesis.fit.vector.tolist(), strict=True))
+        """The set with two effects more, to be fitted."""
+        model, known = self.build((*hypothesis.effects, *pair.names)), dict[str, Tensor]()
         for promise in self.ranked[hypothesis.key]:
             if promise.effect in pair.names:
                 assert promise.still is not None
                 labels = self.build((*hypothesis.effects, promise.effect)).labels()
-                still = dict(zip(labels, promise.still.tolist(), strict=True)) | still
-        model = self.build(names)
-        place, moved = ([known.get(label, 0.0) for label in model.labels()] for known in (still, pair.moved))
-        base = torch.tensor(place, dtype=torch.float64)
-        start = (base + torch.tensor(moved, dtype=torch.float64)).clamp(*model.raw_bounds())
+                known |= zip(labels, promise.still, strict=True)
+        still = torch.stack([known[label] for label in model.labels()])
+        start = still + still.new_tensor([pair.moved.get(label, 0.0) for label in model.labels()])
+        return self._beside(hypothesis, pair.names, start.clamp(*model.raw_bounds()), still)
+
+    def _beside(self, hypothesis: Hypothesis, more: Sequence[str], start: Tensor, still: Tensor) -> Asked:
+        """The set with effects more, to be fitted. Its rivals are those known now, whatever is fitted beside it."""
         rival = min(h.fit.chi2 for h in (hypothesis, self.best))
-        return Asked(names, start, hypothesis.fit, rival, base, hypothesis)
+        return Asked((*hypothesis.effects, *more), start, hypothesis.fit, rival, still, hypothesis)
 
     def _exchanged(self, rivals: int, instead: Collection[str] | None) -> bool:
         """Whether what could stand in for an effect of the best set, or for one that all sets have which are as good,
