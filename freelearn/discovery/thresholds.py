@@ -24,8 +24,8 @@ MIN_PAIRED_Z = 2.0
 # Held-out error of a model that might as well predict no loads at all.
 NOTHING = 1.0
 # A model whose held-out error (the paper's, of all readings alike) is larger by more than this share is no better,
-# whatever whitened residuals say.
-RISES = 0.05
+# whatever whitened residuals say, where states that differ by chance alone would say so at most so often.
+RISES, RISEN = 0.05, 0.95
 # An effect that explains less than this share of what stays unexplained, in held-out χ², stands for a part of that.
 MIN_SHARE = 1 / 3
 # Share of the error that two effects which help only together may leave, to stay in a model that is unexplained.

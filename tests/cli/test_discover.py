@@ -49,9 +49,23 @@ def run(table, folder, *overrides, watch=None):
 
 
 @pytest.fixture(scope="module")
-def friction(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("friction")
-    return folder, run(table(FRICTION), folder)
+def searched(tmp_path_factory):
+    """A search's folder, what it wrote, and what it found."""
+    folder, findings = tmp_path_factory.mktemp("friction"), []
+
+    def kept(*asked):
+        findings.append(search(*asked))
+        return findings[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "search", kept)
+        written = run(table(FRICTION), folder)
+    return folder, written, findings[-1]
+
+
+@pytest.fixture(scope="module")
+def friction(searched):
+    return searched[:2]
 
 
 def test_a_hidden_effect_is_named_and_the_error_falls_to_the_noise_floor(friction):
@@ -429,12 +443,12 @@ LINES = LEFT_OUT | {102, 103, 104}
 
 
 @pytest.fixture(scope="module")
-def slipped(tmp_path_factory):
-    """A search that suspects SLIPPED."""
+def slipped(searched, tmp_path_factory):
+    """That search, had it suspected SLIPPED."""
     folder = tmp_path_factory.mktemp("slipped")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "search", lambda *asked: replace(search(*asked), suspects=SLIPPED))
-        found = run(table(FRICTION), folder, QUICK, "figures=true", "bands=false")
+        patch.setattr(module, "search", lambda *asked: replace(searched[-1], suspects=SLIPPED))
+        found = run(table(FRICTION), folder, "figures=true", "bands=false")
     return folder, found
 
 

@@ -186,14 +186,17 @@ def _shortened(
 
 
 def paired(better: HeldOut, other: HeldOut) -> tuple[float, float]:
-    """Mean over groups of how much more loss `other` has, and its standard error.
-
-    Differences beyond FAR times their median size are drawn in to there: one group that stands out must neither make a
-    difference nor hide one.
-    """
+    """Mean over groups of how much more loss `other` has, and its standard error."""
     difference = other.loss - better.loss
     if len(difference) < 2:
         return float(difference.mean()), float("inf")
-    limit = max(FAR * float(np.median(np.abs(difference))), LEAST_FAR)
-    difference = difference.clip(-limit, limit)
+    difference = drawn_in(difference, LEAST_FAR)
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(len(difference)))
+
+
+def drawn_in(differences: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """Differences (groups,), those beyond FAR times their median size drawn in to there: one group that stands out must
+    neither make a difference nor hide one. least: size that none is drawn in below."""
+    limit = max(FAR * float(np.median(np.abs(differences))), least)
+    drawn: np.ndarray = np.clip(differences, -limit, limit)
+    return drawn

@@ -9,14 +9,15 @@ from typing import TypedDict
 
 import numpy as np
 import torch
+from scipy.special import stdtrit
 from torch import Tensor
 
 from freelearn.data.states import States
-from freelearn.discovery.fits.left_out import HeldOut
+from freelearn.discovery.fits.left_out import HeldOut, drawn_in
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.structure import Structure, structure
-from freelearn.discovery.thresholds import FEW_STATES, RISES
+from freelearn.discovery.thresholds import RISEN, RISES
 
 
 class Candidate(TypedDict):
@@ -80,10 +81,10 @@ class Step:
         return structure(self.fit.residual, self.fit.jacobian, self.states, self.whiten)
 
     def worse(self, other: Step) -> bool:
-        """Whether its held-out error is clearly larger than another's: by a share, and by more than the states differ
-        in how much larger it is. Errors of places weigh most in it, and hide what is less."""
-        rise = self.by_state - other.by_state
-        differ = np.sqrt(len(rise)) * rise.std(ddof=1) if len(rise) >= FEW_STATES else 0.0
+        """Whether its held-out error is clearly larger than another's: by a share, and by more than the states, few as
+        they are, differ in how much larger it is. Errors of places weigh most in it, and hide what is less."""
+        rise, count = drawn_in(self.by_state - other.by_state), len(self.by_state)
+        differ = np.sqrt(count) * rise.std(ddof=1) * stdtrit(count - 1, RISEN) if count > 1 else 0.0
         return bool(self.E_heldout > (1 + RISES) * other.E_heldout and rise.sum() > differ)
 
     def tried(self, candidates: Sequence[Candidate]) -> Step:
