@@ -19,7 +19,7 @@ from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteProblem
 from freelearn.discovery.noise.scatter import HOPELESS, MAD, scatter
 from freelearn.discovery.referee.case import FAIL, PASS
-from freelearn.discovery.search.answer import ended
+from freelearn.discovery.search.answer import _helps, ended
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.search import held_out_falls, search, verdict
 from freelearn.discovery.search.stages import explored
@@ -181,3 +181,16 @@ def test_no_claim_stands_with_which_states_left_out_are_predicted_worse(after, s
     assert check.decides
     assert "0.74 %" in check.says
     assert held_out_falls(ending, []) == []
+
+
+@pytest.mark.parametrize(("error", "told"), [(0.08, True), (0.0926, False)])
+def test_of_a_model_that_stays_unexplained_no_effect_is_told_with_which_the_error_rises(error, told):
+    """However clearly whitened residuals fall; a second effect of three actuators on a block raised it by 6 %."""
+
+    def step(loss, error):
+        losses = np.full(40, loss) + np.linspace(-1, 1, 40)
+        return SimpleNamespace(
+            heldout=SimpleNamespace(loss=losses), E_heldout=error, whiten=SimpleNamespace(expected=40.0)
+        )
+
+    assert _helps(step(90.0, 0.0875), step(50.0, error)) is told

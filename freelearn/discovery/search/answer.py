@@ -271,7 +271,9 @@ def _of(hypotheses: Hypotheses, names: Sequence[str]) -> Hypothesis:
 
 
 def _helps(reduced: Step, step: Step) -> bool:
+    """Whether a step predicts clearly better than one without an effect: by whitened residuals, and by the error that
+    is told."""
     gain, error = paired(step.heldout, reduced.heldout)
     unexplained = max(float(step.heldout.loss.sum()) - step.whiten.expected, 0.0)
     whole = float(reduced.heldout.loss.sum() - step.heldout.loss.sum())
-    return gain > MIN_PAIRED_Z * error and whole > MIN_SHARE * unexplained and not step.worse(reduced)
+    return gain > MIN_PAIRED_Z * error and whole > MIN_SHARE * unexplained and step.E_heldout < reduced.E_heldout
