@@ -19,7 +19,7 @@ from freelearn.discovery.fits.step import Step
 from freelearn.discovery.fits.white_fit import WhiteProblem
 from freelearn.discovery.noise.scatter import HOPELESS, MAD, scatter
 from freelearn.discovery.referee.case import FAIL, PASS
-from freelearn.discovery.search.answer import _helps, ended
+from freelearn.discovery.search.answer import _falling, ended
 from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.search import held_out_falls, search, verdict
 from freelearn.discovery.search.stages import explored
@@ -183,14 +183,12 @@ def test_no_claim_stands_with_which_states_left_out_are_predicted_worse(after, s
     assert held_out_falls(ending, []) == []
 
 
-@pytest.mark.parametrize(("error", "told"), [(0.08, True), (0.0926, False)])
-def test_of_a_model_that_stays_unexplained_no_effect_is_told_with_which_the_error_rises(error, told):
-    """However clearly whitened residuals fall; a second effect of three actuators on a block raised it by 6 %."""
-
-    def step(loss, error):
-        losses = np.full(40, loss) + np.linspace(-1, 1, 40)
-        return SimpleNamespace(
-            heldout=SimpleNamespace(loss=losses), E_heldout=error, whiten=SimpleNamespace(expected=40.0)
-        )
-
-    assert _helps(step(90.0, 0.0875), step(50.0, error)) is told
+@pytest.mark.parametrize(("both", "kept"), [(0.08, ["a", "b"]), (0.0926, ["a"]), (0.3, [])])
+def test_of_a_model_that_stays_unexplained_no_effect_is_told_with_which_the_error_rises(both, kept):
+    """A second effect of three actuators on a block raised it by 6 %."""
+    errors = {"": 0.24, "a": 0.0875 if kept else 0.25, "b": 0.26, "ab": both}
+    hypotheses = SimpleNamespace(
+        found={frozenset(): ""}, joined=lambda now, name: now + name, without=lambda now, name: now.replace(name, "")
+    )
+    models = SimpleNamespace(step=lambda h: h, fair=lambda h: SimpleNamespace(E_heldout=errors[h]))
+    assert _falling(models, hypotheses, ["a", "b"]) == kept

@@ -20,6 +20,7 @@ from freelearn.discovery.search.stages import Explored
 from freelearn.discovery.thresholds import (
     FORMS,
     HOPELESS,
+    INADEQUATE,
     MIN_PAIRED_Z,
     MIN_SHARE,
     MOST_KEPT,
@@ -178,7 +179,7 @@ class Models:
 
     def __init__(self, prepared: Prepared, known: Explored) -> None:
         self.prepared, self.known, self.whiten = prepared, known, known.whiten
-        self.made, self.made_alone = dict[Effects, Step](), dict[Effects, Step]()
+        self.made, self.made_alone, self.made_fair = dict[Effects, Step](), dict[Effects, Step](), dict[Effects, Step]()
 
     def step(self, hypothesis: Hypothesis) -> Step:
         """The model, fitted to its end."""
@@ -194,6 +195,23 @@ class Models:
         if key not in self.made_alone:
             self.made_alone[key] = self._made(step.fit, self.known.noise.whitener())
         return self.made_alone[key]
+
+    def fair(self, step: Step) -> Step:
+        """The same model as wrong as it is, where it is told under the noise alone and leaves more."""
+        key = frozenset(step.effects)
+        if key not in self.made_fair:
+            whiten = self.weighing(step.fit, step.whiten)
+            self.made_fair[key] = step if whiten is step.whiten else self._made(step.fit, whiten)
+        return self.made_fair[key]
+
+    def weighing(self, fit: WhiteFit, whiten: Whitener) -> Whitener:
+        """How a model's readings are weighed: one that is wrong under the noise alone counts as wrong by what it
+        leaves. Weighed by digits that it cannot have it would follow the few most exact readings."""
+        if whiten.doubt is not None or fit.chi2 <= INADEQUATE * whiten.count:
+            return whiten
+        slipped = None if whiten.scatter is None else whiten.scatter.slipped
+        share = self.prepared.error(fit.raw_residual, slipped)
+        return self.known.noise.whitener(share * self.prepared.scale, even=True)
 
     def _made(self, fit: WhiteFit, whiten: Whitener) -> Step:
         return self.prepared.step(refitted(fit, self.prepared.rows, whiten), whiten)
@@ -252,6 +270,8 @@ def standing(ending: Ending) -> Ending:
         fewer = {name: without(pair, name) for name in pair.effects}
         if other.E_heldout <= TOGETHER * step.E_heldout and all(_helps(f, other) for f in fewer.values()):
             kept, step = list(pair.effects), other
+    kept = _falling(models, hypotheses, kept)
+    step = models.fair(models.step(_of(hypotheses, kept)))
     by_first = {next(iter(c)): c for c in ending.classes}
     classes = [by_first.get(name, {name: step}) for name in kept]
     return replace(ending, final=step, classes=classes)
@@ -271,9 +291,21 @@ def _of(hypotheses: Hypotheses, names: Sequence[str]) -> Hypothesis:
 
 
 def _helps(reduced: Step, step: Step) -> bool:
-    """Whether a step predicts clearly better than one without an effect: by whitened residuals, and by the error that
-    is told."""
     gain, error = paired(step.heldout, reduced.heldout)
     unexplained = max(float(step.heldout.loss.sum()) - step.whiten.expected, 0.0)
     whole = float(reduced.heldout.loss.sum() - step.heldout.loss.sum())
-    return gain > MIN_PAIRED_Z * error and whole > MIN_SHARE * unexplained and step.E_heldout < reduced.E_heldout
+    return gain > MIN_PAIRED_Z * error and whole > MIN_SHARE * unexplained and not step.worse(reduced)
+
+
+def _falling(models: Models, hypotheses: Hypotheses, kept: Sequence[str]) -> list[str]:
+    """Of the effects that are kept those with which the error falls that is told, of models as wrong as they are."""
+    while kept:
+        now = _of(hypotheses, kept)
+        fewer = {name: hypotheses.without(now, name) for name in kept}
+        ahead([partial(models.fair, models.step(h)) for h in (now, *fewer.values())])
+        told = {name: models.fair(models.step(h)).E_heldout for name, h in fewer.items()}
+        least = min(told, key=lambda name: told[name])
+        if models.fair(models.step(now)).E_heldout < told[least]:
+            break
+        kept = [name for name in kept if name != least]
+    return list(kept)

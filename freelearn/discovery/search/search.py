@@ -17,7 +17,7 @@ from freelearn.data.rows import Rows
 from freelearn.discovery.fits.journal import ahead, kept
 from freelearn.discovery.fits.prepare import Prepared, Question, prepare, without
 from freelearn.discovery.fits.step import Candidate, Step
-from freelearn.discovery.fits.white_fit import refitted
+from freelearn.discovery.fits.white_fit import WhiteFit, refitted
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Proposal
 from freelearn.discovery.referee.case import FAIL, PASS, Case, Check
@@ -34,7 +34,7 @@ from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
 from freelearn.discovery.search.throughout import throughout
-from freelearn.discovery.thresholds import EVEN, IDLE, INADEQUATE, MODELS_TOLD, MOST_ALIKE, RISES
+from freelearn.discovery.thresholds import EVEN, IDLE, MODELS_TOLD, MOST_ALIKE, RISES
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -314,31 +314,28 @@ def decided(claimed: str, referee: Referee, answer: Answer) -> str:
 
 def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
     """The models from the first to the last, each with the effect more that lowers the error most."""
-    hypotheses, final = ending.known.hypotheses, ending.final
+    hypotheses, final, models = ending.known.hypotheses, ending.final, ending.models
     left = set(prepared.question.added(final.effects))
     if not left:
         return [final]
     slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
+
+    def weighed(fit: WhiteFit, whiten: Whitener) -> Step:
+        same = whiten.doubt is None or whiten is models.whiten
+        return prepared.step(fit if same else refitted(fit, prepared.rows, whiten), whiten, slipped)
+
+    def on_the_way(hypothesis: Hypothesis) -> Step:
+        return weighed(hypothesis.fit, models.weighing(hypothesis.fit, final.whiten))
+
     now = hypotheses.found[frozenset()]
-    steps = [prepared.step(now.fit, final.whiten, slipped)]
+    steps = [weighed(now.fit, final.whiten)]
     while len(left) > 1:
         tried = [hypotheses.joined(now, name) for name in sorted(left)]
-        jobs = [partial(_on_the_way, prepared, ending, h, slipped) for h in tried]
-        ahead(jobs)
-        step, now = min(((job(), h) for job, h in zip(jobs, tried, strict=True)), key=lambda pair: pair[0].E_heldout)
+        ahead([partial(on_the_way, h) for h in tried])
+        step, now = min(((on_the_way(h), h) for h in tried), key=lambda pair: pair[0].E_heldout)
         steps.append(step)
         left -= now.key
     return [*steps, final]
-
-
-def _on_the_way(prepared: Prepared, ending: Ending, hypothesis: Hypothesis, slipped: Tensor | None) -> Step:
-    """A set that lacks some effects of the last. Weighed by digits that it cannot have it would follow the few most
-    exact readings: it counts as wrong by what it leaves."""
-    fit, whiten = hypothesis.fit, ending.final.whiten
-    if whiten.doubt is None and fit.chi2 > INADEQUATE * whiten.count:
-        whiten = ending.known.noise.whitener(prepared.error(fit.raw_residual, slipped) * prepared.scale, even=True)
-        fit = refitted(fit, prepared.rows, whiten)
-    return prepared.step(fit, whiten, slipped)
 
 
 def candidates(
