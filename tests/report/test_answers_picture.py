@@ -39,3 +39,18 @@ def test_rows_without_an_answer_are_marked():
 
 def test_few_answers_are_read_in_the_table():
     assert answers_figure(answers(2)) is None
+
+
+def test_recordings_are_lines_of_their_own_end_to_end():
+    figure = answers_figure(answers(6, run=[1, 1, 1, 2, 2, 2], time_s=[0.0, 1.0, 2.0, 0.0, 1.0, 2.0]))
+    assert figure.axes[-1].get_xlabel() == "time [s], recordings end to end"
+    lines = [line for line in figure.axes[1].lines if line.get_label() == "answered"]
+    assert [line.get_xdata().tolist() for line in lines] == [[0, 1, 2], [3, 4, 5]]
+    assert [text.get_text() for text in figure.axes[1].get_legend().get_texts()] == ["95 % band", "answered"]
+
+
+def test_recordings_of_one_clock_keep_it():
+    figure = answers_figure(answers(6, run=[1, 1, 1, 2, 2, 2], time_s=[0.0, 1.0, 2.0, 10.0, 11.0, 12.0]))
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+    lines = [line for line in figure.axes[1].lines if line.get_label() == "answered"]
+    assert [line.get_xdata().tolist() for line in lines] == [[0, 1, 2], [10, 11, 12]]
