@@ -187,16 +187,17 @@ def _shortened(
 
 def paired(better: HeldOut, other: HeldOut) -> tuple[float, float]:
     """Mean over groups of how much more loss `other` has, and its standard error."""
-    difference = other.loss - better.loss
-    if len(difference) < 2:
-        return float(difference.mean()), float("inf")
-    difference = drawn_in(difference, LEAST_FAR)
-    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(len(difference)))
+    return mean_of(other.loss - better.loss, LEAST_FAR)
 
 
-def drawn_in(differences: np.ndarray, least: float = 0.0) -> np.ndarray:
-    """Differences (groups,), those beyond FAR times their median size drawn in to there: one group that stands out must
-    neither make a difference nor hide one. least: size that none is drawn in below."""
+def mean_of(differences: np.ndarray, least: float = 0.0) -> tuple[float, float]:
+    """Mean of differences (groups,), and its standard error, infinite of a single one.
+
+    Those beyond FAR times their median size are drawn in to there: one group that stands out must neither make a
+    difference nor hide one. least: size that none is drawn in below.
+    """
+    if len(differences) < 2:
+        return float(differences.mean()), float("inf")
     limit = max(FAR * float(np.median(np.abs(differences))), least)
-    drawn: np.ndarray = np.clip(differences, -limit, limit)
-    return drawn
+    differences = differences.clip(-limit, limit)
+    return float(differences.mean()), float(differences.std(ddof=1) / np.sqrt(len(differences)))

@@ -92,8 +92,7 @@ class Prepared:
     def step(self, fit: WhiteFit, whiten: Whitener, slipped: Tensor | None = None) -> Step:
         """The step of a fitted model, with its errors on all readings but those that slipped, (N, 2) bool."""
         found = held_out(fit, self.rows, whiten, self.fold, self.rows.state)
-        if slipped is None and whiten.scatter is not None:
-            slipped = whiten.scatter.slipped
+        slipped = whiten.slipped if slipped is None else slipped
         names = [effect.name for effect in fit.model.effects]
         effects = [*(name for name in names if name in self.question.given), *self.question.added(names)]
         return Step(

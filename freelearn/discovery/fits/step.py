@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from torch import Tensor
 
 from freelearn.data.states import States
-from freelearn.discovery.fits.left_out import HeldOut, drawn_in
+from freelearn.discovery.fits.left_out import HeldOut, mean_of
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.structure import Structure, structure
@@ -83,9 +83,9 @@ class Step:
     def worse(self, other: Step) -> bool:
         """Whether its held-out error is clearly larger than another's: by a share, and by more than the states, few as
         they are, differ in how much larger it is. Errors of places weigh most in it, and hide what is less."""
-        rise, count = drawn_in(self.by_state - other.by_state), len(self.by_state)
-        differ = np.sqrt(count) * rise.std(ddof=1) * stdtrit(count - 1, RISEN) if count > 1 else 0.0
-        return bool(self.E_heldout > (1 + RISES) * other.E_heldout and rise.sum() > differ)
+        (rise, error), count = mean_of(self.by_state - other.by_state), len(self.by_state)
+        least = error * stdtrit(count - 1, RISEN) if count > 1 else 0.0
+        return bool(self.E_heldout > (1 + RISES) * other.E_heldout and rise > least)
 
     def tried(self, candidates: Sequence[Candidate]) -> Step:
         """The same step with what was tried on it."""

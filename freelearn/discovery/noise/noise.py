@@ -216,7 +216,12 @@ class Whitener:
     @property
     def right(self) -> Tensor:
         """Readings that count and did not slip, (N, 2) bool."""
-        return self.counts if self.scatter is None else self.counts & ~self.scatter.slipped
+        return self.counts if self.slipped is None else self.counts & ~self.slipped
+
+    @property
+    def slipped(self) -> Tensor | None:
+        """Readings that slipped, (N, 2) bool; None where nothing is known of that."""
+        return None if self.scatter is None else self.scatter.slipped
 
     @property
     def expected(self) -> float:

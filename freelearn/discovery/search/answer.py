@@ -209,8 +209,7 @@ class Models:
         leaves. Weighed by digits that it cannot have it would follow the few most exact readings."""
         if whiten.doubt is not None or fit.chi2 <= INADEQUATE * whiten.count:
             return whiten
-        slipped = None if whiten.scatter is None else whiten.scatter.slipped
-        share = self.prepared.error(fit.raw_residual, slipped)
+        share = self.prepared.error(fit.raw_residual, whiten.slipped)
         return self.known.noise.whitener(share * self.prepared.scale, even=True)
 
     def _made(self, fit: WhiteFit, whiten: Whitener) -> Step:
@@ -299,13 +298,16 @@ def _helps(reduced: Step, step: Step) -> bool:
 
 def _falling(models: Models, hypotheses: Hypotheses, kept: Sequence[str]) -> list[str]:
     """Of the effects that are kept those with which the error falls that is told, of models as wrong as they are."""
+
+    def told(hypothesis: Hypothesis) -> float:
+        return models.fair(models.step(hypothesis)).E_heldout
+
     while kept:
         now = _of(hypotheses, kept)
         fewer = {name: hypotheses.without(now, name) for name in kept}
-        ahead([partial(models.fair, models.step(h)) for h in (now, *fewer.values())])
-        told = {name: models.fair(models.step(h)).E_heldout for name, h in fewer.items()}
-        least = min(told, key=lambda name: told[name])
-        if models.fair(models.step(now)).E_heldout < told[least]:
+        ahead([partial(told, h) for h in (now, *fewer.values())])
+        least = min(kept, key=lambda name: told(fewer[name]))
+        if told(now) < told(fewer[least]):
             break
         kept = [name for name in kept if name != least]
     return list(kept)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from torch import Tensor
 
 from freelearn.common.formats import error_in_words
 from freelearn.common.progress import begin
@@ -164,8 +163,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     ranking = hypotheses.rank(hypotheses.found[frozenset()])
     steps = staircase(prepared, ending)
     final, rows, kept = steps[-1], prepared.rows, prepared.kept
-    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
-    tried = candidates(prepared, hypotheses, ranking.promises(), final.whiten, slipped)
+    tried = candidates(prepared, hypotheses, ranking.promises(), final.whiten)
     steps = [steps[0].tried(tried), *steps[1:]]
     for number, step in enumerate(steps):
         added = [e for e in step.effects if not number or e not in steps[number - 1].effects]
@@ -318,11 +316,10 @@ def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
     left = set(prepared.question.added(final.effects))
     if not left:
         return [final]
-    slipped = None if final.whiten.scatter is None else final.whiten.scatter.slipped
 
     def weighed(fit: WhiteFit, whiten: Whitener) -> Step:
         same = whiten.doubt is None or whiten is models.whiten
-        return prepared.step(fit if same else refitted(fit, prepared.rows, whiten), whiten, slipped)
+        return prepared.step(fit if same else refitted(fit, prepared.rows, whiten), whiten, final.whiten.slipped)
 
     def on_the_way(hypothesis: Hypothesis) -> Step:
         return weighed(hypothesis.fit, models.weighing(hypothesis.fit, final.whiten))
@@ -339,15 +336,15 @@ def staircase(prepared: Prepared, ending: Ending) -> list[Step]:
 
 
 def candidates(
-    prepared: Prepared, hypotheses: Hypotheses, promised: Sequence[Promise], whiten: Whitener, slipped: Tensor | None
+    prepared: Prepared, hypotheses: Hypotheses, promised: Sequence[Promise], whiten: Whitener
 ) -> list[Candidate]:
     """Entries of discovery.json for the effects that were tried on the first model."""
     entries = []
     shown = [hypotheses.found.get(frozenset([promise.effect])) for promise in promised[:SHOWN]]
-    ahead([partial(prepared.step, h.fit, whiten, slipped) for h in shown if h and h.fit.proper])
+    ahead([partial(prepared.step, h.fit, whiten) for h in shown if h and h.fit.proper])
     for number, promise in enumerate(promised):
         fitted = hypotheses.found.get(frozenset([promise.effect])) if number < SHOWN else None
-        step = prepared.step(fitted.fit, whiten, slipped) if fitted and fitted.fit.proper else None
+        step = prepared.step(fitted.fit, whiten) if fitted and fitted.fit.proper else None
         entries.append(_entry(promise, step))
     return entries
 

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from freelearn.common.display import COLORS
 from freelearn.data.beds import BEDS, Quantity
+from freelearn.data.logs import TIME, is_log, run_numbers, session_clock
 from freelearn.queries.answers import STATUS, Answers
 from freelearn.queries.curves.curve_rows import pressures
 from freelearn.report.plots.canvas import finish, new_figure
 
-TIME, RUN = "time_s", "run"
 # Fewer answers are read in the table.
 LEAST_ROWS = 3
 # Points of a single answer are seen up to so many.
@@ -31,12 +31,10 @@ def answers_figure(answers: Answers) -> Figure | None:
         return None
     shown = [q for q in shown if q.column not in answers.asked or (q in answered and _says(table, q))]
     figure = new_figure(WIDTH, 0.7 + PANEL * len(shown))
-    run = _runs(table)
-    over, label = _along(table, run)
+    run, over, label = _along(table)
     for number, quantity in enumerate(shown, 1):
         axes = figure.add_subplot(len(shown), 1, number)
-        for first in range(int(run[-1]) + 1):
-            own = run == first
+        for own in (run == recording for recording in np.unique(run)):
             _draw(axes, over[own], table[own], quantity, quantity.column in answers.asked, len(table) <= MOST_MARKS)
         _legend(axes)
         finish(axes, label if number == len(shown) else "", f"{quantity.name} {quantity.symbol}\n[{quantity.unit}]")
@@ -45,28 +43,21 @@ def answers_figure(answers: Answers) -> Figure | None:
     return figure
 
 
-def _runs(table: pd.DataFrame) -> np.ndarray:
-    """The number of every row's recording, from 0; one where the table is no log."""
-    if RUN not in table or TIME not in table:
-        return np.zeros(len(table), dtype=int)
-    named = table[[name for name in ("sample", RUN) if name in table]]
-    number: np.ndarray = (named != named.shift()).any(axis=1).cumsum().to_numpy() - 1
-    return number
-
-
-def _along(table: pd.DataFrame, run: np.ndarray) -> tuple[pd.Series, str]:
-    """What the rows are drawn over, and its label: recordings that begin anew stand end to end."""
+def _along(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray, str]:
+    """Number of each row's recording, what the rows are drawn over, and its label: recordings whose clocks begin anew
+    stand end to end. What is no log counts as one recording."""
+    one = np.zeros(len(table), dtype=int)
     if TIME not in table:
-        return pd.Series(np.arange(1, len(table) + 1), index=table.index), "row"
-    time, label = table[TIME].astype(float), "time [s]"
-    for number in range(1, int(run[-1]) + 1):
-        own, before = run == number, time[run == number - 1]
-        if time[own].iloc[0] <= before.iloc[-1]:
-            # One usual step apart.
-            step = float(before.diff().median()) if len(before) > 1 else 1.0
-            time[own] += before.iloc[-1] + step - time[own].iloc[0]
-            label = "time [s], recordings end to end"
-    return time, label
+        return one, np.arange(1, len(table) + 1), "row"
+    time = table[TIME].to_numpy(float)
+    if not is_log(table):
+        return one, time, "time [s]"
+    # Questions about a single actuator need not name it.
+    run = run_numbers(table if "sample" in table else table.assign(sample=0))
+    clock = session_clock(table.assign(sample=0, run=run))
+    if np.allclose(clock, time - time[0]):
+        return run, time, "time [s]"
+    return run, clock, "time [s], recordings end to end"
 
 
 def _says(table: pd.DataFrame, quantity: Quantity) -> bool:
@@ -82,7 +73,7 @@ def _quantities(table: pd.DataFrame) -> list[Quantity]:
     return [quantity for name, quantity in known.items() if name in table and table[name].notna().any()]
 
 
-def _draw(axes: Axes, over: pd.Series, table: pd.DataFrame, quantity: Quantity, asked: bool, few: bool) -> None:
+def _draw(axes: Axes, over: np.ndarray, table: pd.DataFrame, quantity: Quantity, asked: bool, few: bool) -> None:
     """One recording. few: points are marked."""
     name = quantity.column
     if not asked:
