@@ -29,7 +29,7 @@ class Planned(Plan):
 
     def summary(self) -> str:
         """What is expected, how good that is, and what else to know."""
-        return "\n".join([self.says(), self.certificate.sentence(), *(f"- {note}" for note in self.notes)])
+        return "\n".join([self.says(), self.certificate.sentence(self.visit), *(f"- {note}" for note in self.notes)])
 
     def frame(self) -> pd.DataFrame:
         """The rows, in the order of measuring, in the measurement table's columns; what is to be measured is blank."""

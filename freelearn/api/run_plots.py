@@ -24,7 +24,7 @@ from freelearn.queries.curves.log_traces import worst_recording
 from freelearn.queries.curves.model_curves import BAND, StateCurves, state_curves
 from freelearn.queries.curves.shown_states import pick_states, state_title
 from freelearn.records.discovery import trail_numbers
-from freelearn.report.tables.plan_tables import place_table
+from freelearn.report.tables.plan_tables import place_table, visits
 from freelearn.report.tables.ranking_tables import ranking_numbers
 from freelearn.report.tables.residual_tables import Limits, Strip, drawn, residual_table, scale_limits, shown_samples
 
@@ -225,9 +225,16 @@ class PlanPlots:
         self._plan = plan
 
     def places(self, ax: Given = None) -> Any:
-        """Where the rows lie beside those that are measured: a panel for each sample."""
+        """Where the rows lie beside those that are measured: a panel for each sample. Of a log how what is driven goes:
+        a panel for each recording."""
+        from freelearn.report.plots.course_plot import MOST, draw_courses
         from freelearn.report.plots.plan_plot import draw_places
 
+        if is_log(self._plan.table):
+            count = min(len(visits(self._plan)), MOST)
+            axes = _axes(ax, count, _heading("What to record next", self._plan.about))
+            draw_courses(axes, self._plan)
+            return _returned(axes)
         table = place_table(self._plan)
         samples = sorted(table["sample"].unique())
         axes = _axes(ax, len(samples), _heading("Where to measure next", self._plan.about))

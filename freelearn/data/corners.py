@@ -1,4 +1,4 @@
-"""Where a pressure that was read at the rows of a log turned between them.
+"""Where a pressure, a length or a twist that was read at the rows of a log turned between them.
 
 An effect of the history follows straight lines from sample to sample. A valve's ramp or hold begins at a time of its
 own, between two rows, and a lag of a fraction of their distance then feels a slope that no straight line has. Where the
@@ -20,6 +20,12 @@ from freelearn.data.states import States
 OFF, STRAIGHT = 3.0, 0.25
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
+# A change beyond so many standard deviations of the noise is one; and how many of the slope's may pass for straight.
+CHANGED, LIKE = 8.0, 4.0
+# Pieces of a straight line, from row to row or to a corner, that tell where it begins, its slope and where it ends.
+PIECES = 3
+# Share of a log's rows beyond which turns that no row tells are how it was sampled, and leaving them out says nothing.
+MOST = 0.4
 
 
 def with_corners(states: States) -> States:
@@ -29,11 +35,13 @@ def with_corners(states: States) -> States:
     recording = states.recording
     inputs = torch.stack(recording.states.inputs(), dim=1)
     within, turned = np.zeros(len(recording)), np.zeros((len(recording), inputs.shape[1]))
-    for column in range(2, inputs.shape[1]):
-        share, off = corners(inputs[:, column].numpy(), recording)
-        # Of several pressures that turn in one interval the corner is that of the one that turns most.
-        more = np.abs(off) > np.abs(turned).max(axis=1)
-        within[more], turned[more] = share[more], 0.0
+    most = np.zeros(len(recording))
+    for column, signal in enumerate(inputs.unbind(1)):
+        share, off = corners(signal.numpy(), recording)
+        # Of several that turn in one interval the corner is that of the one that turns most, of its range.
+        size = np.abs(off) / max(float(signal.max() - signal.min()), 1e-300)
+        more = size > most
+        most[more], within[more], turned[more] = size[more], share[more], 0.0
         turned[more, column] = off[more]
     later = np.flatnonzero(turned.any(axis=1))
     if not len(later):
@@ -53,11 +61,11 @@ def with_corners(states: States) -> States:
     return states.replace(recording=Recording(finer, recording.run[rows], time), place=place[states.place])
 
 
-def corners(pressure: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
-    """Of the interval before each sample, the share of it that is over at its corner, and how far the pressure there is
-    off the straight line [Pa]: zeros where there is none, (M,) each."""
+def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
+    """Of the interval before each sample, the share of it that is over at its corner, and how far the signal there is
+    off the straight line: zeros where there is none, (M,) each."""
     first, step = recording.first.numpy(), recording.step.numpy()
-    slope = np.where(first, np.nan, np.diff(pressure, prepend=np.nan) / np.where(first, np.nan, step))
+    slope = np.where(first, np.nan, np.diff(signal, prepend=np.nan) / np.where(first, np.nan, step))
     before, after = _shifted(slope, 1), _shifted(slope, -1)
     with np.errstate(invalid="ignore", divide="ignore"):
         turn = after - before
@@ -65,15 +73,42 @@ def corners(pressure: np.ndarray, recording: Recording[States]) -> tuple[np.ndar
         off = -share * (1 - share) * step * turn
         sides = np.abs(before - _shifted(slope, 2)), np.abs(after - _shifted(slope, -2))
         straight = np.fmin(*sides) < STRAIGHT * np.abs(turn)
-        found = straight & (share > 0) & (share < 1) & (np.abs(off) > OFF * noise(pressure, slope, step))
+        found = straight & (share > 0) & (share < 1) & (np.abs(off) > OFF * noise(signal, slope, step))
     return np.where(found, share, 0.0), np.where(found, off, 0.0)
 
 
-def noise(pressure: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
-    """Standard deviation of a pressure's noise, Pa, by the median of its second differences, most of which are those of
+def untold(states: States) -> np.ndarray:
+    """Rows of a log before which something imposed went from one row to the next on a way that the rows do not tell,
+    (N,) bool. What is quicker than a row feels that way, and is off by as much as it does there. None where a log is
+    all like that, or the table is none.
+
+    A move has a beginning, a rate and an end: three numbers, which three of its pieces tell, those up to a corner that
+    was found included. Of fewer the bed may have gone faster, and stood still for the rest. states: with_corners."""
+    if states.recording is None or states.place is None:
+        return np.zeros(len(states), dtype=bool)
+    recording = states.recording
+    first, step = recording.first.numpy(), recording.step.numpy()
+    found = np.zeros(len(recording), dtype=bool)
+    for signal in recording.states.inputs():
+        value = signal.numpy()
+        slope = np.where(first, np.nan, np.diff(value, prepend=np.nan) / np.where(first, np.nan, step))
+        flicker = noise(value, slope, step)
+        # Slopes of short pieces are known less.
+        near = STRAIGHT * np.abs(slope) + LIKE * flicker / np.where(first, np.nan, step)
+        on = np.abs(slope - _shifted(slope, 1)) < np.fmax(near, _shifted(near, 1))
+        line = np.cumsum(~on)
+        moved = np.abs(slope * step) > CHANGED * flicker
+        # A corner within the noise of a row tells nothing of where it is.
+        found |= moved & (np.bincount(line, moved)[line] < PIECES)
+    dark = np.asarray(found[states.place.numpy()])
+    return np.zeros_like(dark) if dark.mean() > MOST else dark
+
+
+def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
+    """Standard deviation of a signal's noise by the median of its second differences, most of which are those of
     straight lines."""
     second = np.abs(_shifted(slope, -1) - slope) * step
-    least = LEAST * float(np.ptp(pressure))
+    least = LEAST * float(np.ptp(signal))
     return max(float(np.nanmedian(second)) * 1.4826 / 6**0.5, least) if np.isfinite(second).any() else least
 
 

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, KINEMATIC
 from freelearn.data.columns import shown_readings
-from freelearn.data.corners import with_corners
+from freelearn.data.corners import untold, with_corners
 from freelearn.data.states import States, kinematic_state
 
 
@@ -103,6 +103,14 @@ class Rows:
     def straight(cls, table: pd.DataFrame) -> Rows:
         """The same, the pressures of a log going straight from row to row: as what is asked of a model follows them."""
         return cls(States.from_table(table), Readings.from_table(table), kinematic_state(table))
+
+    def told(self) -> Rows:
+        """The same rows; of a log without what was read right after a turn that no row tells (corners.untold)."""
+        dark = torch.as_tensor(untold(self.states))
+        if not bool((dark[:, None] & self.readings.present).any()):
+            return self
+        readings = replace(self.readings, present=self.readings.present & ~dark[:, None])
+        return replace(self, readings=readings)
 
     @classmethod
     def whole(cls, states: States, loads: Tensor, state: np.ndarray | None = None) -> Rows:

@@ -9,6 +9,7 @@ import pandas as pd
 
 from freelearn.data.beds import Bed, bed_of
 from freelearn.data.columns import SECOND, Columns
+from freelearn.data.logs import RUN, TIME, is_log
 
 # The column of what each row is expected to add.
 EXPECTED = "expected_z"
@@ -50,12 +51,13 @@ class Certificate:
         """Of the best that is possible at most: this share at least, a fraction."""
         return self.value / self.bound if self.bound > 0 else 0.0
 
-    def sentence(self) -> str:
-        """In words."""
+    def sentence(self, visit: str = "mounting") -> str:
+        """In words; visit: what rows are read in."""
         share = 100 * self.efficiency
         if share > 100.5:
             return f"This tells {share:.0f} % of what the best plan on the grid of candidates can tell."
-        return f"This tells at least {share:.0f} % of what any plan of as many rows and mountings can tell."
+        among = "of as many rows and mountings" if visit == "mounting" else f"of as many {visit}s of these kinds"
+        return f"This tells at least {share:.0f} % of what any plan {among} can tell."
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,11 @@ class Plan:
         return bed_of(self.measured)
 
     @property
+    def visit(self) -> str:
+        """What rows are read in: a mounting, or a recording."""
+        return "recording" if is_log(self.table) else "mounting"
+
+    @property
     def weakest(self) -> Expected:
         """What is told least."""
         return min(self.expected, key=lambda e: e.added)
@@ -117,7 +124,7 @@ class Plan:
     def says(self) -> str:
         """What is expected, in one sentence."""
         rows, states = len(self.table), self.mountings
-        many = f"{rows} row{'s' if rows > 1 else ''} in {states} mounting{'s' if states > 1 else ''}"
+        many = f"{rows} row{'s' if rows > 1 else ''} in {states} {self.visit}{'s' if states > 1 else ''}"
         weak = self.weakest
         if self.goal == "discriminate":
             return f"{many}: {weak.name[0]} is told from {weak.name[1]} by {weak.after:.1f} σ at least, if it is there."
@@ -142,7 +149,7 @@ class Plan:
             "parameters": [p.plain() for p in self.parameters],
             "rows_needed": self.rows_needed,
             "certificate": vars(self.certificate) | {"efficiency": self.certificate.efficiency},
-            "certificate_says": self.certificate.sentence(),
+            "certificate_says": self.certificate.sentence(self.visit),
             "notes": list(self.notes),
             **self.about,
         }
@@ -155,5 +162,7 @@ def plan_table(rows: pd.DataFrame, expected: list[float] | None = None) -> pd.Da
     listed = list(columns.listed)
     if SECOND in rows and not columns.members and rows[SECOND].notna().any():
         listed.insert(listed.index("gamma_deg") + 1, SECOND)
+    if is_log(rows):
+        listed += [TIME, RUN]
     table = rows.assign(**blank, buckled=0)[listed].reset_index(drop=True)
     return table if expected is None else table.assign(**{EXPECTED: expected})

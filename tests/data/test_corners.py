@@ -102,6 +102,52 @@ def test_what_is_quicker_than_the_rows_follows_the_corners(effect):
     assert errors[0] < errors[1] / 3
 
 
+def test_a_twist_turns_between_rows_too():
+    time = np.arange(0.0, 9.0, 0.25)
+    turned = table(time, 30.0 + 0 * time).assign(twist_deg=np.interp(time, *CORNERS))
+    recording = with_corners(States.from_table(turned)).recording
+    new = ~np.isin(recording.time.numpy(), time)
+    np.testing.assert_allclose(recording.time[new].numpy(), CORNERS[0][1:-1], atol=1e-9)
+    np.testing.assert_allclose(np.rad2deg(recording.states.twist[new].numpy()), CORNERS[1][1:-1], atol=1e-9)
+
+
+def test_of_two_that_turn_in_one_interval_the_corner_is_that_of_the_larger_turn_whatever_their_units():
+    time = np.arange(0.0, 9.0, 0.25)
+    both = table(time, np.interp(time, *CORNERS)).assign(
+        twist_deg=np.interp(time, [0.0, 2.51, 9.0], [0.0, 0.0, 1e-3]), elongation_mm=0.0
+    )
+    times, _ = added(with_corners(States.from_table(both)))
+    assert np.abs(times - 2.57).min() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("begins", "takes", "dark"),
+    [
+        (2.1, 0.3, 1),  # within one interval
+        (2.3, 0.4, 2),  # its middle is a row: it looks like a ramp of two whole intervals
+        (2.0, 1.0, 2),  # which it would be here, and nothing tells the difference
+        (2.1, 1.2, 0),
+        (2.1, 2.4, 0),
+    ],
+)
+def test_a_move_of_which_too_few_rows_tell_is_untold(begins, takes, dark):
+    time = np.arange(0.0, 20.0, 0.5)
+    pressure = np.interp(time, [0.0, begins, begins + takes, 20.0], [10.0, 10.0, 60.0, 60.0])
+    rows = Rows.from_table(table(time, pressure + 0.02 * np.random.default_rng(2).normal(size=len(time))))
+    lost = ~rows.told().readings.present[:, 0].numpy()
+    assert lost.sum() == dark
+    assert not dark or time[lost].min() >= begins
+    assert rows.told().states is rows.states
+
+
+def test_a_log_that_is_all_like_that_is_taken_as_it_is():
+    time = np.arange(0.0, 20.0, 0.5)
+    rows = Rows.from_table(table(time, np.random.default_rng(4).uniform(0, 60, len(time))))
+    assert rows.told() is rows
+    still = Rows.from_table(table(time, 30 + 0 * time))
+    assert still.told() is still
+
+
 def test_what_is_asked_of_a_model_goes_straight():
     time = np.arange(0.0, 9.0, 0.25)
     read = table(time, np.interp(time, *CORNERS))

@@ -113,8 +113,9 @@ def _by_old_name(goal: Any) -> Any:
 
 
 # Readings of one plan: it is chosen visit by visit, and more than a day's tell little more than twice the half of them.
-MOST_ROWS = 1000
-Count = Annotated[int, Field(strict=True, ge=1, le=MOST_ROWS)]
+# Of a log they are samples of recordings, and many more.
+MOST_ROWS, MOST_SAMPLES = 1000, 100_000
+Count = Annotated[int, Field(strict=True, ge=1, le=MOST_SAMPLES)]
 
 
 @dataclass(frozen=True, config=STRICT)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import torch
@@ -11,6 +11,7 @@ from freelearn.api.tasks.preparation import Measuring
 from freelearn.api.tasks.search_task import Task
 from freelearn.data.columns import LEFT_OUT, left_out_rows
 from freelearn.data.error import load_scale
+from freelearn.data.logs import is_log
 from freelearn.data.sets import samples_of
 from freelearn.discovery.checks.look import failed as failing
 from freelearn.discovery.checks.table_check import TableCheck
@@ -23,10 +24,11 @@ from freelearn.discovery.residuals.reciprocity import reciprocity
 from freelearn.discovery.residuals.residual_summary import summarize_residuals
 from freelearn.discovery.search.before_after import errors_by_set
 from freelearn.discovery.search.measuring_order import DRIFT, telling_repeat
-from freelearn.discovery.search.next_states import next_states, telling
+from freelearn.discovery.search.next_states import NextState, next_states, telling
 from freelearn.discovery.search.search import Findings
 from freelearn.discovery.search.testable import assumptions
 from freelearn.queries.curves.run_curves import search_curves, search_predictions
+from freelearn.queries.next_measurements.next_recordings import next_recordings
 from freelearn.records.discovery import Discovery, document
 from freelearn.records.estimates import notes as parameter_notes
 from freelearn.records.sampling import sampling_notes
@@ -57,9 +59,16 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
     ]
     several = [c for c in findings.classes if len(c) > 1]
-    proposed = [p for c in several for p in next_states(c, task.loaded.table, measured.accuracy)]
+    recorded = is_log(kept)
+
+    def next_of(alike: Mapping[str, Step]) -> list[NextState]:
+        if recorded:
+            return next_recordings(alike, kept, rows)
+        return next_states(alike, task.loaded.table, measured.accuracy)
+
+    proposed = [p for alike in several for p in next_of(alike)]
     if not proposed and len(findings.rivals) > 1:
-        proposed = next_states(findings.rivals, task.loaded.table, measured.accuracy)
+        proposed = next_of(findings.rivals)
     repeats = [telling_repeat(last, rows, name, measured.accuracy) for name in findings.sorted_by]
     proposed += repeats
     left = None
@@ -72,6 +81,12 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     if left_out := int(left_out_rows(task.loaded.table)[looked_at].sum()):
         notes.append(f"rows that are marked to be left out: {left_out}")
     notes += [note.rstrip(".") for note in sampling_notes(last.fit.model, kept)]
+    told = task.rows.readings.present & ~task.rows.told().readings.present
+    if dark := int(told.any(-1).sum()):
+        notes.append(
+            f"what was read in {dark} of {len(seen)} rows, right after a move of which too few rows tell when it began "
+            "and ended, was left out: record more rows a second"
+        )
     notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)
     if stopping and not settings.checks:
@@ -91,7 +106,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         "data": task.loaded.provenance.plain(),
         "checks": [check.plain() for check in checks],
     }
-    proposed, twins = telling(proposed)
+    proposed, twins = telling(proposed, "recording" if recorded else "state")
     notes += twins
     content = document(findings, failed, screens, proposed, left, suspects, notes, task.untestable, about, stopping)
     predictions = search_predictions(findings, seen, task.rows.states)

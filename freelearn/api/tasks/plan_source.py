@@ -121,7 +121,7 @@ def _known(table: pd.DataFrame, model: Model[Any], accuracy: Accuracy) -> Known:
     place = usable(table).index.to_numpy(copy=True)
     if not len(place):
         raise UserError("The run has no usable row with an answer: there is nothing to go on from.")
-    rows = Rows.from_table(table)[torch.as_tensor(place)]
+    rows = Rows.from_table(table)[torch.as_tensor(place)].told()
     own = [name for name in table if name not in ADDED and "_pred_" not in str(name)]
     start = model.vector().detach().clone()
     return Known.from_rows(table.loc[place, own].reset_index(drop=True), rows, model, start, accuracy)

@@ -127,7 +127,7 @@ class Prepared:
 
 def prepare(question: Question) -> tuple[Prepared, WhiteFit, Noise]:
     """Fits the model with the given effects, which settles the rows, and their noise, in a few rounds."""
-    model, rows = question.build(list(question.given)), question.rows
+    model, rows = question.build(list(question.given)), question.rows.told()
     model.prepare(rows)
     known = spans(rows)
     prior = question.prior(model, known)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,7 +31,8 @@ class NextState:
     """A state whose measurement is expected to split two effects by expected_z standard deviations of one row.
 
     elongation_mm, twist_deg: None on a bed that does not impose them; force_n, moment_nmm: on one that does. pressures:
-    of each actuator on one end block."""
+    of each actuator on one end block. course: of a recording, what is done in it, in words; the pressures are then the
+    highest of it, and the rest is where it begins."""
 
     sample: int
     elongation_mm: float | None
@@ -41,6 +43,7 @@ class NextState:
     force_n: float | None = None
     moment_nmm: float | None = None
     pressures_kpa: tuple[float, ...] = ()
+    course: str = ""
 
 
 def reach(
@@ -100,7 +103,7 @@ def next_states(alike: Mapping[str, Step], table: pd.DataFrame, accuracy: Accura
 
 def next_state(states: States, row: int, separates: list[str], expected_z: float) -> NextState:
     """One of some states, proposed."""
-    imposed = dict.fromkeys(q.column for q in (ELONGATION, TWIST, FORCE, MOMENT))
+    imposed: dict[str, Any] = dict.fromkeys(q.column for q in (ELONGATION, TWIST, FORCE, MOMENT))
     inputs = states.inputs()
     for quantity, value in zip(states.bed.state, inputs[:2], strict=True):
         here = value[row] - (states.reference_length[row] if quantity is ELONGATION else 0.0)
@@ -115,8 +118,9 @@ def next_state(states: States, row: int, separates: list[str], expected_z: float
     )
 
 
-def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
-    """Those states that would tell something, and sentences of the effects that none would split, many in one."""
+def telling(proposed: Sequence[NextState], what: str = "state") -> tuple[list[NextState], list[str]]:
+    """Those states that would tell something, and sentences of the effects that none would split, many in one. what: a
+    state, or a recording."""
     useful = [p for p in proposed if p.expected_z >= TELLING]
     alike = {frozenset(p.separates): p.expected_z for p in proposed if p.expected_z < TELLING}
     order = list(dict.fromkeys(name for p in proposed for name in p.separates))
@@ -124,11 +128,11 @@ def telling(proposed: Sequence[NextState]) -> tuple[list[NextState], list[str]]:
     for group in _alike(order, alike):
         pairs = [frozenset(pair) for pair in combinations(group, 2)]
         told = f"{listed(group)} from each other" if len(group) > 2 else " from ".join(group)
-        sentences.append(_twins(told, [alike.pop(pair) for pair in pairs]))
+        sentences.append(_twins(what, told, [alike.pop(pair) for pair in pairs]))
     for name in order:
         if others := [other for other in order if frozenset([name, other]) in alike and other != name]:
             most = [alike.pop(frozenset([name, other])) for other in others]
-            sentences.append(_twins(f"{name} from {listed(others)}", most))
+            sentences.append(_twins(what, f"{name} from {listed(others)}", most))
     return useful, sentences
 
 
@@ -145,5 +149,5 @@ def _alike(order: Sequence[str], pairs: Collection[frozenset[str]]) -> list[list
     return [group for group in groups if len(group) > 1]
 
 
-def _twins(told: str, sigmas: Sequence[float]) -> str:
-    return f"no state within the bed's reach would tell {told} (by {max(sigmas):.1f} σ at most)"
+def _twins(what: str, told: str, sigmas: Sequence[float]) -> str:
+    return f"no {what} within the bed's reach would tell {told} (by {max(sigmas):.1f} σ at most)"

@@ -98,6 +98,8 @@ def _visits(levels: int, most: int) -> list[tuple[int, ...]]:
 
 # Significant digits of a place, as a share of what the bed spans.
 DIGITS = 2
+# An end of the reach is a round number to within this share of its last digit.
+ROUNDING = 1e-6
 # A lowest pressure within this share of the highest is zero as the gauge read it.
 GAUGE = 0.02
 # How the pressure got there counts where rows differ by more than this share; some places are looked at for that.
@@ -126,14 +128,14 @@ def candidates(
 ) -> Candidates:
     """Everything that the bed can reach. per_state: most rows of a visit. levels: pressures of each place at least."""
     levels = max(PRESSURES, levels)
-    rising = _rounded(reach(known.table, levels, limits), limits)
+    rising = rounded(reach(known.table, levels, limits), limits)
     some = np.unique(np.linspace(0, len(rising) // levels - 1, LOOKED_AT).astype(np.int64))
     few = rising.iloc[(some[:, None] * levels + np.arange(levels)).reshape(-1)]
     both, path = Path.both(levels), Path.rising(levels)
     if not _same(_looked(known, goal, few, levels, both), both):
         # Going up and down again a place is read twice at nearly every level.
         levels = max(PRESSURES, levels // 2 + 1)
-        path, rising = Path.both(levels), _rounded(reach(known.table, levels, limits), limits)
+        path, rising = Path.both(levels), rounded(reach(known.table, levels, limits), limits)
     looked = _looked(known, goal, rising, levels, path)
     visits = Visits(looked.shared, looked.usable, path.subsets(per_state))
     views = [
@@ -187,7 +189,7 @@ def digits(low: float, high: float) -> int:
     return DIGITS - int(np.floor(np.log10(high - low)))
 
 
-def _rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
+def rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
     """Numbers that a person can set, still within reach."""
     table = table.copy()
     columns = Columns.from_table(table)
@@ -196,7 +198,9 @@ def _rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
         if name in columns.pressures and name not in (limits or {}) and abs(low) < GAUGE * high:
             table[name] = table[name].clip(lower=0.0)
         if high > low:
-            table[name] = table[name].round(digits(low, high)).clip(low, high)
+            step = 10.0 ** -digits(low, high)
+            inside = np.ceil(low / step - ROUNDING) * step, np.floor(high / step + ROUNDING) * step
+            table[name] = table[name].clip(*inside).round(digits(low, high))
     if len(columns.pressures) > 1:
         table["pressure_kpa"] = table[list(columns.pressures)].mean(axis=1)
     return table

@@ -16,6 +16,7 @@ from freelearn.discovery.fits.estimated_accuracy import measured
 from freelearn.discovery.fits.prepare import noise_about
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated, white_fit
 from freelearn.discovery.noise.noise import Whitener, sensitivities
+from freelearn.discovery.noise.scatter import clock_of
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 
@@ -57,10 +58,15 @@ class Known:
 
     def noise(self, states: States, state: Tensor) -> Whitener:
         """Of rows that are to be measured as those were. state: number of each row's kinematic state, (n,)."""
-        scatter = self.whiten.scatter
-        assert scatter is not None
-        accuracy = measured(scatter, states.bed)
-        return Whitener(sensitivities(self.fit.model, states), state, accuracy, bed=states.bed)
+        found = self.whiten.scatter
+        assert found is not None
+        accuracy, clock = measured(found, states.bed), clock_of(states)
+        sensitivity = sensitivities(self.fit.model, states)
+        if found.memory is None or clock is None:
+            return Whitener(sensitivity, state, accuracy, bed=states.bed)
+        usual = torch.ones(len(states), 2, dtype=torch.float64)
+        alike = replace(found, position=1.0, reading=usual, weight=usual, state=usual[:, 0])
+        return Whitener(sensitivity, state, accuracy, alike, states.bed, clock=clock)
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,13 @@ def ahead(fit: WhiteFit, states: States) -> Ahead:
 def standing(states: States, known: States) -> States:
     """States as they will be when they are measured after those known: later, the bed standing still, the wall worked
     as hard as it ever was."""
+    later = _later(states, known)
+    if later.recording is None:
+        return later
+    return later.replace(recording=replace(later.recording, states=_later(later.recording.states, known)))
+
+
+def _later(states: States, known: States) -> States:
     changes = {name: torch.zeros_like(states.length) for name in ("moved_length", "moved_twist")}
     clock, past = states.dwell.clone(), states.past_severity.clone()
     for number in torch.unique(states.sample).tolist():

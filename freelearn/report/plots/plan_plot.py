@@ -10,8 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from freelearn.common.display import COLORS
+from freelearn.data.logs import is_log
 from freelearn.records.plan_record import Plan
 from freelearn.report.plots.canvas import finish, heading, new_figure, save
+from freelearn.report.plots.course_plot import course_table, courses
 from freelearn.report.tables.plan_tables import efficiency_text, place_table
 
 # Points² of a mark of one σ, and of the smallest and the largest.
@@ -19,7 +21,10 @@ AREA, SMALLEST, LARGEST = 40.0, 25.0, 400.0
 
 
 def draw_plan(plan: Plan, path: Path) -> None:
-    """The picture, with its numbers beside it."""
+    """The picture, with its numbers beside it: places, or of a log how what is driven goes."""
+    if is_log(plan.table):
+        save(courses(plan), course_table(plan), path)
+        return
     table = place_table(plan)
     save(places(plan, table), table, path)
 

@@ -132,25 +132,31 @@ def next_states(proposed: Sequence[NextState], most: int | None = None) -> Displ
         for p in proposed[:most]
     ]
     several = max((len(p.pressures_kpa) for p in proposed), default=0)
+    if courses := any(p.course for p in proposed):
+        rows = [[*row, p.course] for row, p in zip(rows, proposed, strict=False)]
     pressures = [f"pressure {i} kPa" for i in range(1, several + 1)] or ["pressure kPa"]
     return DisplayTable.from_rows(
         ["sample"],
         [*(f"{q.name} {q.unit}" for q in state), *pressures, "expected σ"],
         rows,
         title="What to measure next",
-        last=["splits this", "from that"],
+        last=["splits this", "from that", *(["what to do"] if courses else [])],
     )
 
 
 def next_state_lines(proposed: Sequence[NextState], most: int) -> list[str]:
     """The same as sentences, for a terminal that is too narrow for the table."""
     return [
-        f"measure sample {p.sample} at "
+        f"{'record' if p.course else 'measure'} sample {p.sample} at "
         + ", ".join(f"{signed(getattr(p, q.column), digits(q))}{q.suffix}" for q in _imposed(proposed))
-        + f", {' + '.join(number(pressure, 3) for pressure in _pressures(p))} kPa: "
+        + f", {p.course or _held(p)}: "
         f"splits {' from '.join(p.separates)} by {fixed(p.expected_z, 1)} σ"
         for p in proposed[:most]
     ]
+
+
+def _held(proposed: NextState) -> str:
+    return f"{' + '.join(number(pressure, 3) for pressure in _pressures(proposed))} kPa"
 
 
 def _imposed(proposed: Sequence[NextState]) -> list[Quantity]:

@@ -10,9 +10,11 @@ import pandas as pd
 from freelearn.common.display import DisplayTable
 from freelearn.common.formats import fixed, number, percent, sentence, signed
 from freelearn.data.beds import BED
+from freelearn.data.logs import is_log
 from freelearn.data.states import kinematic_state
 from freelearn.queries.curves.curve_rows import digits, pressures
 from freelearn.queries.curves.shown_states import places
+from freelearn.queries.next_measurements.courses import course_in_words
 from freelearn.records.estimates import untold_sentence
 from freelearn.records.plan_record import EXPECTED, Narrowed, Plan
 
@@ -21,22 +23,35 @@ NEAR = 0.02
 
 
 def mounting_table(plan: Plan, most: int | None = None) -> DisplayTable:
-    """A line for each mounting: where, at which pressures, and the σ it is expected to add. most: lines shown."""
+    """A line for each mounting or recording: where, at which pressures, and the σ it is expected to add. most: lines
+    shown."""
     table = plan.table
-    state = kinematic_state(table.assign(**{BED: plan.bed.name}))
     rows = []
-    for visit in dict.fromkeys(state.tolist()):
-        part = table[state == visit]
+    for part in visits(plan):
         at = [signed(float(part[q.column].iloc[0]), digits(q)) for q in plan.bed.state]
-        each = [", ".join(number(float(p), 3) for p in part[q.column]) for q in pressures(table)]
-        added = math.sqrt(float((part[EXPECTED] ** 2).sum()))
-        rows.append([str(int(part["sample"].iloc[0])), *at, fixed(added, 1), *each])
-    names = [f"{q.symbol} kPa" for q in pressures(table)]
+        each = [course_in_words(part)] if is_log(table) else [_read(part[q.column]) for q in pressures(table)]
+        rows.append([str(int(part["sample"].iloc[0])), *at, fixed(expected_of(part), 1), *each])
+    names = ["what to do"] if is_log(table) else [f"{q.symbol} kPa" for q in pressures(table)]
     left = len(rows) - (most or len(rows))
     caption = f"and {left} more, in plan.csv" if left > 0 else ""
     imposed = [f"{q.name} {q.unit}" for q in plan.bed.state]
     headings = [*imposed, "expected σ"]
     return DisplayTable.from_rows(["sample"], headings, rows[:most], "What to measure next", caption, last=names)
+
+
+def _read(column: pd.Series) -> str:
+    return ", ".join(number(float(p), 3) for p in column)
+
+
+def visits(plan: Plan) -> list[pd.DataFrame]:
+    """The rows of each mounting, or recording, in the order of measuring."""
+    state = kinematic_state(plan.table.assign(**{BED: plan.bed.name}))
+    return [plan.table[state == visit] for visit in dict.fromkeys(state.tolist())]
+
+
+def expected_of(part: pd.DataFrame) -> float:
+    """σ that some rows of a plan are expected to add."""
+    return math.sqrt(float((part[EXPECTED] ** 2).sum()))
 
 
 def expected_table(plan: Plan) -> DisplayTable:
@@ -64,7 +79,7 @@ def _errors(p: Narrowed) -> list[str]:
 
 def plan_lines(plan: Plan) -> list[str]:
     """The rest in sentences."""
-    lines = [plan.says(), plan.certificate.sentence(), needed_line(plan)]
+    lines = [plan.says(), plan.certificate.sentence(plan.visit), needed_line(plan)]
     untold = [untold_sentence(p.name, p.value, p.before, p.unit) for p in plan.parameters if p.untold]
     return [*lines, *untold, *(sentence(note) for note in plan.notes)]
 
@@ -74,11 +89,14 @@ PURPOSES = {"discriminate": "To discriminate the class", "detect": "To detect it
 
 def needed_line(plan: Plan) -> str:
     """How many rows reach the goal."""
-    what = PURPOSES[plan.goal]
+    what, unit = PURPOSES[plan.goal], "recording" if is_log(plan.table) else "row"
     if not math.isfinite(plan.rows_needed):
-        return f"{what}, no number of rows within the bed's reach will do."
+        return f"{what}, no number of {unit}s within the bed's reach will do."
     if plan.rows_needed <= 0:
-        return f"{what}, no further row is needed."
+        return f"{what}, no further {unit} is needed."
+    if is_log(plan.table):
+        many = math.ceil(plan.rows_needed * len(visits(plan)) / len(plan.table))
+        return f"{what}, about {many} such recording{'s are' if many > 1 else ' is'} needed."
     return f"{what}, about {math.ceil(plan.rows_needed)} such rows are needed."
 
 

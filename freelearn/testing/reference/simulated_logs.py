@@ -90,11 +90,9 @@ def log(
     generator = np.random.default_rng(seed)
     parts = []
     for sample in samples:
-        gamma, length, inner, outer = SAMPLES[sample]
         worst = 0.0
         for run in range(1, recordings + 1):
             count = int(rate * seconds)
-            time = np.arange(count) / rate
             fine = np.arange((count - 1) * STEPS + 1) / (rate * STEPS)
             shown = pressures(fine, seconds, generator)
             place = (
@@ -102,21 +100,56 @@ def log(
                 bent(fine, seconds, 90.0, run % 2 == 0, generator),
             )
             over = (run - 1 + fine / seconds) / recordings
-            loads, worst = carried(sample, place, fine, shown * KPA, effects, worst, over)
-            loads = loads[::STEPS]
-            errors = [_noise(count, memory, generator) * noise * size for size in SENSORS]
-            off = [noise * size * generator.normal() for size in POSITION]
-            parts.append(
-                pd.DataFrame(
-                    {
-                        "sample": sample, "gamma_deg": gamma, "length_mm": length, "inner_radius_mm": inner,
-                        "outer_radius_mm": outer, "step": np.arange(count), "elongation_mm": place[0][::STEPS] + off[0],
-                        "twist_deg": place[1][::STEPS] + off[1], "pressure_kpa": shown[::STEPS] + errors[0],
-                        "force_n": loads[:, 0] + errors[1], "moment_nmm": 1e3 * loads[:, 1] + errors[2],
-                        "buckled": 0, "time_s": time, "run": run,
-                    }
-                )
-            )  # fmt: skip
+            part, worst = _recorded(sample, run, place, fine, shown, effects, worst, over, noise, memory, generator)
+            parts.append(part)
+    return pd.concat(parts, ignore_index=True)
+
+
+def _recorded(
+    sample: int,
+    run: int,
+    place: tuple[Array, Array],
+    fine: Array,
+    shown: Array,
+    effects: Effects,
+    worst: float,
+    over: Array | float,
+    noise: float,
+    memory: float,
+    generator: np.random.Generator,
+) -> tuple[pd.DataFrame, float]:
+    """The rows of one recording as the sensors read them, and the largest severity by its end. place, shown: elongation
+    [mm] and twist [°], and pressure [kPa], at the fine instants."""
+    gamma, length, inner, outer = SAMPLES[sample]
+    time = fine[::STEPS]
+    loads, worst = carried(sample, place, fine, shown * KPA, effects, worst, over)
+    loads = loads[::STEPS]
+    errors = [_noise(len(time), memory, generator) * noise * size for size in SENSORS]
+    off = [noise * size * generator.normal() for size in POSITION]
+    part = pd.DataFrame(
+        {
+            "sample": sample, "gamma_deg": gamma, "length_mm": length, "inner_radius_mm": inner,
+            "outer_radius_mm": outer, "step": np.arange(len(time)), "elongation_mm": place[0][::STEPS] + off[0],
+            "twist_deg": place[1][::STEPS] + off[1], "pressure_kpa": shown[::STEPS] + errors[0],
+            "force_n": loads[:, 0] + errors[1], "moment_nmm": 1e3 * loads[:, 1] + errors[2],
+            "buckled": 0, "time_s": time, "run": run,
+        }
+    )  # fmt: skip
+    return part, worst
+
+
+def measured(planned: pd.DataFrame, effects: Effects, seed: int, noise: float = 1.0) -> pd.DataFrame:
+    """A log that somebody planned, as the bed then measures it: straight from row to row, at even times."""
+    generator, parts = np.random.default_rng(seed), []
+    for run, rows in planned.groupby("run", sort=False):
+        time = rows["time_s"].to_numpy()
+        fine = np.linspace(time[0], time[-1], (len(time) - 1) * STEPS + 1)
+        first, second, shown = (
+            np.interp(fine, time, rows[name].to_numpy()) for name in ("elongation_mm", "twist_deg", "pressure_kpa")
+        )
+        sample = int(rows["sample"].iloc[0])
+        part, _ = _recorded(sample, int(run), (first, second), fine, shown, effects, 0.0, 0.0, noise, 0.0, generator)
+        parts.append(part)
     return pd.concat(parts, ignore_index=True)
 
 
