@@ -24,8 +24,10 @@ LEAST = 1e-6
 CHANGED, LIKE = 8.0, 4.0
 # Pieces of a straight line, from row to row or to a corner, that tell where it begins, its slope and where it ends.
 PIECES = 3
-# Share of a log's rows beyond which turns that no row tells are how it was sampled, and leaving them out says nothing.
-MOST = 0.4
+# Shares of a log's rows below which the noise's heavy tails bear such rows, and beyond which nothing is left without.
+FEW, MOST = 0.1, 0.4
+# Share of the moves that the rows tell which ends between two of them where nothing ties moves to the rows.
+SYNCHRONOUS = 0.25
 
 
 def with_corners(states: States) -> States:
@@ -79,16 +81,19 @@ def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarra
 
 def untold(states: States) -> np.ndarray:
     """Rows of a log before which something imposed went from one row to the next on a way that the rows do not tell,
-    (N,) bool. What is quicker than a row feels that way, and is off by as much as it does there. None where a log is
-    all like that, or the table is none.
+    (N,) bool. What is quicker than a row feels that way, and is off by as much as it does there. None where these are
+    few, where a log is all like that, or the table is none.
 
     A move has a beginning, a rate and an end: three numbers, which three of its pieces tell, those up to a corner that
-    was found included. Of fewer the bed may have gone faster, and stood still for the rest. states: with_corners."""
+    was found included. Of fewer the bed may have gone faster, and stood still for the rest; unless it begins and ends
+    at rows where it is seen to. states: with_corners."""
     if states.recording is None or states.place is None:
         return np.zeros(len(states), dtype=bool)
     recording = states.recording
     first, step = recording.first.numpy(), recording.step.numpy()
     found = np.zeros(len(recording), dtype=bool)
+    between = np.ones(len(recording), dtype=bool)
+    between[states.place.numpy()] = False
     for signal in recording.states.inputs():
         value = signal.numpy()
         slope = np.where(first, np.nan, np.diff(value, prepend=np.nan) / np.where(first, np.nan, step))
@@ -99,9 +104,12 @@ def untold(states: States) -> np.ndarray:
         line = np.cumsum(~on)
         moved = np.abs(slope * step) > CHANGED * flicker
         # A corner within the noise of a row tells nothing of where it is.
-        found |= moved & (np.bincount(line, moved)[line] < PIECES)
+        told = moved & (np.bincount(line, moved)[line] >= PIECES)
+        ends = np.flatnonzero(told & (np.append(line[1:], -1) != line))
+        if len(ends) and between[ends].mean() > SYNCHRONOUS:
+            found |= moved & ~told
     dark = np.asarray(found[states.place.numpy()])
-    return np.zeros_like(dark) if dark.mean() > MOST else dark
+    return dark if FEW < dark.mean() < MOST else np.zeros_like(dark)
 
 
 def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:

@@ -1,6 +1,7 @@
 """Plans of recordings: where rows are samples of a log, which rate, hold and reversal tells most."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -17,12 +18,16 @@ from freelearn.data.logs import run_numbers
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.data.table.measurement_table import read_table
+from freelearn.discovery.fits.prepare import Question, prepare
 from freelearn.discovery.noise.memory import Memory
+from freelearn.discovery.search.next_states import telling
 from freelearn.physics.models.build import build_model
 from freelearn.queries.next_measurements.courses import course_in_words, courses, in_words
 from freelearn.queries.next_measurements.goals import Discriminate, Narrow, score
 from freelearn.queries.next_measurements.known_rows import Known, ahead, standing
+from freelearn.queries.next_measurements.next_recordings import next_recordings
 from freelearn.queries.next_measurements.recordings import in_order, paths, recordings
+from freelearn.report.tables.discovery_tables import next_state_lines, next_states
 from freelearn.report.tables.plan_tables import mounting_table, plan_lines
 from freelearn.testing.reference.simulated_logs import log, measured
 
@@ -165,6 +170,31 @@ def test_what_splits_a_slow_valve_from_a_slow_gauge_moves_the_place(fitted):
     assert told[~moves.to_numpy()[every]].max() < 0.2 * told.max()
     assert "twist" not in course_in_words(best)
     assert course_in_words(best).startswith("at P ")
+
+
+def test_a_search_tells_which_recording_splits_its_class(fitted):
+    _, table = fitted
+    table = measured(table, {"supply_lag": {"time": 0.1}}, 5)
+    rows, steps = Rows.from_table(table), {}
+    for name in ("supply_lag", "sensor_lag", "creep"):
+        question = Question(lambda more: build_model("continuum", {}, list(more), [4]), [], rows, PAPER, 0, [name])
+        prepared, fit, noise = prepare(question)
+        steps[name] = prepared.step(fit, noise.whitener())
+    proposed = next_recordings(steps, table, rows)
+    assert [p.expected_z for p in proposed] == sorted((p.expected_z for p in proposed), reverse=True)
+    assert {frozenset(p.separates) for p in proposed} == {frozenset(pair) for pair in combinations(steps, 2)}
+    for p in proposed:
+        assert table["elongation_mm"].min() <= p.elongation_mm <= table["elongation_mm"].max()
+        assert 0 <= p.pressure_kpa <= table["pressure_kpa"].max()
+        assert " s" in p.course
+    shown = next_states(proposed)
+    assert shown.rows[0][-1] == proposed[0].course
+    (line, *_) = next_state_lines(proposed, 1)
+    assert line.startswith("record sample 4 at ")
+    assert proposed[0].course in line
+    useful, twins = telling([replace(proposed[0], expected_z=0.2)], "recording")
+    assert not useful
+    assert twins[0].startswith("no recording within the bed's reach would tell")
 
 
 def test_a_plan_of_ones_own_recordings_is_scored_alike(fitted, tmp_path):

@@ -61,6 +61,11 @@ def usual_rows(table: pd.DataFrame) -> int:
     return int(np.median(np.unique(run_numbers(table), return_counts=True)[1]))
 
 
+def usual_interval(table: pd.DataFrame) -> float:
+    """Time between two rows of a log, usually [s]."""
+    return float(np.median(_steps(table, TIME)))
+
+
 def recordings(
     known: Known, goal: Goal, count: int, limits: Limits | None = None, looked_at: int = LOOKED_AT
 ) -> Recordings:
@@ -139,7 +144,7 @@ def _intervals(measured: pd.DataFrame, limits: Limits) -> list[float]:
     """Times between rows: as they were, or from the shortest to the longest that the user allows."""
     if INTERVAL in limits:
         return list(dict.fromkeys(np.geomspace(*limits[INTERVAL], 3).tolist()))
-    return [float(np.median(_steps(measured, TIME)))]
+    return [usual_interval(measured)]
 
 
 def _steps(measured: pd.DataFrame, name: str) -> np.ndarray:
