@@ -52,7 +52,12 @@ class Readings:
     @cached_property
     def plain(self) -> bool:
         """Whether every reading is there and none is censored."""
-        return bool(self.present.all()) and not bool(self.slack.any())
+        return bool(self.present.all()) and not self.loose
+
+    @cached_property
+    def loose(self) -> bool:
+        """Whether a tube hangs loose anywhere: what counts then depends on what is predicted."""
+        return bool(self.slack.any())
 
     @cached_property
     def count(self) -> int:

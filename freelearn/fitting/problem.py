@@ -186,9 +186,12 @@ class Problem:
 
     def _felt(self, jacobian: Tensor, vector: Tensor) -> Tensor:
         """Rates (N, 2, p) of the readings, zero for those that do not count."""
-        if self.rows.readings.plain:
+        readings = self.rows.readings
+        if readings.plain:
             return jacobian
-        return jacobian * self.rows.readings.informative_mask(self.readings(vector))[..., None]
+        # Only a tube that hangs loose makes it a matter of what the model says.
+        counts = readings.informative_mask(self.readings(vector)) if readings.loose else readings.present
+        return jacobian * counts[..., None]
 
     def _row_jacobian(self, vector: Tensor) -> Tensor | None:
         if self.whole:

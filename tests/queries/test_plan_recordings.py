@@ -1,5 +1,6 @@
 """Plans of recordings: where rows are samples of a log, which rate, hold and reversal tells most."""
 
+import json
 from dataclasses import replace
 from itertools import combinations
 
@@ -199,8 +200,9 @@ def test_a_search_tells_which_recording_splits_its_class(fitted):
 
 def test_a_plan_of_ones_own_recordings_is_scored_alike(fitted, tmp_path):
     run, _ = fitted
-    made = freelearn.plan(run, rows=100, goal="detect", effect="maxwell_slip")
+    made = freelearn.plan(run, rows=40, per_state=20, goal="detect", effect="maxwell_slip")
     assert made.mountings == 2
+    assert made.table.groupby("run").size().tolist() == [20, 20]
     made.table.to_csv(tmp_path / "mine.csv", index=False)
     mine = freelearn.plan(run, path=tmp_path / "mine.csv", goal="detect", effect="maxwell_slip")
     assert mine.weakest.after == pytest.approx(made.weakest.after)
@@ -210,10 +212,10 @@ def test_a_plan_of_ones_own_recordings_is_scored_alike(fitted, tmp_path):
     table = mounting_table(made)
     assert len(table.rows) == 2
     assert "s to" in table.rows[0][-1]
-    short = freelearn.plan(run, rows=40, per_state=20, goal="detect", effect="maxwell_slip")
-    assert short.mountings == 2
-    assert short.table.groupby("run").size().tolist() == [20, 20]
     made.save(tmp_path / "plan")
+    content = json.loads((tmp_path / "plan" / "plan.json").read_text())
+    assert [each["do"] for each in content["recordings"]] == [row[-1] for row in table.rows]
+    assert [each["run"] for each in content["recordings"]] == ["5", "6"]
     assert (tmp_path / "plan" / "plan_places.png").stat().st_size > 5000
 
 

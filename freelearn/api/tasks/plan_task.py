@@ -17,6 +17,8 @@ from freelearn.common.cores import configure_runtime
 from freelearn.common.csv_text import csv_text
 from freelearn.common.files import write_text
 from freelearn.common.formats import all_finite
+from freelearn.data.logs import RUN, is_log
+from freelearn.queries.next_measurements.courses import course_in_words
 from freelearn.queries.next_measurements.exact_plan import rows_for
 from freelearn.queries.next_measurements.goals import NARROW, SURE, Narrow, Score, score
 from freelearn.records.estimates import searched_estimates, searched_quantile
@@ -37,7 +39,15 @@ def planned(settings: PlanSettings) -> Plan:
     if lost := int((~scored.answered).sum()):
         notes.append(f"{lost} of {len(choice.table)} rows have no answer from the models: they tell nothing")
     about = _about(settings, source) | {"seconds": time.perf_counter() - began}
+    if is_log(choice.table):
+        about["recordings"] = _courses(choice.table)
     return _result(choice, scored, known.table, [*notes, *choice.notes], about)
+
+
+def _courses(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """What to do in each recording of a log, as plan.json holds it."""
+    runs = table.groupby(RUN, sort=False)
+    return [{"run": str(run), "sample": int(rows["sample"].iloc[0]), "do": course_in_words(rows)} for run, rows in runs]
 
 
 def _result(choice: Choice, scored: Score, measured: pd.DataFrame, notes: list[str], about: dict[str, Any]) -> Plan:

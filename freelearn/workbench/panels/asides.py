@@ -114,9 +114,10 @@ def _shown(answer: pd.DataFrame) -> pd.DataFrame:
 
 ABOUT_PLAN = (
     "The rows that would tell most of what the latest fit left open: those that split effects which look alike, or "
-    "else those that halve the widest interval. A fit that a search made tells most."
+    "else those that halve the widest interval. A fit that a search made tells most. Of a log these are samples, which "
+    "make whole recordings: ask for as many as one has, or more."
 )
-MOST_PLANNED = 500
+MOST_PLANNED = 5000
 
 
 class Planning(Aside):
@@ -136,7 +137,10 @@ class Planning(Aside):
     def told(self, folder: Path, answer: pd.DataFrame) -> list[str]:
         """What is expected of the rows, and how good the choice is."""
         plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
-        return [str(plan[name]) for name in ("says", "certificate_says") if plan.get(name)]
+        said = [str(plan[name]) for name in ("says", "certificate_says") if plan.get(name)]
+        return said + [
+            f"Run {each['run']}, sample {each['sample']}: {each['do']}." for each in plan.get("recordings", [])
+        ]
 
 
 ABOUT = "compare.txt"
