@@ -82,7 +82,7 @@ def _examined(job: tuple[str, str, int]) -> dict[str, float | str] | None:
     hidden = {true: HIDDEN[true]}
     drawn = log({}, seed, (SAMPLE,), RECORDINGS + 1, RATE, SECONDS, noise=0.0)
     place = drawn.groupby("run")[["elongation_mm", "twist_deg"]].transform("first")
-    up = drawn.groupby("run")["time_s"].transform(lambda time: 1 - np.abs(time / (time.max() / 2) - 1))
+    up = drawn.groupby("run")["time_s"].transform(lambda time: 1 - np.abs(time / (SECONDS / 2) - 1))
     slow = drawn.assign(**place, pressure_kpa=up * drawn["run"].map(dict(enumerate(TOPS, start=1))))
     every = measured(slow, hidden, seed)
     first, like = every[every["run"] <= RECORDINGS], every[every["run"] > RECORDINGS]

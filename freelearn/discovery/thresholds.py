@@ -53,8 +53,8 @@ HOPELESS = 15.0
 # ten times what is lost, hardly more; it would still be hopeless.
 NEEDED = 100.0
 # What stands in for an effect must promise, to first order, no less than the effect itself but for this, or for as much
-# as that is wrong about the effect.
-COMPARABLE = 6.0
+# as that is wrong about the effect; of what is large no less than this share of it, which two forms may differ by.
+COMPARABLE, ALMOST = 6.0, 0.95
 # Sets that are as good, of which is asked what could stand in for what they share.
 RIVALS = 5
 # Sets that are fitted again where the noise changes.

@@ -24,6 +24,7 @@ from freelearn.discovery.search.hypothesis import Effects, Hypothesis, log_evide
 from freelearn.discovery.search.pairs import Pair, Pairs
 from freelearn.discovery.search.ranking import Promise, Ranking
 from freelearn.discovery.thresholds import (
+    ALMOST,
     BEAM,
     CHILDREN,
     COMPARABLE,
@@ -309,7 +310,7 @@ class Hypotheses:
         # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
         off = max(COMPARABLE, abs(whole.evidence - base.evidence - own))
         allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
-        rivals = [p for p in allowed if p.evidence > own - off][:CHILDREN]
+        rivals = [p for p in allowed if p.evidence > min(own - off, ALMOST * own)][:CHILDREN]
         found = [(base.evidence + p.evidence, self._more(base, p)) for p in rivals]
         # What is off by more says little of two.
         if len(whole.effects) == MOST_EFFECTS or off > COMPARABLE:

@@ -15,7 +15,7 @@ from freelearn.data.beds import bed_of
 from freelearn.data.columns import Columns
 from freelearn.data.logs import RUN, TIME, run_numbers
 from freelearn.data.states import States
-from freelearn.queries.next_measurements.candidates import Limits, rounded
+from freelearn.queries.next_measurements.candidates import GAUGE, Limits, rounded
 from freelearn.queries.next_measurements.courses import Course, courses
 from freelearn.queries.next_measurements.goals import Goal
 from freelearn.queries.next_measurements.known_rows import Known, standing
@@ -134,10 +134,13 @@ def _path(first: pd.DataFrame, count: int, at: dict[str, float], drive: Drive, i
 
 
 def _spans(measured: pd.DataFrame, limits: Limits) -> dict[str, tuple[float, float]]:
-    return {
-        name: limits.get(name, (float(measured[name].min()), float(measured[name].max())))
-        for name in Columns.from_table(measured).imposed
-    }
+    """Lowest and highest of everything imposed. A pressure that is zero as the gauge read it is zero."""
+    columns = Columns.from_table(measured)
+    spans = {name: (float(measured[name].min()), float(measured[name].max())) for name in columns.imposed}
+    for name in columns.pressures:
+        low, high = spans[name]
+        spans[name] = (0.0 if abs(low) < GAUGE * high else low), high
+    return spans | {name: limits[name] for name in spans if name in limits}
 
 
 def _intervals(measured: pd.DataFrame, limits: Limits) -> list[float]:
