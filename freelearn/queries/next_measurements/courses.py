@@ -22,7 +22,7 @@ RATES = 4
 TOPS = (1.0, 0.5)
 # Levels of a staircase up, and down again.
 STAIRS = 4
-# Rows of a move in a course that goes to and fro: faster, a row that comes a little late would miss its turn.
+# Rows of a move in a course that goes up and down: faster, a row that comes a little late would miss its turn.
 LEAST = 2
 # Levels that a course with turns on its way goes to, one after the other.
 TURNS = (1.0, 0.5, 1.0, 0.25, 0.75, 0.0)
