@@ -209,6 +209,7 @@ def test_a_plan_of_ones_own_recordings_is_scored_alike(fitted, tmp_path):
     assert mine.certificate.value == pytest.approx(made.certificate.value)
     assert "of as many recordings of these kinds" in plan_lines(made)[1]
     assert " recording" in plan_lines(made)[2]
+    assert (made.rows_needed > 0) == (made.weakest.before < 5)
     table = mounting_table(made)
     assert len(table.rows) == 2
     assert "s to" in table.rows[0][-1]

@@ -54,6 +54,10 @@ def _result(choice: Choice, scored: Score, measured: pd.DataFrame, notes: list[s
     weakest, goal, table = scored.weakest, choice.goal, choice.table
     wanted = 4 * weakest.prior if goal.kind == NARROW else SURE**2
     mountings = len(mountings_of(table))
+    needed = choice.unit * rows_for(choice.objective, len(table) // choice.unit, mountings, wanted)
+    if not needed and goal.kind != NARROW and weakest.before < SURE:
+        # Of several parameters the criterion is about each of them, and they may be told where their sum is not.
+        needed = len(table) * (SURE**2 - weakest.before**2) / max(weakest.after**2 - weakest.before**2, 1e-300)
     return Plan(
         goal.kind,
         plan_table(table, weakest.shares.tolist()),
@@ -62,7 +66,7 @@ def _result(choice: Choice, scored: Score, measured: pd.DataFrame, notes: list[s
         _narrowed(goal, scored, measured) if isinstance(goal, Narrow) else (),
         Certificate(weakest.gain, choice.ideal.bound - weakest.prior),
         mountings,
-        choice.unit * rows_for(choice.objective, len(table) // choice.unit, mountings, wanted),
+        needed,
         tuple(notes),
         about,
     )
