@@ -66,8 +66,7 @@ def with_corners(states: States) -> States:
 def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
     """Of the interval before each sample, the share of it that is over at its corner, and how far the signal there is
     off the straight line: zeros where there is none, (M,) each."""
-    first, step = recording.first.numpy(), recording.step.numpy()
-    slope = np.where(first, np.nan, np.diff(signal, prepend=np.nan) / np.where(first, np.nan, step))
+    slope, step = _slopes(signal, recording), recording.step.numpy()
     before, after = _shifted(slope, 1), _shifted(slope, -1)
     with np.errstate(invalid="ignore", divide="ignore"):
         turn = after - before
@@ -96,7 +95,7 @@ def untold(states: States) -> np.ndarray:
     between[states.place.numpy()] = False
     for signal in recording.states.inputs():
         value = signal.numpy()
-        slope = np.where(first, np.nan, np.diff(value, prepend=np.nan) / np.where(first, np.nan, step))
+        slope = _slopes(value, recording)
         flicker = noise(value, slope, step)
         # Slopes of short pieces are known less.
         near = STRAIGHT * np.abs(slope) + LIKE * flicker / np.where(first, np.nan, step)
@@ -110,6 +109,12 @@ def untold(states: States) -> np.ndarray:
             found |= moved & ~told
     dark = np.asarray(found[states.place.numpy()])
     return dark if FEW < dark.mean() < MOST else np.zeros_like(dark)
+
+
+def _slopes(signal: np.ndarray, recording: Recording[States]) -> np.ndarray:
+    """Of a signal from the sample before to each, (M,): none at a recording's first."""
+    first = recording.first.numpy()
+    return np.where(first, np.nan, np.diff(signal, prepend=np.nan) / np.where(first, np.nan, recording.step.numpy()))
 
 
 def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:

@@ -81,8 +81,9 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
     if left_out := int(left_out_rows(task.loaded.table)[looked_at].sum()):
         notes.append(f"rows that are marked to be left out: {left_out}")
     notes += [note.rstrip(".") for note in sampling_notes(last.fit.model, kept)]
-    told = task.rows.readings.present & ~task.rows.told().readings.present
-    if dark := int(told.any(-1).sum()):
+    looked = task.rows
+    untold = looked.readings.present & ~looked.told().readings.present
+    if dark := int(untold.any(-1).sum()):
         notes.append(
             f"what was read in {dark} of {len(seen)} rows, right after a move of which too few rows tell when it began "
             "and ended, was left out: record more rows a second"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -211,12 +211,17 @@ def rounded(table: pd.DataFrame, limits: Limits | None) -> pd.DataFrame:
 BESIDE = 0.1
 
 
+def by_sample(rows_of: Callable[[int], pd.DataFrame], visits: np.ndarray, seed: int) -> list[pd.DataFrame]:
+    """The rows of each of some visits, sample by sample, those of a sample at random."""
+    drawn = np.random.default_rng([seed, 307]).permutation(visits)
+    return sorted((rows_of(int(visit)) for visit in drawn), key=lambda part: int(part["sample"].iloc[0]))
+
+
 def ordered(there: Candidates, visits: np.ndarray, measured: pd.DataFrame, seed: int) -> pd.DataFrame:
     """The rows of some visits, sample by sample, mountings of each at random: sorted ones would look like a drift.
 
     measured: rows that there are already."""
-    drawn = np.random.default_rng([seed, 307]).permutation(visits)
-    parts = sorted((there.rows_of(visit) for visit in drawn), key=lambda part: int(part["sample"].iloc[0]))
+    parts = by_sample(there.rows_of, visits, seed)
     imposed = [quantity.column for quantity in bed_of(there.table).state]
     name = imposed[0]
     low, high = float(there.table[name].min()), float(there.table[name].max())

@@ -147,7 +147,7 @@ def course_in_words(part: pd.DataFrame) -> str:
     time = part[TIME].to_numpy(np.float64)
     names = driven(part)
     told = [in_words(time, part[q.column].to_numpy(np.float64), q.unit) for q in names]
-    at = f"at {held(part)}: " if held(part) else ""
+    at = f"at {still}: " if (still := held(part)) else ""
     if len(set(told)) == 1 and len(names) > 1:
         return f"{at}{', '.join(q.symbol for q in names)} together: {told[0]}"
     one = len(names) == 1 and len(pressures(part)) == 1

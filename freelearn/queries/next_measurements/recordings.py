@@ -15,7 +15,7 @@ from freelearn.data.beds import bed_of
 from freelearn.data.columns import Columns
 from freelearn.data.logs import RUN, TIME, run_numbers
 from freelearn.data.states import States
-from freelearn.queries.next_measurements.candidates import GAUGE, Limits, rounded
+from freelearn.queries.next_measurements.candidates import GAUGE, Limits, by_sample, rounded
 from freelearn.queries.next_measurements.courses import Course, courses
 from freelearn.queries.next_measurements.goals import Goal
 from freelearn.queries.next_measurements.known_rows import Known, standing
@@ -104,15 +104,19 @@ def paths(measured: pd.DataFrame, count: int, limits: Limits, looked_at: int) ->
     span = _spans(measured, limits)
     columns = Columns.from_table(measured)
     state = [quantity.column for quantity in bed_of(measured).state]
+    drives = [
+        (interval, names, course)
+        for interval in _intervals(measured, limits)
+        for names, course in _drives(measured, count, interval, span, limits)
+    ]
     parts: list[pd.DataFrame] = []
     for grid in GRIDS:
         parts = [
-            _path(first, count, dict(zip([*state, *columns.pressures], at, strict=True)), drive, interval)
+            _path(own.iloc[:1], dict(zip(columns.imposed, at, strict=True)), moved, count, interval)
             for _, own in measured.groupby("sample", sort=True)
-            for first in [own.iloc[:1]]
-            for interval in _intervals(measured, limits)
-            for drive in _drives(measured, count, interval, span, limits)
-            for at in _places(span, state, columns.pressures, drive[0], grid)
+            for interval, names, course in drives
+            for moved in [{name: _driven(span[name], course, count) for name in names}]
+            for at in _places(span, state, columns.pressures, names, grid)
         ]
         if len(parts) * count <= looked_at:
             break
@@ -120,15 +124,20 @@ def paths(measured: pd.DataFrame, count: int, limits: Limits, looked_at: int) ->
     return rounded(pd.concat(parts, ignore_index=True).assign(**{RUN: runs}), limits)
 
 
-Drive = tuple[tuple[str, ...], Course, dict[str, tuple[float, float]]]
+# What is driven together, and how.
+Drive = tuple[tuple[str, ...], Course]
 
 
-def _path(first: pd.DataFrame, count: int, at: dict[str, float], drive: Drive, interval: float) -> pd.DataFrame:
+def _driven(span: tuple[float, float], course: Course, count: int) -> np.ndarray:
+    low, high = span
+    return low + (high - low) * course.along(count)
+
+
+def _path(
+    first: pd.DataFrame, at: dict[str, float], moved: dict[str, np.ndarray], count: int, interval: float
+) -> pd.DataFrame:
     """One candidate: everything at its place, but for what is driven."""
-    driven, course, span = drive
     row = np.arange(count)
-    level = course.along(count)
-    moved = {name: span[name][0] + (span[name][1] - span[name][0]) * level for name in driven}
     part = first.iloc[np.zeros(count, dtype=np.int64)].reset_index(drop=True)
     return part.assign(**at).assign(**moved, step=row, **{TIME: np.round(row * interval, 9)})
 
@@ -167,12 +176,12 @@ def _drives(
     driven = [*alone, columns.pressures]
     state = [q.column for q in bed_of(measured).state]
     driven += [(name,) for name in state if name + PER_SECOND in limits or _moved(measured, name)]
-    out = []
+    out = list[Drive]()
     for names in driven:
         fastest = min(_rate(measured, name, limits) for name in names)
         width = max(high - low for low, high in (span[name] for name in names))
         if width > 0 and fastest > 0:
-            out += [(names, course, span) for course in courses(count, width / fastest / interval)]
+            out += [(names, course) for course in courses(count, width / fastest / interval)]
     return out
 
 
@@ -216,8 +225,7 @@ def _places(
 def in_order(there: Recordings, chosen: np.ndarray, measured: pd.DataFrame, seed: int) -> pd.DataFrame:
     """The rows of some candidates, actuator by actuator, recordings of each at random, their runs counted on from those
     that are measured."""
-    drawn = np.random.default_rng([seed, 307]).permutation(chosen)
-    parts = sorted((there.rows_of(int(number)) for number in drawn), key=lambda part: int(part["sample"].iloc[0]))
+    parts = by_sample(there.rows_of, chosen, seed)
     taken = pd.to_numeric(measured[RUN], errors="coerce").max()
     begun = 0 if np.isnan(taken) else int(taken)
     return pd.concat(

@@ -23,8 +23,9 @@ MOST, ABREAST = 6, 3
 
 def course_table(plan: Plan) -> pd.DataFrame:
     """What is drawn: a row for each sample of a recording, with what is imposed and the σ expected of it."""
-    shown = pd.concat(visits(plan)[:MOST], ignore_index=True)
-    names = dict.fromkeys(q.column for part in visits(plan)[:MOST] for q in driven(part))
+    parts = visits(plan)[:MOST]
+    shown = pd.concat(parts, ignore_index=True)
+    names = dict.fromkeys(q.column for part in parts for q in driven(part))
     return shown[
         ["run", "sample", TIME, *(q.column for q in plan.bed.state if q.column not in names), *names, EXPECTED]
     ]
