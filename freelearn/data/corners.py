@@ -35,6 +35,7 @@ def with_corners(states: States) -> States:
     if states.recording is None or states.place is None:
         return states
     recording = states.recording
+    assert recording.turns is None, "the corners of a log are put into it once"
     inputs = torch.stack(recording.states.inputs(), dim=1)
     within, turned = np.zeros(len(recording)), np.zeros((len(recording), inputs.shape[1]))
     most = np.zeros(len(recording))
@@ -57,10 +58,10 @@ def with_corners(states: States) -> States:
     imposed[new] = straight + torch.as_tensor(turned[later])
     time[new] = torch.lerp(recording.time[later - 1], recording.time[later], over)
     finer = recording.states[rows].with_inputs(imposed.unbind(1))
-    own = torch.ones(len(rows), dtype=torch.bool)
-    own[new] = False
-    place = torch.nonzero(own)[:, 0]
-    return states.replace(recording=Recording(finer, recording.run[rows], time), place=place[states.place])
+    turns = torch.zeros(len(rows), dtype=torch.bool)
+    turns[new] = True
+    place = torch.nonzero(~turns)[:, 0]
+    return states.replace(recording=Recording(finer, recording.run[rows], time, turns), place=place[states.place])
 
 
 def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
@@ -85,14 +86,13 @@ def untold(states: States) -> np.ndarray:
 
     A move has a beginning, a rate and an end: three numbers, which three of its pieces tell, those up to a corner that
     was found included. Of fewer the bed may have gone faster, and stood still for the rest; unless it begins and ends
-    at rows where it is seen to. states: with_corners."""
+    at rows where it is seen to. A log is one by all its rows, whichever of them these are. states: with_corners."""
     if states.recording is None or states.place is None:
         return np.zeros(len(states), dtype=bool)
     recording = states.recording
     first, step = recording.first.numpy(), recording.step.numpy()
     found = np.zeros(len(recording), dtype=bool)
-    between = np.ones(len(recording), dtype=bool)
-    between[states.place.numpy()] = False
+    between = np.zeros(len(recording), dtype=bool) if recording.turns is None else recording.turns.numpy()
     for signal in recording.states.inputs():
         value = signal.numpy()
         slope = _slopes(value, recording)
@@ -107,8 +107,9 @@ def untold(states: States) -> np.ndarray:
         ends = np.flatnonzero(told & (np.append(line[1:], -1) != line))
         if len(ends) and between[ends].mean() > SYNCHRONOUS:
             found |= moved & ~told
-    dark = np.asarray(found[states.place.numpy()])
-    return dark if FEW < dark.mean() < MOST else np.zeros_like(dark)
+    share = found[~between].mean()
+    dark: np.ndarray = found[states.place.numpy()]
+    return dark if FEW < share < MOST else np.zeros_like(dark)
 
 
 def _slopes(signal: np.ndarray, recording: Recording[States]) -> np.ndarray:

@@ -172,12 +172,14 @@ S = TypeVar("S", bound=Samples)
 class Recording(Generic[S]):
     """All M samples of some recordings, one recording after the other, each in the order of time.
 
-    states: of the M rows as the table has them. run: number of the recording (M,), int64. time: (M,) s.
+    states: of the M rows as the table has them. run: number of the recording (M,), int64. time: (M,) s. turns: samples
+    that are no row of the table, but where something imposed turned between two (M,) bool; None: no sample is.
     """
 
     states: S
     run: Tensor
     time: Tensor
+    turns: Tensor | None = None
 
     @classmethod
     def from_table(cls, table: pd.DataFrame, states: S) -> Recording[S]:
@@ -190,7 +192,17 @@ class Recording(Generic[S]):
 
     def to(self, device: torch.device | str) -> Recording[S]:
         """The same on a device."""
-        return Recording(self.states.to(device), self.run.to(device), self.time.to(device))
+        turns = None if self.turns is None else self.turns.to(device)
+        return Recording(self.states.to(device), self.run.to(device), self.time.to(device), turns)
+
+    def __getitem__(self, rows: Tensor) -> Recording[S]:
+        """The samples of these numbers, in the order of time."""
+        turns = None if self.turns is None else self.turns[rows]
+        return Recording(self.states[rows], self.run[rows], self.time[rows], turns)
+
+    def with_states(self, states: S) -> Recording[S]:
+        """The same samples in other states."""
+        return Recording(states, self.run, self.time, self.turns)
 
     def around(self, place: Tensor) -> tuple[Recording[S], Tensor]:
         """The whole recordings that the rows (n,) int64 belong to, and the rows' places in these."""
@@ -199,7 +211,7 @@ class Recording(Generic[S]):
         if bool(inside.all()):
             return self, place
         rows = inside.nonzero()[:, 0]
-        return Recording(self.states[rows], self.run[rows], self.time[rows]), torch.searchsorted(rows, place)
+        return self[rows], torch.searchsorted(rows, place)
 
     @cached_property
     def first(self) -> Tensor:

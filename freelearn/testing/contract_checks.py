@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.data.recordings import Recording
 from freelearn.data.rows import Readings, Rows
 from freelearn.data.states import States
 from freelearn.discovery.noise.noise import sensitivities
@@ -74,7 +74,7 @@ def rescaled(states: States) -> States:
     if states.recording is None:
         return other
     whole = states.recording
-    return other.replace(recording=Recording(rescaled(whole.states), whole.run, time * whole.time))
+    return other.replace(recording=replace(whole, states=rescaled(whole.states), time=time * whole.time))
 
 
 # What a model with any effects must keep: plain assertions, which the contract classes call.
@@ -119,9 +119,8 @@ def _moved(states: States, name: str, by: float, whole: bool) -> States:
     moved = states.replace(**{name: getattr(states, name) + by})
     if states.recording is None or not whole:
         return moved
-    recording = states.recording
-    behind = _moved(recording.states, name, by, False)
-    return moved.replace(recording=Recording(behind, recording.run, recording.time))
+    behind = _moved(states.recording.states, name, by, False)
+    return moved.replace(recording=states.recording.with_states(behind))
 
 
 def batch_is_rows(model: Model[Any], states: States) -> None:

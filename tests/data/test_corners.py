@@ -149,6 +149,15 @@ def test_moves_that_begin_and_end_at_rows_are_told_however_short():
     assert lost(rows) == [0] * 6
 
 
+def test_a_log_is_judged_by_all_its_rows_whichever_are_looked_at():
+    """A row that is not looked at is no corner between two that are."""
+    tied = moves(np.random.default_rng(2), [2.0] * 8, [1.0] * 6 + [1.5] * 2)
+    loose = moves(np.random.default_rng(2), [2.1, 2.3, 2.3, 2.6, 2.2], [0.3, 0.4, 0.4, 1.3, 2.4])
+    for rows in (tied, loose):
+        some = torch.tensor([row for row in range(len(rows)) if row % 12 not in (7, 8)])
+        assert torch.equal(rows[some].told().readings.present, rows.told().readings.present[some])
+
+
 def test_few_such_rows_are_borne():
     rows = moves(np.random.default_rng(2), [2.1] * 9 + [2.3], [1.2] * 9 + [0.4])
     assert rows.told() is rows

@@ -136,7 +136,7 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
 
     def tail(of: Tensor, shift: Tensor) -> Tensor:
         moved = recording.states.with_inputs([first + shift[0], second + shift[1], *others])
-        return carried(chain, Recording(moved, recording.run, recording.time), of, values, lost)
+        return carried(chain, recording.with_states(moved), of, values, lost)
 
     still, unit = whole.new_zeros(2), torch.eye(2, dtype=whole.dtype)
     columns = [torch.func.jvp(tail, (whole, still), (by[:, :, i], unit[i]))[1] for i in range(2)]
@@ -153,7 +153,7 @@ def by_inputs(chain: Chain, recording: Recording[States], values: Values, sample
     inputs = torch.stack(recording.states.inputs(), dim=-1)
 
     def moved(x: Tensor) -> Recording[States]:
-        return Recording(recording.states.with_inputs(x.unbind(-1)), recording.run, recording.time)
+        return recording.with_states(recording.states.with_inputs(x.unbind(-1)))
 
     def head(x: Tensor) -> Tensor:
         return torch.stack(supplied(chain, moved(x), values), dim=-1)

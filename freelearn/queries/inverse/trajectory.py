@@ -163,9 +163,7 @@ class Stretch:
     def response(self, states: States, samples: Tensor, quantity: int) -> Tensor:
         """∂readings of the stretch/∂ one input of some samples (k,) of its recording until its end: (n, 2, k) SI."""
         assert states.recording is not None
-        past, whole = self.rows[: self.stop], states.recording
-        recording = Recording(whole.states[past], whole.run[past], whole.time[past])
-        rate = self.slopes(recording, samples, quantity)[self.start :]
+        rate = self.slopes(states.recording[self.rows[: self.stop]], samples, quantity)[self.start :]
         return rate.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
     def weighed(self, rates: Tensor) -> np.ndarray:

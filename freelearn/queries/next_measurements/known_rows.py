@@ -96,7 +96,7 @@ def standing(states: States, known: States) -> States:
     later = _later(states, known)
     if later.recording is None:
         return later
-    return later.replace(recording=replace(later.recording, states=_later(later.recording.states, known)))
+    return later.replace(recording=later.recording.with_states(_later(later.recording.states, known)))
 
 
 def _later(states: States, known: States) -> States:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
@@ -92,7 +92,7 @@ def _alone(table: pd.DataFrame, number: np.ndarray, known: States) -> States:
     sample = torch.tensor(table["sample"].to_numpy(np.int64))
     states = States.from_table(table.assign(sample=number)).replace(sample=sample)
     assert states.recording is not None
-    recording = replace(states.recording, states=states.recording.states.replace(sample=sample))
+    recording = states.recording.with_states(states.recording.states.replace(sample=sample))
     return standing(states.replace(recording=recording), known)
 
 
