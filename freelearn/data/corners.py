@@ -8,9 +8,12 @@ pressure went straight before an interval and after it, both lines meet in it, a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 
+from freelearn.data.calm import Calm
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
 
@@ -62,6 +65,25 @@ def with_corners(states: States) -> States:
     turns[new] = True
     place = torch.nonzero(~turns)[:, 0]
     return states.replace(recording=Recording(finer, recording.run[rows], time, turns), place=place[states.place])
+
+
+def calmed(states: States) -> States:
+    """The same rows (N,) of a log, whose recordings tell what of their samples a gauge flickers; other rows as they
+    are."""
+    if states.recording is None:
+        return states
+    recording = states.recording
+    inputs, begins = torch.stack(recording.states.inputs(), dim=1).numpy(), recording.first.clone()
+    own = np.ones(len(recording), dtype=bool)
+    if recording.turns is not None:
+        # At a turn between rows one line ends and another begins.
+        begins |= recording.turns
+        begins[1:] |= recording.turns[:-1]
+        own = ~recording.turns.numpy()
+    rows = recording[torch.as_tensor(np.flatnonzero(own))]
+    noises = [_flicker(signal[own], rows) for signal in inputs.T]
+    calm = Calm.of_inputs(recording.time.numpy(), begins.cumsum(0).numpy(), inputs, noises)
+    return states.replace(recording=replace(recording, calm=calm))
 
 
 def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
@@ -124,6 +146,16 @@ def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
     second = np.abs(_shifted(slope, -1) - slope) * step
     least = LEAST * float(np.ptp(signal))
     return max(float(np.nanmedian(second)) * 1.4826 / 6**0.5, least) if np.isfinite(second).any() else least
+
+
+def _flicker(signal: np.ndarray, recording: Recording[States]) -> float:
+    """Standard deviation of a signal's noise where it may go along curves: by its fourth differences, in which a curve
+    leaves hardly anything, where these say that it is less."""
+    lines = noise(signal, _slopes(signal, recording), recording.step.numpy())
+    begun = recording.first.numpy()
+    inside = ~np.logical_or.reduce([begun[k : len(begun) - 4 + k] for k in range(1, 5)])
+    fourth = np.abs(np.diff(signal, 4))[inside]
+    return min(lines, float(np.median(fourth)) * 1.4826 / 70**0.5) if len(fourth) else 0.0
 
 
 def _shifted(values: np.ndarray, by: int) -> np.ndarray:

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from freelearn.common.vmapped import all_if_known
+from freelearn.data.calm import Calm
 from freelearn.data.linear_recurrence import linear_recurrence
 from freelearn.data.logs import TIME, run_numbers
 from freelearn.data.stops import stops
@@ -173,13 +174,15 @@ class Recording(Generic[S]):
     """All M samples of some recordings, one recording after the other, each in the order of time.
 
     states: of the M rows as the table has them. run: number of the recording (M,), int64. time: (M,) s. turns: samples
-    that are no row of the table, but where something imposed turned between two (M,) bool; None: no sample is.
+    that are no row of the table, but where something imposed turned between two (M,) bool; None: no sample is. calm:
+    of a log that was measured, what its samples were without noise; None: what is imposed is known.
     """
 
     states: S
     run: Tensor
     time: Tensor
     turns: Tensor | None = None
+    calm: Calm | None = None
 
     @classmethod
     def from_table(cls, table: pd.DataFrame, states: S) -> Recording[S]:
@@ -193,16 +196,21 @@ class Recording(Generic[S]):
     def to(self, device: torch.device | str) -> Recording[S]:
         """The same on a device."""
         turns = None if self.turns is None else self.turns.to(device)
-        return Recording(self.states.to(device), self.run.to(device), self.time.to(device), turns)
+        return Recording(self.states.to(device), self.run.to(device), self.time.to(device), turns, self.calm)
 
     def __getitem__(self, rows: Tensor) -> Recording[S]:
         """The samples of these numbers, in the order of time."""
         turns = None if self.turns is None else self.turns[rows]
-        return Recording(self.states[rows], self.run[rows], self.time[rows], turns)
+        calm = None if self.calm is None else self.calm[rows]
+        return Recording(self.states[rows], self.run[rows], self.time[rows], turns, calm)
 
     def with_states(self, states: S) -> Recording[S]:
         """The same samples in other states."""
-        return Recording(states, self.run, self.time, self.turns)
+        return Recording(states, self.run, self.time, self.turns, self.calm)
+
+    def calmed(self, signal: Tensor) -> Tensor:
+        """A signal (M, c) as it was without the noise of what was imposed, as far as the samples tell."""
+        return signal if self.calm is None else self.calm.of(signal)
 
     def around(self, place: Tensor) -> tuple[Recording[S], Tensor]:
         """The whole recordings that the rows (n,) int64 belong to, and the rows' places in these."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -68,22 +68,24 @@ class Problem:
     def __init__(self, model: Model, rows: Rows, scale: Tensor | None = None, near: Near | None = None) -> None:
         self.model = model
         self.rows = rows
+        # Whether rows hang together by the samples before them: they then are evaluated as whole recordings.
+        self.whole = model.remembers(rows.states)
         # A fit moves on from equilibria that it has found.
         self.states = self._remembered(rows.states, Near() if near is None else near)
         self._copies: dict[int, States] = {1: self.states}
         self.scale = load_scale(rows.loads) if scale is None else scale
-        # Whether rows hang together by the samples before them: they then are evaluated as whole recordings.
-        self.whole = model.remembers(rows.states)
         pieces = range(0, len(rows), PIECE) if len(rows) > MANY_ROWS and not self.whole else ()
         self.begun = [slice(start, start + PIECE) for start in pieces]
         self.near = [Near() for _ in self.begun]
         # Whether derivatives are taken by autograd, once they have been asked for; and the last step that was tried.
         self._by_autograd = False
         self._tried: _Recorded | None = None
+        self._walked: tuple[Tensor, Near] | None = None
 
-    @staticmethod
-    def _remembered(states: States, near: Near) -> States:
-        """The states with what belongs to them from evaluation to evaluation."""
+    def _remembered(self, states: States, near: Near) -> States:
+        """The states with what belongs to them from evaluation to evaluation: of whole recordings, to all samples."""
+        if self.whole:
+            return _along(states, near.released())
         remembered = states.replace(near=near)
         near.fix(tensor for _, tensor in remembered.tensors())
         return remembered
@@ -184,6 +186,16 @@ class Problem:
         scaled = [self._felt(j.div_(self.scale[:, None]), vector).flatten(0, 1) for j, vector in pairs]
         return torch.stack(scaled) if len(scaled) > 1 else scaled[0][None]
 
+    def columns(self, vector: Tensor, places: Collection[int]) -> Tensor:
+        """∂residual/∂ some numbers of one raw vector (p,), by their places: (N, 2, k)."""
+        if not self.whole:
+            found = self.jacobians(vector[None])[0].reshape(len(self.rows), 2, -1)
+        else:
+            rates = self._row_jacobian(vector, places)
+            assert rates is not None
+            found = self._felt(rates.div_(self.scale[:, None]), vector)
+        return found[..., list(places)]
+
     def _felt(self, jacobian: Tensor, vector: Tensor) -> Tensor:
         """Rates (N, 2, p) of the readings, zero for those that do not count."""
         readings = self.rows.readings
@@ -193,17 +205,34 @@ class Problem:
         counts = readings.informative_mask(self.readings(vector)) if readings.loose else readings.present
         return jacobian * counts[..., None]
 
-    def _row_jacobian(self, vector: Tensor) -> Tensor | None:
+    def _row_jacobian(self, vector: Tensor, wanted: Collection[int] | None = None) -> Tensor | None:
+        """Rates (N, 2, p) of the readings; None where autograd takes them. wanted: of a log, those that are."""
         if self.whole:
-            rates: Tensor | None = log_jacobian(self.model, self.rows.states, vector.detach())
+            rates: Tensor | None = self._whole_jacobian(vector.detach(), wanted)
         else:
             rates = self.bound.jacobian(vector) if self.bound else self.model.row_jacobian(self.rows.states, vector)
         if rates is not None and self.model.known.fixed:
             rates = torch.where(self.model.free.to(rates.device), rates, 0.0)
         return rates
 
+    def _whole_jacobian(self, vector: Tensor, wanted: Collection[int] | None = None) -> Tensor:
+        """Rates (N, 2, p) of what rows of a log show, from where the try of this vector ended. wanted: of these."""
+        near, walked = self.states.near, self._walked
+        assert near is not None
+        if walked is not None and torch.equal(walked[0], vector):
+            near.follow(walked[1], 1)
+        with near.keeping():
+            return log_jacobian(self.model, self.states, vector, wanted)
+
     def tried(self, vectors: Tensor) -> Tensor:
         """`residuals` where a search may go on from: what derivatives there need is kept until the next try."""
+        if self.whole and len(vectors) == 1:
+            assert self.states.near is not None
+            way = self.states.near.along()
+            with torch.no_grad():
+                shown = self.model(_along(self.states, way), self.model.physical(vectors[0])).loads
+            self._walked = vectors[0].detach().clone(), way
+            return self.missed(shown)[None]
         if not self._by_autograd or len(vectors) * len(self.rows) > BLOCK:
             return self.residuals(vectors)
         self._tried = self._recorded(vectors)
@@ -255,6 +284,17 @@ class Problem:
             loads = self.model.chain(states, self.model.physical(copies)).loads.reshape(times, members, count, 2)
             missed = self.rows.readings.missed(loads) / self.scale
         return _Recorded(vectors.detach().clone(), copies, missed, near)
+
+
+def _along(states: States, near: Near) -> States:
+    """Rows of a log whose recordings begin where they ended before; if these are evaluated in blocks, each anew."""
+    whole = states.recording
+    assert whole is not None
+    if len(whole) > BLOCK:
+        return states.replace(near=near)
+    begun = whole.states.replace(near=near)
+    near.fix(tensor for _, tensor in begun.tensors())
+    return states.replace(near=near, recording=whole.with_states(begun))
 
 
 # How a user's own priors pull at the parameters of a least-squares fit.

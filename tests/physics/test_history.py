@@ -114,6 +114,20 @@ def test_a_fit_of_some_rows_has_all_that_was_before_them_behind_it():
     )
 
 
+@pytest.mark.parametrize("effects", [["creep", "valve_flow", "sensor_lag"], ["force_gain", "maxwell_slip"]])
+def test_derivatives_by_some_parameters_are_those_among_all(effects):
+    states = States.from_table(recordings())
+    values = TRUTH["continuum"] | {k: v for name in effects for k, v in labels_of(name, "scale").items()}
+    model = build_model("continuum", values, effects)
+    rows = Rows.whole(states, torch.zeros(len(states), 2, dtype=torch.float64))
+    vector, labels = model.vector().detach(), model.labels()
+    every = Problem(model, rows).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
+    for name in ("C1", *effects):
+        some = [i for i, label in enumerate(labels) if label.startswith(name)]
+        assert bool((every[..., some] != 0).any())
+        torch.testing.assert_close(Problem(model, rows).columns(vector, some), every[..., some], rtol=1e-9, atol=1e-12)
+
+
 def test_a_dead_load_creeps_to_where_it_would_hang_in_the_end():
     """A load is hung at once and stays: at first the wall is stiffer by 1 + g, in the end it is the elastic one."""
     table = recordings((3,))[:11].drop(columns=["elongation_mm", "twist_deg"]).assign(bed="dead_load", pressure_kpa=0.0)

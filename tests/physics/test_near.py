@@ -14,7 +14,9 @@ from freelearn.fitting.problem import Problem
 from freelearn.physics.chain import dead_load as hang_module
 from freelearn.physics.chain import mount as mount_module
 from freelearn.physics.mechanics import equilibrium
-from freelearn.testing.small_tables import random_table
+from freelearn.physics.models.build import build_model
+from freelearn.testing.effects import TRUTH, labels_of
+from freelearn.testing.small_tables import random_table, recordings
 
 COUNT = 12
 
@@ -52,6 +54,36 @@ def test_a_step_on_finds_what_a_fresh_search_finds(name, monkeypatch):
         cold = Problem(model, rows_of(states)).residual(moved)
     torch.testing.assert_close(warm, cold, rtol=1e-9, atol=1e-12)
     assert warmed < len(calls) - warmed
+
+
+@pytest.mark.parametrize("some", [None, slice(3, 40)], ids=["all rows", "some rows"])
+def test_a_log_too_goes_on_from_where_its_samples_ended(some, monkeypatch):
+    """All samples of its recordings, between its rows too; a step that was tried gives its derivatives the way."""
+    values = TRUTH["continuum"] | labels_of("length_compliance", "scale") | labels_of("creep", "scale")
+    model, rows = build_model("continuum", values, ["length_compliance", "creep"]), Rows.from_table(recordings())
+    rows = rows if some is None else rows[some]
+    problem = Problem(model, rows)
+    start = model.vector().detach()[None]
+    problem.jacobians(start)
+    moved = 1.001 * start
+    calls = []
+    real = mount_module.rows_jacobian
+    monkeypatch.setattr(mount_module, "rows_jacobian", lambda *a: calls.append(1) or real(*a))
+
+    def counted(ask):
+        calls.clear()
+        return ask(), len(calls)
+
+    warm, fewer = counted(lambda: problem.tried(moved))
+    cold, more = counted(lambda: Problem(model, rows).tried(moved))
+    torch.testing.assert_close(warm, cold, rtol=1e-9, atol=1e-12)
+    assert fewer < more
+    rates, fewer = counted(lambda: problem.jacobians(moved))
+    expected, more = counted(lambda: Problem(model, rows).jacobians(moved))
+    torch.testing.assert_close(rates, expected, rtol=1e-6, atol=1e-9)
+    assert fewer < more
+    # Where nothing was tried, from where derivatives were last taken.
+    torch.testing.assert_close(problem.jacobians(start), Problem(model, rows).jacobians(start), rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", CASES)

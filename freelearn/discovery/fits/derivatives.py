@@ -138,11 +138,12 @@ def _columns(
     present = {effect.name for effect in fit.model.effects}
     added = [effect for effect in model.effects if effect.name not in present]
     if carried is not None and all(effect.late for effect in added):
-        raw = _late_jacobian(model, vector, carried) * rows.readings.informative_mask(fit.shown)[..., None]
+        late = _late_jacobian(model, vector, carried)[..., places]
+        raw = late * rows.readings.informative_mask(fit.shown)[..., None]
     else:
         near = None if fit.near is None else fit.near.copy()
-        raw = Problem(model, rows, ONE, near).jacobians(vector[None])[0].reshape(len(rows), 2, -1)
-    jacobian = whiten(raw[:, :, places]).flatten(0, 1)
+        raw = Problem(model, rows, ONE, near).columns(vector, places)
+    jacobian = whiten(raw).flatten(0, 1)
     return {model.labels()[i]: column for i, column in zip(places, jacobian.T.contiguous(), strict=True)}
 
 

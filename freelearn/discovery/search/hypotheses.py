@@ -307,10 +307,12 @@ class Hypotheses:
         tested = [p for p in self.ranked[base.key] if p.status == "tested"]
         alone = {p.effect: p.evidence for p in tested}
         own = alone.get(name, 0.0)
-        # What is linear is off about the effect itself by what that gave; it may be about the others by as much.
+        # What is linear is off about the effect itself by what that gave; it may be about the others by as much,
+        # and the other way.
         off = max(COMPARABLE, abs(whole.evidence - base.evidence - own))
         allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
-        rivals = [p for p in allowed if p.evidence > min(own - off, ALMOST * own)][:CHILDREN]
+        least = own - max(2 * off if off > COMPARABLE else off, (1 - ALMOST) * own)
+        rivals = [p for p in allowed if p.evidence > least][:CHILDREN]
         found = [(base.evidence + p.evidence, self._more(base, p)) for p in rivals]
         # What is off by more says little of two.
         if len(whole.effects) == MOST_EFFECTS or off > COMPARABLE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import torch
@@ -29,24 +29,27 @@ from freelearn.physics.chain.raw_vector import Values
 TOGETHER = 4_000_000
 # Samples below which the number of operations counts and not their size.
 FEW = 5000
+# Of a value and its derivative: no direction changes the value, which is made once for all of them.
+ONCE: Any = (None, 0)
 # Derivatives by parameters, by their places in the raw vector, of what every sample shows: (M, 2). None of the others.
 Rates = dict[int, Tensor]
 
 
-def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
+def log_jacobian(chain: Chain, states: States, vector: Tensor, wanted: Collection[int] | None = None) -> Tensor:
     """∂loads/∂vector of rows of a log as they were recorded, at a raw vector (p,): (N, 2, p).
 
-    Each parameter is carried along from where it first moves anything.
+    Each parameter is carried along from where it first moves anything. wanted: places of those that are asked for (all
+    of them); of others the derivative is zero.
     """
     assert states.recording is not None
     assert states.place is not None
     recording, place = states.recording.around(states.place)
-    labels = chain.labels()
+    labels, asked = chain.labels(), range(len(vector)) if wanted is None else sorted(wanted)
 
     def owned(effects: Sequence[HistoryEffect[Any]]) -> list[int]:
         """Places of the effects' parameters in the raw vector."""
         names = tuple(f"{effect.name}." for effect in effects)
-        return [i for i, label in enumerate(labels) if label.startswith(names)]
+        return [i for i in asked if labels[i].startswith(names)]
 
     def head(v: Tensor) -> Tensor:
         return torch.stack(supplied(chain, recording, chain.physical(v)), dim=-1)
@@ -54,12 +57,11 @@ def log_jacobian(chain: Chain, states: States, vector: Tensor) -> Tensor:
     unit = torch.eye(len(vector), dtype=vector.dtype, device=vector.device)
     # Of all parameters those of the effects before the wall alone move what it balances.
     before = owned([*chain.history["supply"], *chain.history["wall"]])
-    by_head = dict(
-        zip(before, _each(lambda along: _rate(head, vector, along), len(recording), unit[before]), strict=True)
-    )
+    inputs, heads = _with_rates(head, (vector,), len(recording), unit[before])
+    by_head = dict(zip(before, heads, strict=True))
     remembering = owned([effect for effects in chain.history.values() for effect in effects])
-    steady = [i for i in range(len(vector)) if i not in remembering]
-    loads, rates, lost = _steady_rates(chain, recording.states, head(vector), vector, steady, by_head)
+    steady = [i for i in asked if i not in remembering]
+    loads, rates, lost = _steady_rates(chain, recording.states, inputs, vector, steady, by_head)
     lost = without(loads, lost)
     some, begun = bool(lost.any()), rates
     if some:
@@ -83,26 +85,42 @@ def _onwards(
 ) -> tuple[Tensor, Rates]:
     """Loads (M, 2) and their rates after a stage with parameters of its own, from those before it."""
     values = chain.physical(vector)
-    after = stage.of(loads, values)
-    if after is loads:
+    # Sensors that show what there is change nothing.
+    if stage.effect is None and stage.of(loads, values) is loads:
         return loads, rates
-
-    def by_loads(rate: Tensor) -> Tensor:
-        return _rate(lambda of: stage.of(of, values), loads, rate)
-
-    def by_both(rate: Tensor, along: Tensor) -> Tensor:
-        shown: Tensor = torch.func.jvp(
-            lambda of, v: stage.of(of, chain.physical(v)), (loads, vector), (rate, along)
-        )[1]  # fmt: skip
-        return shown
 
     # Of few samples every operation costs the same however many columns there are.
     both = sorted({*own, *rates}) if len(loads) < FEW else list(own)
     only = [i for i in rates if i not in both]
     still = torch.zeros_like(loads)
     unit = torch.eye(len(vector), dtype=vector.dtype, device=vector.device)
-    found = _each(by_both, len(loads), [rates.get(i, still) for i in both], unit[both])
-    return after, dict(zip([*both, *only], found + _each(by_loads, len(loads), [rates[i] for i in only]), strict=True))
+    after, found = _with_rates(
+        lambda of, v: stage.of(of, chain.physical(v)), (loads, vector), len(loads),
+        [rates.get(i, still) for i in both], unit[both],
+    )  # fmt: skip
+    if only:
+        found += _with_rates(lambda of: stage.of(of, values), (loads,), len(loads), [rates[i] for i in only])[1]
+    return after, dict(zip([*both, *only], found, strict=True))
+
+
+def _with_rates(
+    f: Callable[..., Tensor], at: tuple[Tensor, ...], samples: int, *along: Sequence[Tensor] | Tensor
+) -> tuple[Tensor, list[Tensor]]:
+    """What f of a log is at a place, and its derivatives in several directions; along: of each of `at`, so many."""
+
+    def both(*direction: Tensor) -> tuple[Tensor, Tensor]:
+        shown = torch.func.jvp(f, at, direction)
+        return shown[0], shown[1]
+
+    if not len(along[0]):
+        return f(*at), []
+    some = max(1, TOGETHER // samples)
+    found: list[Tensor] = []
+    for first in range(0, len(along[0]), some):
+        now = [torch.stack(list(each[first : first + some])) for each in along]
+        value, rates = torch.func.vmap(both, out_dims=ONCE)(*now)
+        found += rates.unbind(0)
+    return value, found
 
 
 def _rate(f: Callable[[Tensor], Tensor], at: Tensor, along: Tensor) -> Tensor:
@@ -111,14 +129,9 @@ def _rate(f: Callable[[Tensor], Tensor], at: Tensor, along: Tensor) -> Tensor:
     return rate
 
 
-def _each(f: Callable[..., Tensor], samples: int, *columns: Sequence[Tensor] | Tensor) -> list[Tensor]:
+def _each(f: Callable[[Tensor], Tensor], samples: int, columns: Tensor) -> list[Tensor]:
     """f of every column of a log, as many at once as memory allows: what none of them changes is made once for all."""
-    some = max(1, TOGETHER // samples)
-    found: list[Tensor] = []
-    for place in range(0, len(columns[0]), some):
-        now = [torch.stack(list(each[place : place + some])) for each in columns]
-        found += torch.func.vmap(f)(*now).unbind(0)
-    return found
+    return [rate for some in columns.split(max(1, TOGETHER // samples)) for rate in torch.func.vmap(f)(some).unbind(0)]
 
 
 @torch.no_grad()
@@ -201,19 +214,21 @@ def _steady_rates(
     loads, rates, lost = [], [], []
     for rows in range(0, len(states), BLOCK):
         some = slice(rows, rows + BLOCK)
-        with torch.enable_grad():
-            each = list(inputs[some].unbind(-1))
-            for k in moving:
-                each[k] = each[k].detach().requires_grad_()
-            copies = vector.detach().expand(len(each[0]), -1).clone().requires_grad_()
+        each = list(inputs[some].unbind(-1))
+        for k in moving:
+            each[k] = each[k].detach().requires_grad_()
+        copies = vector.detach().expand(len(each[0]), -1).clone().requires_grad_(bool(steady))
+        leaves = [*([copies] if steady else []), *(each[k] for k in moving)]
+        with torch.set_grad_enabled(bool(leaves)):
             found = before_sensors(chain, states[some].with_inputs(each), chain.physical(copies))
-            leaves = copies, *(each[k] for k in moving)
             by = [
                 torch.autograd.grad(f.sum(), leaves, retain_graph=True, materialize_grads=True)
                 for f in found.loads.unbind(-1)
+                if leaves
             ]
-        by_copies, *by_inputs = (torch.stack(pair, dim=1) for pair in zip(*by, strict=True))
-        own = dict(zip(steady, by_copies[..., steady].unbind(-1), strict=True))
+        by_leaves = [torch.stack(pair, dim=1) for pair in zip(*by, strict=True)]
+        by_inputs = by_leaves[1:] if steady else by_leaves
+        own = dict(zip(steady, by_leaves[0][..., steady].unbind(-1), strict=True)) if steady else {}
         for i, head in by_head.items():
             pushed = [b.nan_to_num(nan=0.0) * head[some, k, None] for k, b in zip(moving, by_inputs, strict=True)]
             own[i] = sum(pushed, start=torch.zeros_like(found.loads.detach()))
