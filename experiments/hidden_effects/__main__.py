@@ -29,7 +29,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hidden_effects.few import few
-from hidden_effects.over_time import over_time, report_time
+from hidden_effects.over_time import held, over_time, report_time
 from hidden_effects.plan import PLANS, some
 from hidden_effects.regular import regular
 from hidden_effects.sessions import sessions
@@ -46,6 +46,7 @@ OUT = {
     "wrong": Path("outputs/hidden_wrong"),
     "few": Path("outputs/hidden_few"),
     "time": Path("outputs/hidden_time"),
+    "held": Path("outputs/hidden_held"),
     "unknown": Path("outputs/hidden_unknown"),
     "regular": Path("outputs/hidden_regular"),
     "sessions": Path("outputs/hidden_sessions"),
@@ -88,13 +89,14 @@ def done(job: dict, out: Path) -> bool:
 def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
-    plans = PLANS | {"wrong": wrong, "few": few, "time": over_time, "regular": regular, "sessions": sessions}
+    logs = {"time": over_time, "held": held}
+    plans = PLANS | {"wrong": wrong, "few": few, **logs, "regular": regular, "sessions": sessions}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
         "--seeds",
         type=int,
         default=1,
-        help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67, 36 or 10 data sets each",
+        help="rounds of the plan: 139, 211, 90, 36, 24, 60, 24, 67, 30, 36 or 10 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
@@ -134,7 +136,7 @@ def main() -> None:
 
         report_sessions(results)
         return
-    if arguments.plan == "time":
+    if arguments.plan in logs:
         report_time(results)
         return
     if arguments.plan == "few":

@@ -29,6 +29,11 @@ SIZED = {
     "stress_softening": ("depth",),
 }
 MOST = 0.95
+# What shows in the force of an actuator that is held (creep does not: its fibers let no wall move), beside what;
+# and the samples.
+HELD = ("maxwell_slip", "contact_slip", "supply_lag", "dead_time", "sensor_lag", "valve_flow", "gas_warming")
+SHOWN_HELD = ("force_gain", "pressure_gain", "force_offset", "length_offset")
+STIFF_TO_SOFT = (1, 3, 4, 5, 6, 8)
 # Of what drifts, what is in the library.
 KNOWN_AS = {"drifting force zero, linear": "sensor_drift"}
 # Rounds of sizing, and by how much one may change the amount.
@@ -66,6 +71,21 @@ def over_time(seeds: int) -> list[dict]:
     return [s | {"number": number} for number, s in enumerate(sets)]
 
 
+def held(seeds: int) -> list[dict]:
+    """The same on a bed that holds length and twist and measures the force alone, with actuators from stiff to soft:
+    the gauge's noise is from a tenth to all of what the force scatters by."""
+    sets: list[dict] = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2048])
+        hidden: list[tuple[str, list[str], int]] = [("none", [], 0)] * 12
+        hidden += [("one", [name], size) for name in HELD for size in SIZES[1:]]
+        hidden += [("pair", [name, other], TOGETHER) for name, other in zip(HELD, SHOWN_HELD, strict=False)]
+        for kind, names, size in hidden:
+            s = {"kind": kind, "hidden": names, "size": size, "recordings": 8, "bed": "isometric", "memory": 0.0}
+            sets.append(s | {"sample": int(generator.choice(STIFF_TO_SOFT)), "seed": int(generator.integers(1 << 30))})
+    return [s | {"number": number} for number, s in enumerate(sets)]
+
+
 def amounts(name: str, a: float) -> dict[str, float]:
     """An effect's parameters at `a` times a noticeable one, SI."""
     known = UNIT | STATIC | UNKNOWN | DRIFTING
@@ -78,7 +98,11 @@ def make_time(job: dict) -> tuple[pd.DataFrame, dict[str, dict[str, float]], lis
     """The job's log, what is hidden in it with its parameters, SI, and the size of each in σ."""
 
     def table(fx: dict[str, dict[str, float]], noise: float) -> pd.DataFrame:
-        return log(fx, job["seed"], (job["sample"],), job["recordings"], noise=noise, memory=job["memory"])
+        bed = job.get("bed")
+        made = log(
+            fx, job["seed"], (job["sample"],), job["recordings"], noise=noise, memory=job["memory"], moves=bed is None
+        )
+        return made if bed is None else made.drop(columns="moment_nmm").assign(bed=bed)
 
     plain = table({}, 0.0)
     size_of = sizes(plain, job["memory"])
@@ -109,7 +133,10 @@ def sizes(plain: pd.DataFrame, memory: float) -> Any:
     model = build_model("continuum", {"C1": C1, "C2": C2})
     slopes = sensitivities(model, rows.states).numpy()
     jacobian = Problem(model, rows, torch.ones(2).double()).jacobians(model.vector()[None].detach())[0]
-    each = jacobian.reshape(len(rows), 2, -1).numpy()
+    # What the bed does not measure tells nothing.
+    measured = rows.readings.present.any(0).numpy()
+    each, slopes = jacobian.reshape(len(rows), 2, -1).numpy()[:, measured], slopes[:, measured]
+    noises = np.array([SENSORS[1], SENSORS[2] * 1e-3])[measured]
     roots = {}
     for run in np.unique(rows.state):
         own = np.flatnonzero(rows.state == run)
@@ -119,18 +146,18 @@ def sizes(plain: pd.DataFrame, memory: float) -> Any:
         gauge = slopes[own][:, :, 2] * SENSORS[0] * 1e3
         covariance = np.einsum("ick,jdk->icjd", place, place)
         covariance += np.einsum("ic,jd,ij->icjd", gauge, gauge, fades)
-        for channel, sigma in enumerate((SENSORS[1], SENSORS[2] * 1e-3)):
+        for channel, sigma in enumerate(noises):
             covariance[:, channel, :, channel] += sigma**2 * fades
-        roots[run] = own, np.linalg.cholesky(covariance.reshape(2 * len(own), -1))
+        roots[run] = own, np.linalg.cholesky(covariance.reshape(len(noises) * len(own), -1))
 
     def white(columns: np.ndarray) -> np.ndarray:
-        parts = [np.linalg.solve(root, columns[own].reshape(2 * len(own), -1)) for own, root in roots.values()]
+        parts = [np.linalg.solve(root, columns[own].reshape(len(root), -1)) for own, root in roots.values()]
         return np.concatenate(parts)
 
     span = np.linalg.qr(white(each))[0]
 
     def size_of(table: pd.DataFrame) -> float:
-        change = white((Rows.from_table(table).loads - rows.loads).numpy())
+        change = white((Rows.from_table(table).loads - rows.loads).numpy()[:, measured])
         return float(np.linalg.norm(change - span @ (span.T @ change)))
 
     return size_of

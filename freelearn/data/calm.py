@@ -16,27 +16,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
-# Rows beside the one that is asked for, on both sides together, that a line goes through; two at least.
+# Rows beside the one that is asked for, on both sides together, that a line goes through, at most.
 WIDEST = 6
 # Standard deviations of χ² by which rows may scatter about a line that they are on.
 ABOUT = 2.0
 # How far off one of them may be, in standard deviations of the noise.
 FAR = 3.5
+# Windows that are looked at together.
+TOGETHER = 1 << 16
 # Share of a signal's range below which nothing is noise.
 SMALLEST = 1e-12
 
-# So many rows before and behind, those first whose line says most of the row between.
-_SIDES = [(before, every - before) for every in range(2, WIDEST + 1) for before in range(every + 1)]
-
-
-def _spread(sides: tuple[int, int]) -> float:
-    """Variance of a line's value at the row, of equally spaced ones with noise of variance one."""
-    places = np.arange(-sides[0], sides[1] + 1)
-    return float(1 / len(places) + places.mean() ** 2 / ((places - places.mean()) ** 2).sum())
-
-
-WINDOWS = sorted(_SIDES, key=_spread)
-
+# So many rows before and behind, those first whose line says most of the row between; at the end of a line, and next to
+# it, those on one side.
+WINDOWS = ((3, 3), (1, 5), (5, 1), (2, 2), (0, 6), (6, 0), (1, 1), (0, 4), (4, 0), (0, 2), (2, 0))
 
 Lines = tuple[Tensor, Tensor]
 
@@ -65,8 +58,16 @@ class Calm:
 
     def of(self, signal: Tensor) -> Tensor:
         """A signal along the samples (M, c), every one on its line."""
-        places, weights = (each.to(signal.device) for each in self.lines)
-        return (signal[places] * weights[..., None].to(signal.dtype)).sum(1)
+        places, weights = self.lines
+        moved = (weights[:, 0] != 1).nonzero()[:, 0]
+        if not len(moved):
+            return signal
+        moved, places, weights = (each.to(signal.device) for each in (moved, places[moved], weights[moved]))
+        # One after the other: of many derivatives at once all would be as much memory as the log several times.
+        line = torch.zeros_like(signal[moved])
+        for at, weight in zip(places.unbind(1), weights.unbind(1), strict=True):
+            line = line + signal[at] * weight[:, None]
+        return signal.index_copy(0, moved, line)
 
 
 def _some(calm: Calm, rows: Tensor) -> Lines:
@@ -84,20 +85,46 @@ def _lines(time: np.ndarray, piece: np.ndarray, inputs: np.ndarray, noises: Sequ
     """As Calm.of_inputs."""
     count = len(time)
     sizes = np.maximum(np.maximum(noises, SMALLEST * np.abs(inputs).max(0, initial=0.0)), 1e-300)
+    values = inputs / sizes
     places = np.repeat(np.arange(count)[:, None], WIDEST + 1, axis=1)
     weights = np.zeros((count, WIDEST + 1))
     weights[:, 0] = 1.0
+    bends = np.cumsum(_bends(time, piece, values))
     left = np.arange(count)
     for before, behind in WINDOWS:
         inside = left[(left >= before) & (left < count - behind)]
-        inside = inside[piece[inside - before] == piece[inside + behind]]
-        around = inside[:, None] + np.arange(-before, behind + 1)
-        straight, weight = _straight(inputs[around] / sizes, time[around] - time[inside][:, None])
-        found = inside[straight]
-        places[found, : around.shape[1]] = around[straight]
-        weights[found, : around.shape[1]] = weight[straight]
-        left = np.setdiff1d(left, found, assume_unique=True)
+        first, last = inside - before, inside + behind
+        inside = inside[(piece[first] == piece[last]) & (bends[first] == bends[last - 1])]
+        taken = np.zeros(count, dtype=bool)
+        for some in np.array_split(inside, len(inside) // TOGETHER + 1):
+            around = some[:, None] + np.arange(-before, behind + 1)
+            straight, weight = _straight(values[around], time[around] - time[some][:, None])
+            found = some[straight]
+            places[found, : around.shape[1]] = around[straight]
+            weights[found, : around.shape[1]] = weight[straight]
+            taken[found] = True
+        left = left[~taken[left]]
     return torch.as_tensor(places), torch.as_tensor(weights)
+
+
+def _allowed(number: int) -> float:
+    """Squares that so many samples may be off their line by together, in variances of the noise."""
+    free = number - 2
+    return free + ABOUT * float(np.sqrt(2.0 * free))
+
+
+def _bends(time: np.ndarray, piece: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Samples (M,) that are on no line with those before and behind them, whatever others are on it: what the three are
+    off by together is at least as much as their second difference says."""
+    found = np.zeros(len(time), dtype=bool)
+    if len(time) > 2:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = np.diff(values, axis=0) / np.diff(time)[:, None]
+            step = 1 / np.diff(time)
+            size = np.sqrt(step[:-1] ** 2 + step[1:] ** 2 + (step[:-1] + step[1:]) ** 2)
+            off = np.abs(np.diff(slope, axis=0)).max(1, initial=0.0) / size
+        found[1:-1] = (off > _allowed(WIDEST + 1) ** 0.5) & (piece[:-2] == piece[2:])
+    return found
 
 
 def _straight(values: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,6 +136,5 @@ def _straight(values: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.nda
     weight = 1 / number - after.mean(1, keepdims=True) * off / square
     level = values - values.mean(1, keepdims=True)
     missed = level - ((level * off[..., None]).sum(1) / square)[:, None] * off[..., None]
-    free = number - 2
-    near = (missed**2).sum(1) <= free + ABOUT * (2 * free) ** 0.5
+    near = (missed**2).sum(1) <= _allowed(number)
     return (near & (np.abs(missed).max(1, initial=0.0) <= FAR)).all(1), weight

@@ -17,7 +17,7 @@ from freelearn.common.vmapped import all_if_known
 from freelearn.data.calm import Calm
 from freelearn.data.linear_recurrence import linear_recurrence
 from freelearn.data.logs import TIME, run_numbers
-from freelearn.data.stops import stops
+from freelearn.data.stops import Spread, stops
 
 # Recurrences along a log without a loop over its samples: their steps compose. Those that are lines or clamps go block
 # beside block (see blocks); of pairs a tree of depth log₂ N computes all N states (Blelloch, Prefix sums and their
@@ -50,6 +50,8 @@ class Step(Protocol):
 
 # What recurrences are done by at present; None: all samples at once.
 STEPPING: ContextVar[Step | None] = ContextVar("STEPPING", default=None)
+# One element alone.
+ONE = Spread((1.0,), (1.0,))
 # Rounds of a nonlinear recurrence where nobody can know whether it has settled, and the share by which it may move yet.
 ROUNDS, CLOSE = 30, 1e-12
 
@@ -98,7 +100,7 @@ def stopped(signal: Tensor, low: Tensor, high: Tensor) -> Tensor:
     if (one := STEPPING.get()) is not None:
         return one.stopped(signal, low, high)
     signal, low, high = torch.broadcast_tensors(signal, low, high)
-    return stops(signal, low, high, (1.0,), None)
+    return stops(signal, low, high, ONE, None)
 
 
 def turned(matrix: Matrix, added: tuple[Tensor, Tensor]) -> Steps:

@@ -19,14 +19,21 @@ from freelearn.data.blocks import Blocks, composed
 LOW, HIGH = 1, 2
 
 
-def stops(signal: Tensor, low: Tensor, high: Tensor, ratios: Sequence[float], anew: Tensor | None) -> Tensor:
-    """Mean over elements i of zₙ = min(max(zₙ₋₁ + xₙ − xₙ₋₁, rᵢ lowₙ), rᵢ highₙ), (N, …).
+class Spread(NamedTuple):
+    """Elements with bounds so many times as large, rᵢ > 0, and the share that each has of what all hold."""
 
-    signal: x (N, …); low ≤ high, as x, or (1, …) where they stay. ratios: rᵢ > 0. anew: samples that hold nothing,
-    (N,) bool; z is 0 before the first sample. Where an element was clamped last tells all: from there on z moves
-    with x. So derivatives, forward and backward, are the ones of that; there are no second ones.
+    ratios: tuple[float, ...]
+    shares: tuple[float, ...]
+
+
+def stops(signal: Tensor, low: Tensor, high: Tensor, spread: Spread, anew: Tensor | None) -> Tensor:
+    """Sum over elements i of sᵢ zₙ with zₙ = min(max(zₙ₋₁ + xₙ − xₙ₋₁, rᵢ lowₙ), rᵢ highₙ), (N, …).
+
+    signal: x (N, …); low ≤ high, as x, or (1, …) where they stay. spread: the rᵢ and sᵢ. anew: samples that hold
+    nothing, (N,) bool; z is 0 before the first sample. Where an element was clamped last tells all: from there on z
+    moves with x. So derivatives, forward and backward, are the ones of that; there are no second ones.
     """
-    return _applied(_Stops)(signal, low, high, tuple(ratios), anew)
+    return _applied(_Stops)(signal, low, high, spread, anew)
 
 
 def _applied(function: type[torch.autograd.Function]) -> Callable[..., Tensor]:
@@ -35,16 +42,16 @@ def _applied(function: type[torch.autograd.Function]) -> Callable[..., Tensor]:
 
 class _Stops(torch.autograd.Function):
     @staticmethod
-    def forward(signal: Tensor, low: Tensor, high: Tensor, ratios: tuple[float, ...], anew: Tensor | None) -> Tensor:
-        elements = _Elements(signal, low, high, ratios, anew)
+    def forward(signal: Tensor, low: Tensor, high: Tensor, spread: Spread, anew: Tensor | None) -> Tensor:
+        elements = _Elements(signal, low, high, spread, anew)
         found = elements.blocks.empty(signal, signal.shape[1:])
         for place, at in enumerate(elements.steps()):
-            torch.mean(at.held, 0, out=found[place])
+            found[place] = elements.summed(at.held)
         return elements.blocks.joined(found)
 
     @staticmethod
     def setup_context(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
-        *tensors, ctx.ratios, anew = inputs
+        *tensors, ctx.spread, anew = inputs
         ctx.save_for_backward(*tensors, anew)
         ctx.save_for_forward(*tensors, anew)
         ctx.set_materialize_grads(False)
@@ -52,13 +59,13 @@ class _Stops(torch.autograd.Function):
     @staticmethod
     def jvp(ctx: Any, signal: Tensor | None, low: Tensor | None, high: Tensor | None, *_: None) -> Tensor:
         *known, anew = ctx.saved_tensors
-        return _applied(_Moved)(signal, low, high, *known, ctx.ratios, anew)
+        return _applied(_Moved)(signal, low, high, *known, ctx.spread, anew)
 
     @staticmethod
     def backward(ctx: Any, by: Tensor) -> tuple[Tensor | None, ...]:
         signal, low, high, anew = ctx.saved_tensors
-        by_signal, by_bounds, share = by, [torch.zeros_like(by), torch.zeros_like(by)], 1 / len(ctx.ratios)
-        for ratio, code in zip(ctx.ratios, _applied(_Codes)(signal, low, high, ctx.ratios, anew), strict=True):
+        by_signal, by_bounds = by * sum(ctx.spread.shares), [torch.zeros_like(by), torch.zeros_like(by)]
+        for ratio, share, code in zip(*ctx.spread, _applied(_Codes)(signal, low, high, ctx.spread, anew), strict=True):
             last, kind = code >> 2, code & 3
             by_signal = by_signal.scatter_add(0, last, -share * by)
             by_bounds = [
@@ -82,9 +89,9 @@ class _Moved(torch.autograd.Function):
     @staticmethod
     def forward(
         signal: Tensor | None, low: Tensor | None, high: Tensor | None,
-        x: Tensor, floor: Tensor, roof: Tensor, ratios: tuple[float, ...], anew: Tensor | None,
+        x: Tensor, floor: Tensor, roof: Tensor, spread: Spread, anew: Tensor | None,
     ) -> Tensor:  # fmt: skip
-        elements = _Elements(x, floor, roof, ratios, anew)
+        elements = _Elements(x, floor, roof, spread, anew)
         blocks, shape = elements.blocks, torch.broadcast_shapes(
             x.shape[1:], *(rate.shape[1:] for rate in (signal, low, high) if rate is not None)
         )  # fmt: skip
@@ -92,7 +99,7 @@ class _Moved(torch.autograd.Function):
         _, last = deque(elements.coded(), maxlen=1).pop()
         last = _into(last)
         along, size = None, elements.size(len(shape))
-        rate = x.new_zeros(len(ratios), *shape, blocks.count)
+        rate = x.new_zeros(len(spread.ratios), *shape, blocks.count)
         if signal is not None:
             cut = blocks.cut(signal)
             along = _changes(cut)
@@ -117,7 +124,7 @@ class _Moved(torch.autograd.Function):
                     torch.where(clamped, size * bound[place], rate, out=rate)
             if begins is not None and elements.begun[place]:
                 rate.masked_fill_(begins[place], 0.0)
-            torch.mean(rate, 0, out=found[place])
+            found[place] = elements.summed(rate)
         return blocks.joined(found)
 
     @staticmethod
@@ -135,9 +142,9 @@ class _Codes(torch.autograd.Function):
     Without a clamp so far it counts as at the first sample, at no bound."""
 
     @staticmethod
-    def forward(signal: Tensor, low: Tensor, high: Tensor, ratios: tuple[float, ...], anew: Tensor | None) -> Tensor:
-        elements = _Elements(signal, low, high, ratios, anew)
-        found = elements.blocks.empty(signal, (len(ratios), *signal.shape[1:]), torch.int64)
+    def forward(signal: Tensor, low: Tensor, high: Tensor, spread: Spread, anew: Tensor | None) -> Tensor:
+        elements = _Elements(signal, low, high, spread, anew)
+        found = elements.blocks.empty(signal, (len(spread.ratios), *signal.shape[1:]), torch.int64)
         for place, (_, code) in enumerate(elements.coded()):
             found[place] = code
         # What was before a block's first clamp lies in the blocks before it.
@@ -203,10 +210,11 @@ class _Step(NamedTuple):
 class _Elements:
     """The elements along a log that is cut into blocks."""
 
-    def __init__(self, signal: Tensor, low: Tensor, high: Tensor, ratios: Sequence[float], anew: Tensor | None) -> None:
+    def __init__(self, signal: Tensor, low: Tensor, high: Tensor, spread: Spread, anew: Tensor | None) -> None:
         """As `stops`."""
-        self.blocks, self.ratios = Blocks(len(signal)), ratios
+        self.blocks, self.ratios = Blocks(len(signal)), spread.ratios
         self.x = self.blocks.cut(signal)
+        self.shares = torch.tensor(spread.shares, dtype=self.x.dtype, device=self.x.device)
         self.changes = _changes(self.x)
         self._size = self.size(signal.ndim - 1)
         self._cut = [self.blocks.cut(bound) for bound in (low, high)]
@@ -220,6 +228,11 @@ class _Elements:
     def size(self, columns: int) -> Tensor:
         """The ratios, to multiply what has so many dimensions between elements and blocks."""
         return torch.tensor(self.ratios, dtype=self.x.dtype, device=self.x.device).reshape(-1, *[1] * (columns + 1))
+
+    def summed(self, held: Tensor) -> Tensor:
+        """What all hold of what each does, (elements, …)."""
+        total: Tensor = torch.tensordot(self.shares, held, 1)
+        return total
 
     def steps(self) -> Iterator[_Step]:
         """One sample of every block after the other; the next one overwrites what is held."""

@@ -6,7 +6,7 @@ import torch
 
 from freelearn.data.blocks import BLOCKS
 from freelearn.data.recordings import followed, recurred, stopped, turned
-from freelearn.data.stops import stops
+from freelearn.data.stops import Spread, stops
 
 # With blocks of one sample, of two, of several, the last of which are not full.
 COUNTS = [1, 2, 3, 4, 5, 8, 13, 1000, BLOCKS, BLOCKS + 1, 2 * BLOCKS + 3, 5 * BLOCKS - 4]
@@ -55,40 +55,44 @@ def test_the_derivative_of_a_stop_is_that_of_differences():
         torch.testing.assert_close(forward[:, k], (of(at + step) - of(at - step)) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
+SPREAD = Spread((0.3, 1.0, 2.5), (0.5, 0.3, 0.1))
+
+
 def elements(count):
     """A signal of two columns with bounds that stay, of three sizes, begun anew now and then."""
     generator = np.random.default_rng(count)
     signal = generator.normal(size=(count, 2)).cumsum(0)
-    return signal, np.array([-0.7, -0.4]), np.array([0.9, 0.6]), (0.3, 1.0, 2.5), generator.uniform(size=count) < 0.02
+    return signal, np.array([-0.7, -0.4]), np.array([0.9, 0.6]), SPREAD, generator.uniform(size=count) < 0.02
 
 
-def held_one_by_one(signal, low, high, ratios, anew):
-    """Mean of the stops, sample by sample."""
+def held_one_by_one(signal, low, high, spread, anew):
+    """What the stops hold together, sample by sample."""
+    ratios, shares = spread
     z, found = np.zeros((len(ratios), 2)), np.zeros_like(signal)
     for n, x in enumerate(signal):
         for i, ratio in enumerate(ratios):
             z[i] = 0.0 if anew[n] else np.clip(z[i] + (x - signal[n - 1] if n else 0.0), ratio * low, ratio * high)
-        found[n] = z.mean(0)
+        found[n] = np.array(shares) @ z
     return found
 
 
 @pytest.mark.parametrize("count", [1, 7, 2 * BLOCKS + 3])
 def test_elements_with_bounds_that_stay_are_the_loops(count):
-    signal, low, high, ratios, anew = elements(count)
-    found = stops(*map(torch.tensor, (signal, low[None], high[None])), ratios, torch.tensor(anew))
-    np.testing.assert_allclose(found, held_one_by_one(signal, low, high, ratios, anew), rtol=1e-11, atol=1e-11)
+    signal, low, high, spread, anew = elements(count)
+    found = stops(*map(torch.tensor, (signal, low[None], high[None])), spread, torch.tensor(anew))
+    np.testing.assert_allclose(found, held_one_by_one(signal, low, high, spread, anew), rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("moving", [False, True])
 def test_derivatives_of_elements_are_those_of_the_loop(moving):
     """Forward and backward through several blocks, and of a batch of signals, against differences of the loop."""
-    signal, low, high, ratios, anew = elements(2 * BLOCKS + 3)
+    signal, low, high, spread, anew = elements(2 * BLOCKS + 3)
     x, bottom, top = (torch.tensor(each) for each in (signal, low[None], high[None]))
     if moving:
         bottom, top = bottom.expand_as(x), top.expand_as(x)
 
     def of(scale):
-        return stops(scale[0] * x, scale[1] * bottom, scale[2] * top, ratios, torch.tensor(anew))
+        return stops(scale[0] * x, scale[1] * bottom, scale[2] * top, spread, torch.tensor(anew))
 
     at, step = np.array([1.1, 0.9, 0.7]), 1e-6
     forward = torch.func.jacfwd(of)(torch.tensor(at))
@@ -98,7 +102,7 @@ def test_derivatives_of_elements_are_those_of_the_loop(moving):
     torch.testing.assert_close(backward, torch.einsum("nc,nck->k", weights, forward))
     for k, unit in enumerate(np.eye(3)):
         ahead, behind = (
-            held_one_by_one(a * signal, b * low, c * high, ratios, anew)
+            held_one_by_one(a * signal, b * low, c * high, spread, anew)
             for a, b, c in (at + step * unit, at - step * unit)
         )
         # But for the few samples at which something is clamped in between.

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.fitting.problem import Problem
-from freelearn.physics.chain.lags import THRESHOLDS, delayed, lag, rung
+from freelearn.physics.chain.lags import SPREAD, delayed, exponential, lag, rung
 from freelearn.physics.effects.history.valve_flow import ATMOSPHERE, filled
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.physics.models.build import build_model
@@ -76,15 +76,25 @@ def test_maxwell_slip_is_its_elements_one_by_one():
     with torch.no_grad():
         shown = build_model("linear", TRUTH["linear"] | values, ["maxwell_slip"])(states).loads
     force, share, skew = bare[:, 0].tolist(), values["maxwell_slip.share"], values["maxwell_slip.asymmetry"]
-    expected, z = [], [0.0] * len(THRESHOLDS)
+    expected, z = [], np.zeros(len(SPREAD.ratios))
     for n, f in enumerate(force):
-        for i, ratio in enumerate(THRESHOLDS):
+        for i, ratio in enumerate(SPREAD.ratios):
             r = values["maxwell_slip.force"] * ratio
             begins = bool(states.recording.first[n])
             z[i] = 0.0 if begins else min(max(z[i] + f - force[n - 1], -r * (1 + skew)), r * (1 - skew))
-        expected.append(f - share * sum(z) / len(z))
+        expected.append(f - share * float(z @ np.array(SPREAD.shares)))
     np.testing.assert_allclose(shown[:, 0], expected, rtol=1e-10, atol=1e-10)
-    assert np.mean(THRESHOLDS) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("count", [1, 5, 16, 200])
+def test_elements_stand_for_an_exponential_distribution(count):
+    """Their shares make one, their mean is the distribution's; the loop that they make nears the integral's."""
+    ratios, shares = (np.array(each) for each in exponential(count))
+    assert shares.sum() == pytest.approx(1.0)
+    assert shares @ ratios == pytest.approx(1.0)
+    gone = np.linspace(0, 12, 500)
+    made = np.minimum(gone, ratios[:, None]).T @ shares
+    assert np.abs(made - (1 - np.exp(-gone))).max() < {1: 0.4, 5: 0.05, 16: 0.01, 200: 4e-4}[count]
 
 
 @pytest.mark.parametrize("name", HISTORY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import torch
@@ -9,17 +10,32 @@ from torch import Tensor
 
 from freelearn.data.recordings import STEPPING, Recording, recurred, stopped, turned
 from freelearn.data.states import States
-from freelearn.data.stops import stops
+from freelearn.data.stops import Spread, stops
 
 # No lag is shorter [s]; below it nothing is left of one.
 SHORTEST = 1e-9
 # No delay is longer [s].
 LONGEST = 30.0
-# Elements that stick, and the thresholds of each over their mean: the middles of equal shares of an exponential
-# distribution, of which one number says all.
-ELEMENTS = 5
-_MIDDLES = [-math.log(1 - (i + 0.5) / ELEMENTS) for i in range(ELEMENTS)]
-THRESHOLDS = tuple(middle * ELEMENTS / sum(_MIDDLES) for middle in _MIDDLES)
+# Elements that stick; of exp(−r), the power of which equal steps lie between them.
+ELEMENTS, POWER = 16, 0.75
+
+
+def exponential(count: int) -> Spread:
+    """Elements that stand for thresholds that are spread exponentially about one, as ratios to their mean.
+
+    The loop that they make is a chain of straight pieces in place of a curve. Cut at equal steps of exp(−r/2) these
+    would be off it by as much everywhere, but too far apart at small thresholds for a fit to get past; cut at equal
+    shares, exp(−r), the last ones are off by many times the others. Each stands at the mean of its part.
+    """
+    cut = [-math.log(1 - k / count) / POWER for k in range(count)]
+    beyond = [math.exp(-r) for r in cut] + [0.0]
+    above = [(r + 1) * left for r, left in zip(cut, beyond, strict=False)] + [0.0]
+    shares = [one - two for one, two in itertools.pairwise(beyond)]
+    ratios = [(one - two) / share for (one, two), share in zip(itertools.pairwise(above), shares, strict=True)]
+    return Spread(tuple(ratios), tuple(shares))
+
+
+SPREAD = exponential(ELEMENTS)
 
 
 def lag(signal: Tensor, recording: Recording[States], time: Tensor) -> Tensor:
@@ -61,7 +77,7 @@ def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: 
 
 
 def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor) -> Tensor:
-    """What of a signal's changes elements that stick hold back, in the mean, (M, c): Σ stopᵢ(x)/n.
+    """What of a signal's changes elements that stick hold back together, (M, c): Σ sᵢ stopᵢ(x).
 
     signal: x (M, c). low ≤ 0 ≤ high, (M, c) or (c,): mean thresholds of the elements, beyond which they slip. At a
     recording's first sample they hold nothing. Of a log that was measured, what a gauge flickers moves none of them.
@@ -69,11 +85,11 @@ def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor
     if STEPPING.get() is None:
         signal = recording.calmed(signal)
         bounds = [bound.expand(len(signal) if bound.ndim > 1 else 1, signal.shape[1]) for bound in (low, high)]
-        return stops(signal, bounds[0], bounds[1], THRESHOLDS, recording.first)
-    ratio = torch.tensor(THRESHOLDS, dtype=signal.dtype, device=signal.device)
+        return stops(signal, bounds[0], bounds[1], SPREAD, recording.first)
+    ratio, share = (torch.tensor(each, dtype=signal.dtype, device=signal.device) for each in SPREAD)
     free = ~recording.first[:, None, None]
     floor, roof = (torch.where(free, bound[..., None] * ratio, 0.0) for bound in (low, high))
-    return stopped(signal[..., None], floor, roof).mean(-1)
+    return stopped(signal[..., None], floor, roof) @ share
 
 
 def delayed(signal: Tensor, recording: Recording[States], delay: Tensor) -> Tensor:

@@ -80,12 +80,13 @@ def log(
     seconds: float = 20.0,
     noise: float = 1.0,
     memory: float = 0.0,
+    moves: bool = True,
 ) -> pd.DataFrame:
     """A measurement table of recordings in which the pressure ramps, holds and turns, at a held length and twist or,
     in every other one, while these move too.
 
     effects: hidden ones by name with their parameters, SI. rate: rows a second. noise: times the paper's. memory:
-    correlation of the noise of two rows that follow each other.
+    correlation of the noise of two rows that follow each other. moves: whether length and twist move in any.
     """
     generator = np.random.default_rng(seed)
     parts = []
@@ -96,8 +97,8 @@ def log(
             fine = np.arange((count - 1) * STEPS + 1) / (rate * STEPS)
             shown = pressures(fine, seconds, generator)
             place = (
-                bent(fine, seconds, 4.0, run % 2 == 0, generator),
-                bent(fine, seconds, 90.0, run % 2 == 0, generator),
+                bent(fine, seconds, 4.0, moves and run % 2 == 0, generator),
+                bent(fine, seconds, 90.0, moves and run % 2 == 0, generator),
             )
             over = (run - 1 + fine / seconds) / recordings
             part, worst = _recorded(sample, run, place, fine, shown, effects, worst, over, noise, memory, generator)

@@ -50,7 +50,7 @@ class Slip(Parameters):
 
 
 class MaxwellSlip(HistoryEffect[Slip]):
-    """F shown = F − s Σ stopᵢ(F)/n: n = 5 elements stick until F has changed by their threshold, and then slip along.
+    """F shown = F − s Σ wᵢ stopᵢ(F): elements stick until F has changed by their threshold, and then slip along.
 
     Thresholds are spread exponentially about r (1 − a) upwards and r (1 + a) downwards, so that one number tells all.
     It is a generalized Prandtl–Ishlinskii operator: its loop has the size s r and does not depend on the rate.
