@@ -122,6 +122,18 @@ def test_a_model_that_is_near_and_a_slipped_reading_lift_nothing():
         assert found.lifted.tolist() == [1.0, 1.0]
 
 
+@pytest.mark.parametrize(("times", "lifts"), [(1.0, False), (40.0, True)])
+def test_places_that_are_off_as_stated_are_no_misfit_of_a_stiff_actuator(times, lifts):
+    """A hundred times its sensors' noise; but many times as far off as stated they are."""
+    rows = bench(3).rows
+    loads, state, slopes = predicted(rows.states), torch.as_tensor(rows.state), torch.zeros(len(rows), 2, 3).double()
+    slopes[:, 0, 0], slopes[:, 1, 1] = 100 * 0.03 / PAPER.length, 100 * 6e-4 / PAPER.twist
+    off = np.random.default_rng(0).normal(size=(int(state.max()) + 1, 2)) * times
+    raw = loads - rows.loads + 100 * torch.as_tensor(off)[state] * torch.tensor([0.03, 6e-4], dtype=torch.float64)
+    found = scatter(raw, jacobian(rows.states), loads, slopes, rows.states, state, PAPER)
+    assert bool((found.lifted > 1).any()) == lifts
+
+
 @pytest.mark.parametrize(("converged", "error"), [(False, 0.01), (True, 2.2)])
 def test_a_failed_fit_is_not_adequate_however_few_rows(converged, error):
     prepared, fit, noise = prepare(bench(0, **SHORT).question())

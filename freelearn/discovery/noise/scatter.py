@@ -155,7 +155,8 @@ def scatter(
             now = replace(now, memory=remembered(error, counts, visit, clock))
     # Places that are off as stated are no misfit, however much a stiff actuator makes of them.
     places = (min(now.position, 1.0) * positions).square().sum(-1)
-    lifted = (_typical(raw / ((noise * now.deviations) ** 2 + places).sqrt(), told) / HOPELESS).clamp_min(1.0)
+    beyond = (raw.square() - places).clamp_min(0.0).sqrt()
+    lifted = (_typical(beyond / (noise * now.deviations), told) / HOPELESS).clamp_min(1.0)
     # What is censored is believed like any other, once the model comes to it; what is not there never.
     there = readings.present
     if gross is not None:
