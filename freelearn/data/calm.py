@@ -89,8 +89,11 @@ def _lines(time: np.ndarray, piece: np.ndarray, inputs: np.ndarray, noises: Sequ
     places = np.repeat(np.arange(count)[:, None], WIDEST + 1, axis=1)
     weights = np.zeros((count, WIDEST + 1))
     weights[:, 0] = 1.0
-    bends = np.cumsum(_bends(time, piece, values))
-    left = np.arange(count)
+    bent = _bends(time, piece, values)
+    bends = np.cumsum(bent)
+    # On a curve, all of which are, no line is looked for.
+    straight = np.pad(~bent, 1)
+    left = np.flatnonzero(straight[:-2] | straight[1:-1] | straight[2:])
     for before, behind in WINDOWS:
         inside = left[(left >= before) & (left < count - behind)]
         first, last = inside - before, inside + behind
@@ -98,10 +101,10 @@ def _lines(time: np.ndarray, piece: np.ndarray, inputs: np.ndarray, noises: Sequ
         taken = np.zeros(count, dtype=bool)
         for some in np.array_split(inside, len(inside) // TOGETHER + 1):
             around = some[:, None] + np.arange(-before, behind + 1)
-            straight, weight = _straight(values[around], time[around] - time[some][:, None])
-            found = some[straight]
-            places[found, : around.shape[1]] = around[straight]
-            weights[found, : around.shape[1]] = weight[straight]
+            lies, weight = _straight(values[around], time[around] - time[some][:, None])
+            found = some[lies]
+            places[found, : around.shape[1]] = around[lies]
+            weights[found, : around.shape[1]] = weight[lies]
             taken[found] = True
         left = left[~taken[left]]
     return torch.as_tensor(places), torch.as_tensor(weights)
