@@ -21,6 +21,8 @@ from freelearn.data.states import States
 # the noise had moved let a dead time stand beside a warm gas); share of the turn by which two slopes on one side of it
 # may differ: a curve bends by half of it.
 OFF, STRAIGHT = 3.0, 0.25
+# Standard deviations in a median absolute deviation, of normal noise.
+MAD = 1.4826
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
 # A change beyond so many standard deviations of the noise is one; and how many of the slope's may pass for straight.
@@ -67,7 +69,7 @@ def with_corners(states: States) -> States:
     return states.replace(recording=Recording(finer, recording.run[rows], time, turns), place=place[states.place])
 
 
-def calmed(states: States) -> States:
+def with_calm(states: States) -> States:
     """The same rows (N,) of a log, whose recordings tell what of their samples a gauge flickers; other rows as they
     are."""
     if states.recording is None:
@@ -145,17 +147,17 @@ def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
     straight lines."""
     second = np.abs(_shifted(slope, -1) - slope) * step
     least = LEAST * float(np.ptp(signal))
-    return max(float(np.nanmedian(second)) * 1.4826 / 6**0.5, least) if np.isfinite(second).any() else least
+    return max(float(np.nanmedian(second)) * MAD / 6**0.5, least) if np.isfinite(second).any() else least
 
 
 def _flicker(signal: np.ndarray, recording: Recording[States]) -> float:
     """Standard deviation of a signal's noise where it may go along curves: by its fourth differences, in which a curve
     leaves hardly anything, where these say that it is less."""
-    lines = noise(signal, _slopes(signal, recording), recording.step.numpy())
+    along = noise(signal, _slopes(signal, recording), recording.step.numpy())
     begun = recording.first.numpy()
     inside = ~np.logical_or.reduce([begun[k : len(begun) - 4 + k] for k in range(1, 5)])
     fourth = np.abs(np.diff(signal, 4))[inside]
-    return min(lines, float(np.median(fourth)) * 1.4826 / 70**0.5) if len(fourth) else 0.0
+    return min(along, float(np.median(fourth)) * MAD / 70**0.5) if len(fourth) else 0.0
 
 
 def _shifted(values: np.ndarray, by: int) -> np.ndarray:

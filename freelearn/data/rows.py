@@ -12,7 +12,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, KINEMATIC
 from freelearn.data.columns import shown_readings
-from freelearn.data.corners import calmed, untold, with_corners
+from freelearn.data.corners import untold, with_calm, with_corners
 from freelearn.data.states import States, kinematic_state
 
 
@@ -102,7 +102,7 @@ class Rows:
     def from_table(cls, table: pd.DataFrame) -> Rows:
         """All rows of a measurement table; of a log, with the corners of its pressure between them, and its noise."""
         rows = cls.straight(table)
-        return replace(rows, states=calmed(with_corners(rows.states)))
+        return replace(rows, states=with_calm(with_corners(rows.states)))
 
     @classmethod
     def straight(cls, table: pd.DataFrame) -> Rows:

@@ -52,8 +52,9 @@ HOPELESS = 15.0
 # Fall of the evidence, to first order, beyond which a set without an effect is not fitted. What is linear may promise
 # ten times what is lost, hardly more; it would still be hopeless.
 NEEDED = 100.0
-# What stands in for an effect must promise, to first order, no less than the effect itself but for this, or for as much
-# as that is wrong about the effect; of what is large no less than this share of it, which two forms may differ by.
+# What stands in for an effect must promise, to first order, no less than the effect itself but for this, or for
+# twice as much as that is wrong about the effect; of what is large no less than this share of it, which two forms may
+# differ by.
 COMPARABLE, ALMOST = 6.0, 0.95
 # Sets that are as good, of which is asked what could stand in for what they share.
 RIVALS = 5

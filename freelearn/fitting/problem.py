@@ -183,7 +183,7 @@ class Problem:
             return self._automatic(vectors)
         # Networks on many rows: megabytes, so nothing is copied without need.
         pairs = zip(known, vectors, strict=True)
-        scaled = [self._felt(j.div_(self.scale[:, None]), vector).flatten(0, 1) for j, vector in pairs]
+        scaled = [self._felt(j, vector).flatten(0, 1) for j, vector in pairs]
         return torch.stack(scaled) if len(scaled) > 1 else scaled[0][None]
 
     def columns(self, vector: Tensor, places: Collection[int]) -> Tensor:
@@ -193,12 +193,12 @@ class Problem:
         else:
             rates = self._row_jacobian(vector, places)
             assert rates is not None
-            found = self._felt(rates.div_(self.scale[:, None]), vector)
+            found = self._felt(rates, vector)
         return found[..., list(places)]
 
     def _felt(self, jacobian: Tensor, vector: Tensor) -> Tensor:
-        """Rates (N, 2, p) of the readings, zero for those that do not count."""
-        readings = self.rows.readings
+        """Rates (N, 2, p) of the readings as those of the residuals: zero of those that do not count."""
+        jacobian, readings = jacobian.div_(self.scale[:, None]), self.rows.readings
         if readings.plain:
             return jacobian
         # Only a tube that hangs loose makes it a matter of what the model says.

@@ -309,13 +309,14 @@ class Hypotheses:
         own = alone.get(name, 0.0)
         # What is linear is off about the effect itself by what that gave; it may be about the others by as much,
         # and the other way.
-        off = max(COMPARABLE, abs(whole.evidence - base.evidence - own))
+        off = abs(whole.evidence - base.evidence - own)
+        far = off > COMPARABLE
         allowed = [p for p in tested if p.effect != name and (instead is None or p.effect in instead)]
-        least = own - max(2 * off if off > COMPARABLE else off, (1 - ALMOST) * own)
+        least = own - max(2 * off if far else COMPARABLE, (1 - ALMOST) * own)
         rivals = [p for p in allowed if p.evidence > least][:CHILDREN]
         found = [(base.evidence + p.evidence, self._more(base, p)) for p in rivals]
         # What is off by more says little of two.
-        if len(whole.effects) == MOST_EFFECTS or off > COMPARABLE:
+        if len(whole.effects) == MOST_EFFECTS or far:
             return found
         barred = set(alone) - {p.effect for p in allowed}
         for pair in self.pairs[base.key].best(PAIRS, barred):
