@@ -1,6 +1,7 @@
 """What a gauge flickers, against ramps and holds that are known without it."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from test_corners import table
@@ -8,7 +9,7 @@ from test_corners import table
 from freelearn.data.rows import Rows
 from freelearn.fitting.problem import Problem
 from freelearn.physics.models.build import build_model
-from freelearn.testing.reference.simulated_logs import C1, C2, log
+from freelearn.testing.reference.simulated_logs import C1, C2, measured
 
 NOISE = 0.15
 EVERY = 0.2
@@ -96,19 +97,33 @@ def test_what_is_asked_of_a_model_is_taken_as_it_is():
     assert asked.calmed(signal) is signal
 
 
+SMOOTHING = {
+    "threads as weak as the noise": {
+        "maxwell_slip": {"share": 0.7, "force": 0.01, "moment": 1e-3, "asymmetry": 0.0},
+    },
+    "a lag that readings are ahead of by as much": {"supply_lag": {"time": 0.07}, "dead_time": {"delay": -0.07}},
+    "a cell that is late by as much as the gauge": {"dead_time": {"delay": -0.1}, "sensor_lag": {"force": 0.1}},
+}
+
+
 @pytest.mark.parametrize("sample", [3, 4])
-def test_friction_as_small_as_the_gauges_noise_takes_nothing_off(sample):
-    """Where nothing is hidden, threads that stick until a load has changed by the noise's would else fit better."""
-    measured = log({}, seed=7, samples=(sample,), recordings=8).assign(bed="isometric").drop(columns="moment_nmm")
-    measured = measured[measured["run"] % 2 == 1].reset_index(drop=True)
-    slip = {"maxwell_slip.force": 0.01, "maxwell_slip.moment": 1e-3, "maxwell_slip.asymmetry": 0.0}
+@pytest.mark.parametrize("smoothing", SMOOTHING)
+def test_no_effect_takes_a_gauges_noise_off(smoothing, sample):
+    """Where nothing is hidden, what follows a gauge's readings late or in steps, on average at once, would else fit
+    better than nothing: it is a mean of several readings."""
+    time = np.arange(0, 60, 0.1)
+    up_and_down = np.interp(time, [0, 5, 25, 30, 50, 60], [5.0, 5.0, 60.0, 60.0, 10.0, 10.0])
+    held = pd.DataFrame({"time_s": time, "pressure_kpa": up_and_down, "elongation_mm": 1.0, "twist_deg": 20.0})
+    table = measured(held.assign(sample=sample, run=1), {}, seed=7).drop(columns="moment_nmm").assign(bed="isometric")
+    values = {f"{name}.{label}": value for name, p in SMOOTHING[smoothing].items() for label, value in p.items()}
+    effects = list(SMOOTHING[smoothing])
 
-    def left(rows, share):
-        """Sum of squares about each recording's mean, which is off with its place."""
-        model = build_model("continuum", {"C1": C1, "C2": C2, "maxwell_slip.share": share, **slip}, ["maxwell_slip"])
-        force = Problem(model, rows).residual(model.vector().detach()).detach()[::2].numpy()
-        return sum(np.var(force[rows.state == run]) for run in np.unique(rows.state))
+    def left(rows, values, names):
+        """Sum of squares about the mean, which is off with the place."""
+        model = build_model("continuum", {"C1": C1, "C2": C2, **values}, names)
+        return np.var(Problem(model, rows).residual(model.vector().detach()).detach()[::2].numpy())
 
-    calm, flickers = Rows.from_table(measured), Rows.straight(measured)
-    assert left(calm, 0.7) > left(calm, 0.0)
-    assert left(flickers, 0.7) < 0.98 * left(flickers, 0.0)
+    calm, flickers = Rows.from_table(table), Rows.straight(table)
+    nothing = left(calm, {}, [])
+    assert left(flickers, values, effects) < 0.99 * nothing
+    assert left(calm, values, effects) > 0.997 * nothing

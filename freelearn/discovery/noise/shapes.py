@@ -32,7 +32,8 @@ def history(states: States) -> Tensor:
     if states.recording is None or states.place is None:
         return torch.zeros(len(states), 0, dtype=torch.float64)
     recording, place = states.recording.around(states.place)
-    inputs = torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1)
+    # What a gauge flickers is in the readings' errors too, and no history.
+    inputs = recording.calmed(torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1))
     moving = inputs[:, recording.change(inputs).abs().amax(0) > STILL]
     late = [lag(moving, recording, moving.new_tensor(t)) for t in times(recording)]
     free = ~recording.first[:, None]

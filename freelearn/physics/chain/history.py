@@ -82,13 +82,21 @@ def supplied(chain: Chain, recording: Recording[States], values: Values) -> list
     first, second, *pressures = states.inputs()
     for effect in chain.history["supply"]:
         p = effect.own(values)
-        pressures = [effect.carry(pressure[:, None], recording, p)[:, 0] for pressure in pressures]
+        pressures = [_calmly(effect.carry, pressure[:, None], recording, p)[:, 0] for pressure in pressures]
     for effect in reversed(chain.history["wall"]):
         p = effect.own(values)
-        pressures = [effect.undo(pressure[:, None], recording, p)[:, 0] for pressure in pressures]
+        pressures = [_calmly(effect.undo, pressure[:, None], recording, p)[:, 0] for pressure in pressures]
         if states.bed is DEAD_LOAD:
-            first, second = effect.undo(torch.stack([first, second], dim=-1), recording, p).unbind(-1)
+            first, second = _calmly(effect.undo, torch.stack([first, second], dim=-1), recording, p).unbind(-1)
     return [first, second, *pressures]
+
+
+def _calmly(effect: Callable[..., Tensor], signal: Tensor, recording: Recording[States], p: Any) -> Tensor:
+    """What an effect makes of a signal (M, c), on top of what a gauge flickers in it, of which it is not the cause: no
+    effect may fit better by smoothing noise."""
+    calm = recording.calmed(signal)
+    found: Tensor = effect(calm, recording, p)
+    return found if calm is signal else found + (signal - calm)
 
 
 def carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:
@@ -125,7 +133,7 @@ def stages(chain: Chain, recording: Recording[States]) -> list[Stage]:
     """From the steady loads before the sensors, or the places under a dead load, to what is shown, in order."""
 
     def carry(effect: HistoryEffect[Any]) -> Stage:
-        return Stage(effect, lambda loads, values: effect.carry(loads, recording, effect.own(values)))
+        return Stage(effect, lambda loads, values: _calmly(effect.carry, loads, recording, effect.own(values)))
 
     def sense(loads: Tensor, values: Values) -> Tensor:
         return chain.sensed(chain.evaded(loads, recording.states, values), recording.states, values)

@@ -80,10 +80,9 @@ def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor
     """What of a signal's changes elements that stick hold back together, (M, c): Σ sᵢ stopᵢ(x).
 
     signal: x (M, c). low ≤ 0 ≤ high, (M, c) or (c,): mean thresholds of the elements, beyond which they slip. At a
-    recording's first sample they hold nothing. Of a log that was measured, what a gauge flickers moves none of them.
+    recording's first sample they hold nothing.
     """
     if STEPPING.get() is None:
-        signal = recording.calmed(signal)
         bounds = [bound.expand(len(signal) if bound.ndim > 1 else 1, signal.shape[1]) for bound in (low, high)]
         return stops(signal, bounds[0], bounds[1], SPREAD, recording.first)
     ratio, share = (torch.tensor(each, dtype=signal.dtype, device=signal.device) for each in SPREAD)
