@@ -55,6 +55,10 @@ class OneStep:
             "write it with lag, rung, held, delayed or followed, or use predict."
         )
 
+    def calmed(self, signal: Tensor) -> Tensor:
+        """The signal (1, c): what an export is told has no noise."""
+        return signal
+
     @contextmanager
     def owned(self, owner: str, units: Sequence[str]) -> Iterator[None]:
         """Inside of it, states are of an effect of this name (or LAST), and of channels in these units."""

@@ -15,6 +15,10 @@ from freelearn.physics.chain.ports import HistoryEffect
 ATMOSPHERE, THINNEST = 101_325.0, 1e3
 # Share of a ratio that is kept off its end, where a slope is infinite.
 EDGE = 1e-12
+# Share of a step's change, behind which by less a pressure comes to a command that stays within the step.
+QUICK = 0.25
+# Parts of a step in which a command counts as staying, one after the other.
+PARTS = 2
 # Time of the lag that the search begins from, in units of r V.
 GUESSED = 0.35
 
@@ -50,8 +54,8 @@ class ValveFlow(HistoryEffect[Valve]):
     ψ = 1 up to p₂/p₁ = b, and beyond √(1 − ((p₂/p₁ − b)/(1 − b))²); 1/r is the sonic conductance times 1 bar. The gas
     keeps its temperature, and V is the bore's at rest. Exact where the command stays through each step: filled,
     (p/p₁ − b)/(1 − b) grows evenly up to 0, and is a sine from there; emptied, p falls exponentially, and from p₂/b on
-    as an integral tells. A command that moves within a step counts with its middle, or, nearer to its end, so far
-    behind as the pressure follows an even ramp. Each recording begins at the command.
+    as an integral tells. A command that moves within a step counts with the one value at which a pressure that
+    follows an even ramp ends as far behind as it began. Each recording begins at the command.
     """
 
     name = "valve_flow"
@@ -69,21 +73,43 @@ class ValveFlow(HistoryEffect[Valve]):
         command = (signal[:, 0] + ATMOSPHERE).clamp_min(THINNEST)
         change = recording.change(command)
         step = torch.where(recording.first, 1.0, recording.step)
-        # Squared flow that an even ramp needs, as a share of the most that there is.
+        # Squared flow that an even ramp needs, as a share of the most that there is, and how far behind the pressure
+        # follows it then, as a share of what the command changes by in a part of the step.
         flow = p.squared_resistance * (volume * change / (step * command)) ** 2
-        behind = command * (1 - critical) * (1 - (1 - flow.clamp_max(1 - EDGE)).sqrt())
-        mean = command - torch.sign(change) * torch.minimum(behind, change.abs() / 2)
+        settled = 1 + (1 - flow.clamp_max(1 - EDGE)).sqrt()
+        behind = PARTS * (1 - critical) * p.squared_resistance * (volume / step) ** 2 * change.abs()
+        short = change / PARTS
+        mean = command - short * ramped(behind / (command * settled))
         there = p.squared_resistance > 0
-        span = step / (torch.where(there, p.squared_resistance, 1.0).sqrt() * volume)
+        root = torch.where(there, p.squared_resistance, 1.0).sqrt() * volume
 
         # A lag of its speed, from which no sample has come to its command yet.
-        time = GUESSED * torch.where(there, p.squared_resistance, 1.0).sqrt() * volume
-        slow = lag(command[:, None], recording, time[:, None])
-        reached = followed(_after, (mean, span, critical), recording.first, command, command - slow[:, 0])
+        slow = lag(command[:, None], recording, (GUESSED * root)[:, None])
+        known = mean, short, step / (PARTS * root), critical
+        reached = followed(_after, known, recording.first, command, command - slow[:, 0])
         return torch.where(there, reached - ATMOSPHERE, signal[:, 0] + (mean - command))[:, None]
 
 
-def _after(before: Tensor, mean: Tensor, span: Tensor, critical: Tensor) -> Tensor:
+def ramped(behind: Tensor) -> Tensor:
+    """How far from its end a command's even change counts, as a share of it, (N,): of half a change where the pressure
+    follows slowly, and as far as it is behind in the end where it is quick.
+
+    behind: how far the pressure is behind in the end, as a share of a step's change, (N,). With so little missing as
+    that, d, the flow is as √d, and what is missing of a command that stays is gone as a square is: exact for that."""
+    slow = 0.5 - 1 / (16 * behind.clamp_min(QUICK))
+    return torch.where(behind > QUICK, slow, behind)
+
+
+def _after(before: Tensor, mean: Tensor, short: Tensor, span: Tensor, critical: Tensor) -> Tensor:
+    """Absolute pressure (N,) after PARTS time spans (N,), in units of r V, in the last of which the command has this
+    mean, and in each by so much more than in the one before."""
+    held = before
+    for left in reversed(range(PARTS)):
+        held = _reached(held, mean - left * short, span, critical)
+    return held
+
+
+def _reached(before: Tensor, mean: Tensor, span: Tensor, critical: Tensor) -> Tensor:
     """Absolute pressure (N,) after a time span (N,), in units of r V, whose command has this mean."""
     held = before.clamp_min(THINNEST)
     return torch.where(held < mean, filled(held, mean, span, critical), emptied(held, mean, span, critical))
