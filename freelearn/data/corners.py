@@ -25,6 +25,11 @@ OFF, STRAIGHT = 3.0, 0.25
 MAD = 1.4826
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
+# Fewest steps between the values of a signal by which it may have been rounded, by how much of the least one each may be
+# no whole number of these, and of how many most are less: values that a bed was set to are no such steps.
+LEVELS, WHOLE, NEXT = 8, 0.02, 3.0
+# Share of a signal's size that two readings differ by which are the same.
+SAME = 1e-9
 # A change beyond so many standard deviations of the noise is one; and how many of the slope's may pass for straight.
 CHANGED, LIKE = 8.0, 4.0
 # Pieces of a straight line, from row to row or to a corner, that tell where it begins, its slope and where it ends.
@@ -146,18 +151,36 @@ def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
     """Standard deviation of a signal's noise by the median of its second differences, most of which are those of
     straight lines."""
     second = np.abs(_shifted(slope, -1) - slope) * step
-    least = LEAST * float(np.ptp(signal))
+    least = max(LEAST * float(np.ptp(signal)), rounding(signal))
     return max(float(np.nanmedian(second)) * MAD / 6**0.5, least) if np.isfinite(second).any() else least
+
+
+def rounding(signal: np.ndarray) -> float:
+    """Standard deviation of what a signal was rounded by, 0 where no step shows: of one that goes on slowly most readings
+    are the last one again, and look as if there were no noise.
+
+    >>> round(rounding(np.round(np.linspace(0, 1, 99), 1)), 4)
+    0.0289
+    """
+    gaps = np.diff(np.unique(signal))
+    # What a change of units leaves in the last binary digits is no step.
+    gaps = gaps[gaps > SAME * np.abs(signal).max(initial=0.0)]
+    if len(gaps) < LEVELS:
+        return 0.0
+    step = float(gaps.min())
+    number = gaps / step
+    whole = np.abs(number - number.round()) < WHOLE
+    return step / 12**0.5 if whole.all() and np.median(number) < NEXT else 0.0
 
 
 def _flicker(signal: np.ndarray, recording: Recording[States]) -> float:
     """Standard deviation of a signal's noise where it may go along curves: by its fourth differences, in which a curve
     leaves hardly anything, where these say that it is less."""
-    along = noise(signal, _slopes(signal, recording), recording.step.numpy())
+    along, least = noise(signal, _slopes(signal, recording), recording.step.numpy()), rounding(signal)
     begun = recording.first.numpy()
     inside = ~np.logical_or.reduce([begun[k : len(begun) - 4 + k] for k in range(1, 5)])
     fourth = np.abs(np.diff(signal, 4))[inside]
-    return min(along, float(np.median(fourth)) * MAD / 70**0.5) if len(fourth) else 0.0
+    return max(min(along, float(np.median(fourth)) * MAD / 70**0.5), least) if len(fourth) else least
 
 
 def _shifted(values: np.ndarray, by: int) -> np.ndarray:

@@ -74,6 +74,14 @@ def test_no_line_goes_on_into_another_recording_or_across_a_gap():
     assert np.sqrt(((calmed - truth) ** 2).mean()) < 0.6 * 0.05
 
 
+def test_steps_of_a_gauges_last_digit_are_smoothed_as_its_noise():
+    """Most rows are like the one before, and no noise seems to be in them."""
+    time = np.arange(0.0, 60.0, 0.1)
+    truth = np.interp(time, [0, 3, 33, 40, 60], [4.0, 4.0, 22.0, 22.0, 10.0])
+    shown, calmed = pressures(recording((truth / 0.4).round() * 0.4, time))
+    assert np.sqrt(((calmed - truth) ** 2).mean()) < 0.3 * np.sqrt(((shown - truth) ** 2).mean())
+
+
 def test_some_recordings_are_as_they_are_among_all():
     time = np.tile(np.arange(0, 8, EVERY), 3)
     run = np.repeat([1, 2, 3], len(time) // 3)

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from freelearn.data.corners import with_corners
+from freelearn.data.corners import rounding, with_corners
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.physics.models.build import build_model
@@ -176,3 +176,12 @@ def test_what_is_asked_of_a_model_goes_straight():
     read = table(time, np.interp(time, *CORNERS))
     assert len(Rows.straight(read).states.recording) == len(read)
     assert len(Rows.from_table(read).states.recording) == len(read) + 4
+
+
+def test_steps_of_a_digit_are_noise():
+    shown = (np.linspace(4.0, 40.0, 600) / 0.4).round() * 0.4
+    assert rounding(shown * 1e3) == pytest.approx(400 / 12**0.5, rel=1e-6)
+    # What a bed was set to is no digit, and neither are readings of many digits.
+    generator = np.random.default_rng(0)
+    assert rounding(np.repeat(1e3 * generator.choice(100, 12, replace=False), 50)) == 0.0
+    assert rounding(shown + 0.1 * generator.normal(size=len(shown))) == 0.0
