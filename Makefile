@@ -4,6 +4,8 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do. Python compiles what it imports as it
 # goes, a small part of what is installed.
 READY := $(VENV)/.installed
+# The newest pip finds what fits together in half the time of the one that Python brings.
+INSTALL := $(RUN) -m pip install -qq --no-compile -c constraints.txt
 # What Python has compiled is kept, whatever the environment says: else each process compiles all that it imports again.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -19,8 +21,9 @@ help:
 
 $(READY): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
-	$(RUN) -m pip install --quiet --no-compile -c constraints.txt torch
-	$(RUN) -m pip install --quiet --no-compile -c constraints.txt -e ".[workbench,test]"
+	$(RUN) -m pip install -qq --upgrade pip
+	$(INSTALL) torch
+	$(INSTALL) -e ".[workbench,test]"
 	touch $@
 
 # A hidden effect explained, a real muscle, and a plain fit.
@@ -80,7 +83,7 @@ pictures: setup
 
 # The documentation as a site, outputs/site/index.html. A warning, a page that no other names among them, is an error.
 docs: setup
-	$(RUN) -m pip install --quiet --no-compile -c constraints.txt -e ".[docs]"
+	$(INSTALL) -e ".[docs]"
 	$(RUN) -m sphinx -W --keep-going -q -b html docs outputs/site
 	@echo "site: outputs/site/index.html"
 
@@ -90,7 +93,7 @@ workbench: setup
 
 # Every speed beside its peer. SysIdentPy is a peer alone, and holds NumPy back (0.9: below 2.4) without a need for it.
 bench: setup
-	$(RUN) -m pip install --quiet --no-compile --no-deps sysidentpy==0.9.0
+	$(INSTALL) --no-deps sysidentpy==0.9.0
 	$(RUN) experiments/benchmark
 
 # Removes .venv and dist; old outputs go by `freelearn clean`.
