@@ -2,9 +2,9 @@
 
 An element that sticks until a load has changed by its threshold follows every flicker of a gauge: friction as small as
 the noise takes it off the loads and fits them better, and a threshold that is there seems smaller, since the largest
-reading before a turn is the one that the noise has raised. Where all that is imposed went straight through some rows, a
-line through these says what a row was, with less noise (local linear smoothing: Cleveland, J. Am. Stat. Assoc. 74, 829,
-1979).
+reading before a turn is the one that the noise has raised. A lag of half a row and a delay that makes up for it are a
+mean of several readings, and fit better too. Where all that is imposed went straight through some rows, a line through
+these says what a row was, with less noise (local linear smoothing: Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
 """
 
 from __future__ import annotations

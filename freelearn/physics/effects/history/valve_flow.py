@@ -54,8 +54,8 @@ class ValveFlow(HistoryEffect[Valve]):
     ψ = 1 up to p₂/p₁ = b, and beyond √(1 − ((p₂/p₁ − b)/(1 − b))²); 1/r is the sonic conductance times 1 bar. The gas
     keeps its temperature, and V is the bore's at rest. Exact where the command stays through each step: filled,
     (p/p₁ − b)/(1 − b) grows evenly up to 0, and is a sine from there; emptied, p falls exponentially, and from p₂/b on
-    as an integral tells. A command that moves within a step counts with the one value at which a pressure that
-    follows an even ramp ends as far behind as it began. Each recording begins at the command.
+    as an integral tells. A command that moves within a step counts as PARTS that stay, at the values at which a
+    pressure that follows an even ramp ends as far behind as it began. Each recording begins at the command.
     """
 
     name = "valve_flow"
