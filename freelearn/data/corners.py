@@ -25,8 +25,8 @@ OFF, STRAIGHT = 3.0, 0.25
 MAD = 1.4826
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
-# Fewest steps between the values of a signal by which it may have been rounded, by how much of the least one each may be
-# no whole number of these, and of how many most are less: values that a bed was set to are no such steps.
+# Fewest steps between the values of a signal by which it may have been rounded, by how much of the least one each may
+# be no whole number of these, and of how many most are less: values that a bed was set to are no such steps.
 LEVELS, WHOLE, NEXT = 8, 0.02, 3.0
 # Share of a signal's size that two readings differ by which are the same.
 SAME = 1e-9
@@ -156,8 +156,8 @@ def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
 
 
 def rounding(signal: np.ndarray) -> float:
-    """Standard deviation of what a signal was rounded by, 0 where no step shows: of one that goes on slowly most readings
-    are the last one again, and look as if there were no noise.
+    """Standard deviation of what a signal was rounded by, 0 where no step shows: of one that goes on slowly most
+    readings are the last one again, and look as if there were no noise.
 
     >>> round(rounding(np.round(np.linspace(0, 1, 99), 1)), 4)
     0.0289
