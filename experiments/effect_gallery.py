@@ -11,8 +11,8 @@ pressure, beside the model without it.
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from io import BytesIO
 from pathlib import Path
 
@@ -232,4 +232,6 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(prog="python experiments/effect_gallery.py", description=__doc__)
+    parser.add_argument("names", nargs="*", help="effects of the library; all by default")
+    main(parser.parse_args().names)
