@@ -13,11 +13,12 @@ import numpy as np
 import pandas as pd
 import torch
 
-from freelearn.common.formats import all_finite
+from freelearn.common.formats import all_finite, error_percent
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.left_out import HELDOUT_IS
 from freelearn.discovery.fits.step import Candidate, Step, parameter_covariance
 from freelearn.discovery.noise.structure import ResidualTest
+from freelearn.discovery.referee.referee import CLAIMS
 from freelearn.discovery.residuals.failures import Failure
 from freelearn.discovery.residuals.residual_summary import ResidualSummary
 from freelearn.discovery.search.measuring_order import DRIFT, unknown
@@ -140,6 +141,21 @@ def sigmas_heldout(step: Step) -> float:
     variance = step.whiten.scattered
     counts = variance > 0
     return math.sqrt(float((step.heldout.raw.square() / variance)[counts].mean())) if bool(counts.any()) else 0.0
+
+
+def rise_notes(findings: Findings) -> list[str]:
+    """A sentence if something is claimed with which the error in percent does not fall: where nearly all of it is how
+    far off each state was set, an effect shows beside that alone."""
+    first, last = findings.steps[0], findings.final
+    sigmas = sigmas_heldout(first), sigmas_heldout(last)
+    if findings.verdict not in CLAIMS or last.E_heldout < first.E_heldout or sigmas[1] >= sigmas[0]:
+        return []
+    before, after, floor = (error_percent(e) for e in (first.E_heldout, last.E_heldout, findings.noise_floor))
+    return [
+        f"the error of what was left out goes from {before} to {after} %, of which {floor} are measuring's: nearly all "
+        "of it is what the readings of a state share, as places that were set otherwise do, and no effect takes that off; "
+        f"beside it what is left falls from {sigmas[0]:.3g} to {sigmas[1]:.3g} standard deviations of the noise"
+    ]
 
 
 def noise_scale(step: Step) -> float:

@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, Case
 from freelearn.discovery.referee.levels import Expected, LeftOut, _check, levels_left_out
 from freelearn.discovery.referee.referee import Referee
 from freelearn.discovery.referee.residual_patterns import stated
+from freelearn.records.discovery import rise_notes
 from freelearn.records.verdict_words import noise_notes
 
 
@@ -167,3 +169,21 @@ def test_an_answer_that_only_few_places_excuse_is_not_refuted_and_does_not_stand
     assert check.result == result
     assert left.by_few == (1.6 < times < 2.57)
     assert Referee([check], [left]).stands == stands
+
+
+def test_an_error_that_rises_with_what_is_claimed_is_explained():
+    """Errors in percent are mostly those of places; what an effect does shows in standard deviations of the noise."""
+    before = first_step(bench(1).question())[1]
+    nearer = replace(before.heldout, white=0.9 * before.heldout.white)
+    after = replace(before, E_heldout=1.04 * before.E_heldout, heldout=nearer)
+
+    def notes(last, verdict="named"):
+        return rise_notes(SimpleNamespace(steps=[before, last], final=last, verdict=verdict, noise_floor=0.0123))
+
+    (note,) = notes(after)
+    assert f"from {100 * before.E_heldout:.2f} to {104 * before.E_heldout:.2f} %" in note
+    assert "1.23 are measuring's" in note
+    assert notes(replace(after, E_heldout=0.9 * before.E_heldout)) == []
+    assert notes(replace(after, heldout=before.heldout)) == []
+    assert notes(after, "unexplained") == []
+    assert notes(before, "adequate") == []

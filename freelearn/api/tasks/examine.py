@@ -29,7 +29,7 @@ from freelearn.discovery.search.search import Findings
 from freelearn.discovery.search.testable import assumptions
 from freelearn.queries.curves.run_curves import search_curves, search_predictions
 from freelearn.queries.next_measurements.next_recordings import next_recordings
-from freelearn.records.discovery import Discovery, document
+from freelearn.records.discovery import Discovery, document, rise_notes
 from freelearn.records.estimates import notes as parameter_notes
 from freelearn.records.sampling import sampling_notes
 from freelearn.records.suspected_readings import flagged, suspected_readings
@@ -139,6 +139,7 @@ def _closing_notes(last: Step, findings: Findings, stated: bool) -> list[str]:
         f"{name}; measure one of the first states once more at the end"
         for name in findings.sorted_by
     ]
+    notes += rise_notes(findings)
     first, others = findings.steps[0].E_new_sample, last.E_new_sample
     if first is not None and others is not None and others > first:
         notes.append(
