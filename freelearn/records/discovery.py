@@ -153,8 +153,8 @@ def rise_notes(findings: Findings) -> list[str]:
     before, after, floor = (error_percent(e) for e in (first.E_heldout, last.E_heldout, findings.noise_floor))
     return [
         f"the error of what was left out goes from {before} to {after} %, of which {floor} are measuring's: nearly all "
-        "of it is what the readings of a state share, as places that were set otherwise do, and no effect takes that off"
-        f"; beside it what is left falls from {sigmas[0]:.3g} to {sigmas[1]:.3g} standard deviations of the noise"
+        "of it is what the readings of a state share, as places that were set otherwise do, and no effect takes that "
+        f"off; beside it what is left falls from {sigmas[0]:.3g} to {sigmas[1]:.3g} standard deviations of the noise"
     ]
 
 
