@@ -4,7 +4,6 @@ RUN := $(VENV)/bin/python
 # One file says what is installed, so that a second `make` finds nothing to do. Python compiles what it imports as it
 # goes, a small part of what is installed.
 READY := $(VENV)/.installed
-# The newest pip finds what fits together in half the time of the one that Python brings.
 INSTALL := $(RUN) -m pip install -qq --no-compile -c constraints.txt
 # What Python has compiled is kept, whatever the environment says: else each process compiles all that it imports again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -19,6 +18,7 @@ help:
 	@awk '/^# /{about = substr($$0, 3)} /^[a-z]+:( |$$)/{split($$1, name, ":"); if (about) printf "  %-10s %s\n", name[1], about} !/^# /{about = ""}' Makefile
 	@echo "freelearn --help names the commands (.venv/bin/freelearn)."
 
+# The newest pip finds what fits together in half the time of the one that Python brings.
 $(READY): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
 	$(RUN) -m pip install -qq --upgrade pip

@@ -148,10 +148,14 @@ def _slopes(signal: np.ndarray, recording: Recording[States]) -> np.ndarray:
 
 
 def noise(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
-    """Standard deviation of a signal's noise by the median of its second differences, most of which are those of
-    straight lines."""
+    """Standard deviation of a signal's noise, which of one that was rounded is that of its last digit at least."""
+    return max(_about_lines(signal, slope, step), rounding(signal))
+
+
+def _about_lines(signal: np.ndarray, slope: np.ndarray, step: np.ndarray) -> float:
+    """The same by the median of its second differences, most of which are those of straight lines."""
     second = np.abs(_shifted(slope, -1) - slope) * step
-    least = max(LEAST * float(np.ptp(signal)), rounding(signal))
+    least = LEAST * float(np.ptp(signal))
     return max(float(np.nanmedian(second)) * MAD / 6**0.5, least) if np.isfinite(second).any() else least
 
 
@@ -162,9 +166,7 @@ def rounding(signal: np.ndarray) -> float:
     >>> round(rounding(np.round(np.linspace(0, 1, 99), 1)), 4)
     0.0289
     """
-    gaps = np.diff(np.unique(signal))
-    # What a change of units leaves in the last binary digits is no step.
-    gaps = gaps[gaps > SAME * np.abs(signal).max(initial=0.0)]
+    gaps = steps(signal)
     if len(gaps) < LEVELS:
         return 0.0
     step = float(gaps.min())
@@ -173,14 +175,22 @@ def rounding(signal: np.ndarray) -> float:
     return step / 12**0.5 if whole.all() and np.median(number) < NEXT else 0.0
 
 
+def steps(signal: np.ndarray) -> np.ndarray:
+    """From each value of a signal to the next larger one, (k,). What a change of units leaves in the last binary digits
+    is none."""
+    gaps = np.diff(np.unique(signal))
+    found: np.ndarray = gaps[gaps > SAME * np.abs(signal).max(initial=0.0)]
+    return found
+
+
 def _flicker(signal: np.ndarray, recording: Recording[States]) -> float:
     """Standard deviation of a signal's noise where it may go along curves: by its fourth differences, in which a curve
     leaves hardly anything, where these say that it is less."""
-    along, least = noise(signal, _slopes(signal, recording), recording.step.numpy()), rounding(signal)
     begun = recording.first.numpy()
     inside = ~np.logical_or.reduce([begun[k : len(begun) - 4 + k] for k in range(1, 5)])
     fourth = np.abs(np.diff(signal, 4))[inside]
-    return max(min(along, float(np.median(fourth)) * MAD / 70**0.5), least) if len(fourth) else least
+    curves = float(np.median(fourth)) * MAD / 70**0.5 if len(fourth) else 0.0
+    return max(min(_about_lines(signal, _slopes(signal, recording), recording.step.numpy()), curves), rounding(signal))
 
 
 def _shifted(values: np.ndarray, by: int) -> np.ndarray:

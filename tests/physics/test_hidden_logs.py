@@ -17,8 +17,7 @@ from freelearn.testing.reference.simulated_logs import C1, C2, UNIT, log
 from freelearn.testing.reference.total_energy import severity, state_of
 
 OPTIONS = FitOptions("levenberg_marquardt", max_epochs=60, restarts=1, patience=6)
-# Five rows a swing are few; gas is vented at its own temperature; an error function
-# is no hyperbolic tangent.
+# Five rows a swing are few; gas is vented at its own temperature; an error function is no hyperbolic tangent.
 WITHIN = {"inertia": 0.1, "gas_warming": 0.1, "stress_softening": 0.1}
 # No pressure here comes to the speed of sound.
 UNTOLD = ["valve_flow.critical"]

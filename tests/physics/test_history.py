@@ -190,8 +190,8 @@ def behind_a_valve(resistance, time, command):
         return [np.sign(command - p[0]) * high * np.sqrt(max(1 - sonic**2, 0.0)) / (resistance * volume)]
 
     begun = [command[0] * 1e3 + 101_325.0]
-    fine = solve_ivp(rate, (0, time[-1]), begun, t_eval=time, rtol=1e-8, atol=1.0, max_step=1e-3)
-    return found.numpy(), fine.y[0] - 101_325.0
+    solved = solve_ivp(rate, (0, time[-1]), begun, t_eval=time, rtol=1e-8, atol=1.0, max_step=1e-3)
+    return found.numpy(), solved.y[0] - 101_325.0
 
 
 @pytest.mark.parametrize("resistance", [1e4, 1e5, 3e5])

@@ -13,6 +13,7 @@ from torch import Tensor
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.bed_accuracy import changed, sensors, shared
 from freelearn.data.beds import DEG, KPA, MM, NMM, Bed
+from freelearn.data.corners import steps
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.discovery.fits.white_fit import WhiteFit
@@ -124,11 +125,9 @@ def _resolution(rows: Rows) -> Tensor:
     """Standard deviation of rounding to the last digit, (2,) SI: of rounded readings, repeats may not differ at all."""
     sizes = []
     for value, there in zip(rows.readings.value.unbind(-1), rows.readings.present.unbind(-1), strict=True):
-        gaps = value[there].unique().diff()
-        # What a change of units leaves in the last binary digits is no step.
-        gaps = gaps[gaps > SAME_SHARE * value.abs().max().clamp_min(1e-300)]
-        sizes.append(gaps.min() / 12**0.5 if len(gaps) else torch.zeros((), dtype=value.dtype))
-    return torch.stack(sizes)
+        gaps = steps(value[there].numpy())
+        sizes.append(gaps.min() / 12**0.5 if len(gaps) else 0.0)
+    return torch.tensor(sizes, dtype=rows.readings.value.dtype)
 
 
 def measured(found: Scatter, bed: Bed, least: Tensor | float = 0.0) -> Accuracy:

@@ -77,9 +77,10 @@ class ValveFlow(HistoryEffect[Valve]):
         # follows it then, as a share of what the command changes by in a part of the step.
         flow = p.squared_resistance * (volume * change / (step * command)) ** 2
         settled = 1 + (1 - flow.clamp_max(1 - EDGE)).sqrt()
-        behind = PARTS * (1 - critical) * p.squared_resistance * (volume / step) ** 2 * change.abs()
+        quadratic = (1 - critical) * p.squared_resistance * (volume / step) ** 2
+        behind = PARTS * quadratic * change.abs() / (command * settled)
         short = change / PARTS
-        mean = command - short * ramped(behind / (command * settled))
+        mean = command - short * ramped(behind)
         there = p.squared_resistance > 0
         root = torch.where(there, p.squared_resistance, 1.0).sqrt() * volume
 
