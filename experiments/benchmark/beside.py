@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "experiments"), str(ROOT)]
@@ -34,11 +35,12 @@ from freelearn.api.settings.configuration import settings  # noqa: E402
 from freelearn.api.settings.settings import DiscoverSettings  # noqa: E402
 from freelearn.api.tasks.discover_task import discover  # noqa: E402
 from freelearn.common.files import write_text  # noqa: E402
+from freelearn.data.accuracy import Accuracy  # noqa: E402
 from freelearn.data.columns import usable_rows  # noqa: E402
 from freelearn.data.rows import Rows  # noqa: E402
 from freelearn.discovery.fits.prepare import Question  # noqa: E402
 from freelearn.discovery.search.search import Findings, search  # noqa: E402
-from freelearn.discovery.search.testable import candidates  # noqa: E402
+from freelearn.discovery.search.testable import candidates, unshown  # noqa: E402
 from freelearn.physics.chain.model import Model  # noqa: E402
 from freelearn.physics.models.build import build_model  # noqa: E402
 from freelearn.records.written_effects import known  # noqa: E402
@@ -107,8 +109,7 @@ def of_few(number: int) -> Beside:
     rows = Rows.from_table(table[usable_rows(table)].reset_index(drop=True))
     return _simulated(
         f"few {number}", _words(job["hidden"]) if job["hidden"] else job["unknown"] or "nothing",
-        Question(examine_few.build, _library(examine_few.build, table.columns, rows), rows,
-                 examine_few.told(made.told), job["seed"] % 1000),
+        _asked(examine_few.build, table.columns, rows, examine_few.told(made.told), job),
         lambda model: examine_few.fresh(model, made),
     )  # fmt: skip
 
@@ -123,7 +124,7 @@ def of_laboratory(number: int) -> Beside:
     def build(names: Sequence[str]) -> Model:
         return build_model("continuum", {}, names, list(made.actuators))
 
-    question = Question(build, _library(build, table.columns, rows), rows, made.told, job["seed"] % 1000)
+    question = _asked(build, table.columns, rows, made.told, job)
     return _simulated(f"laboratory {number}", f"{_words(job['hidden'])} ({job['size']} σ)", question)
 
 
@@ -159,8 +160,9 @@ def _simulated(name: str, hidden: str, question: Question, fresh: Callable[[Mode
     return Beside(name, hidden, lambda: search(question), question.build, lambda rows: library, fresh)
 
 
-def _library(build: Build, columns: Sequence[str], rows: Rows) -> list[str]:
-    return candidates(build([]), [], columns, rows)[0]
+def _asked(build: Build, columns: Sequence[str], rows: Rows, told: Accuracy, job: Mapping[str, Any]) -> Question:
+    library, others = candidates(build([]), [], columns, rows)
+    return Question(build, library, rows, told, job["seed"] % 1000, unshown=unshown(others, rows))
 
 
 def _words(names: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
 from freelearn.discovery.search.search import Findings, search
-from freelearn.discovery.search.testable import candidates
+from freelearn.discovery.search.testable import candidates, unshown
 from freelearn.physics.models.build import build_model
 from freelearn.records.discovery import final_estimates
 
@@ -31,7 +31,7 @@ def examine(job: dict) -> dict:
     def build(names: Any) -> Any:
         return build_model("continuum", {}, names, list(made.actuators))
 
-    library, _ = candidates(build([]), [], table.columns, rows)
+    library, others = candidates(build([]), [], table.columns, rows)
     result = job | {
         "reached": made.reached,
         "testable": job["kind"] == "outside" or set(job["hidden"]) <= set(library),
@@ -39,7 +39,8 @@ def examine(job: dict) -> dict:
         "rows": len(rows),
     }
     try:
-        found = search(Question(build, library, rows, made.told, job["seed"] % 1000))
+        seed = job["seed"] % 1000
+        found = search(Question(build, library, rows, made.told, seed, unshown=unshown(others, rows)))
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": []}

@@ -224,9 +224,10 @@ def _claims(table: pd.DataFrame, build: Any, accuracy: Any, job: Mapping[str, An
     from freelearn.data.rows import Rows
     from freelearn.discovery.fits.prepare import Question
     from freelearn.discovery.search.search import search
-    from freelearn.discovery.search.testable import candidates
+    from freelearn.discovery.search.testable import candidates, unshown
 
     rows = Rows.from_table(table)
-    library, _ = candidates(build([]), [], table.columns, rows)
-    found = search(Question(build, library, rows, accuracy, job["seed"] % 1000))
+    library, others = candidates(build([]), [], table.columns, rows)
+    asked = Question(build, library, rows, accuracy, job["seed"] % 1000, unshown=unshown(others, rows))
+    found = search(asked)
     return found.verdict in ("adequate", "named", "class", "proposed")

@@ -158,6 +158,16 @@ def rise_notes(findings: Findings) -> list[str]:
     ]
 
 
+def unshown_notes(findings: Findings, unshown: Mapping[str, str]) -> list[str]:
+    """A sentence for every effect in a class that these rows cannot show. unshown: effect → what rows it needs."""
+    return [
+        f"{name} would do as well as {next(iter(members))}, and these rows cannot show it: it {unshown[name]}"
+        for members in findings.classes
+        for name in list(members)[1:]
+        if name in unshown
+    ]
+
+
 def noise_scale(step: Step) -> float:
     """How many times the stated noise is what scatters about a step's model, smooth structure and slips taken off: the
     geometric mean of force and moment, or of what else was measured."""

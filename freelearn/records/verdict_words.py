@@ -13,7 +13,7 @@ from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.step import Step
 from freelearn.discovery.noise.memory import Memory
 from freelearn.discovery.noise.scatter import Scatter
-from freelearn.discovery.referee.case import FAIL, PASS
+from freelearn.discovery.referee.case import FAIL, PASS, ROWS_SHOW
 from freelearn.discovery.search.search import Findings
 from freelearn.discovery.thresholds import MOST_ALIKE
 from freelearn.records.written_effects import file_of
@@ -196,6 +196,8 @@ def _undecided(findings: Findings) -> str:
     if findings.answer and findings.answer.doubted:
         return f"Undecided: one effect or several others together would explain these rows equally well: {likely}."
     missing = findings.referee.open if findings.referee else []
+    # What other rows would tell comes before what there are too few of.
+    missing = sorted(missing, key=lambda check: check.name != ROWS_SHOW)
     why = _lowered(missing[0].says) if missing else "there are too few rows."
     said = f" If anything is missing, it is {', '.join(findings.effects)}." if findings.effects else ""
     return f"Undecided: {why}{said}"

@@ -29,7 +29,7 @@ from freelearn.discovery.search.search import Findings
 from freelearn.discovery.search.testable import assumptions
 from freelearn.queries.curves.run_curves import search_curves, search_predictions
 from freelearn.queries.next_measurements.next_recordings import next_recordings
-from freelearn.records.discovery import Discovery, document, rise_notes
+from freelearn.records.discovery import Discovery, document, rise_notes, unshown_notes
 from freelearn.records.estimates import notes as parameter_notes
 from freelearn.records.sampling import sampling_notes
 from freelearn.records.suspected_readings import flagged, suspected_readings
@@ -58,7 +58,13 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         rising_falling(first.fit.raw_residual, rows.states, rows.state, first.whiten),
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
     ]
-    several = [c for c in findings.classes if len(c) > 1]
+    unshown = task.question(measured.accuracy).unshown
+
+    def shown(steps: Mapping[str, Step]) -> dict[str, Step]:
+        """Without what no state tells by itself: it is told what rows would."""
+        return {name: step for name, step in steps.items() if not set(step.effects) & set(unshown)}
+
+    several = [alike for alike in map(shown, findings.classes) if len(alike) > 1]
     recorded = is_log(kept)
 
     def next_of(alike: Mapping[str, Step]) -> list[NextState]:
@@ -67,8 +73,8 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         return next_states(alike, task.loaded.table, measured.accuracy)
 
     proposed = [p for alike in several for p in next_of(alike)]
-    if not proposed and len(findings.rivals) > 1:
-        proposed = next_of(findings.rivals)
+    if not proposed and len(rivals := shown(findings.rivals)) > 1:
+        proposed = next_of(rivals)
     repeats = [telling_repeat(last, rows, name, measured.accuracy) for name in findings.sorted_by]
     proposed += repeats
     left = None
@@ -88,6 +94,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
             f"what was read in {dark} of {len(seen)} rows, right after a move of which too few rows tell when it began "
             "and ended, was left out: record more rows a second"
         )
+    notes += unshown_notes(findings, unshown)
     notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)
     if stopping and not settings.checks:

@@ -24,6 +24,7 @@ from freelearn.discovery.referee.referee import Referee, refereed
 from freelearn.discovery.search.ranking import Ranking
 from freelearn.discovery.search.simulated_searches import Searched, searched, sentences, tally
 from freelearn.discovery.search.stability import visible
+from freelearn.discovery.search.testable import unshown
 from freelearn.physics.chain.priors import spans
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.records.claims import REFEREE, RefereedRun
@@ -69,7 +70,10 @@ def question_of(source: Source, seed: int) -> Question:
         if source.model.family in effect.families() and not (still and effect.port == "history")
     ]
     candidates = [name for name in tried or fitting if name not in given and name in EFFECTS]
-    return Question(lambda names: source.build(list(names)), candidates, known.rows, _stated(source), seed, given)
+    return Question(
+        lambda names: source.build(list(names)), candidates, known.rows, _stated(source), seed, given,
+        unshown={name: needs for name, needs in unshown(told, known.rows).items() if name not in given},
+    )  # fmt: skip
 
 
 def _stated(source: Source) -> Any:

@@ -20,7 +20,7 @@ from freelearn.discovery.checks.look import looked_over
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.step import Candidate
-from freelearn.discovery.search.testable import unclocked
+from freelearn.discovery.search.testable import unclocked, unshown
 from freelearn.physics.chain.known_parameters import Known
 from freelearn.physics.chain.model import Model
 from freelearn.physics.effects.registry import EFFECTS
@@ -71,9 +71,10 @@ class Task:
     def question(self, accuracy: Accuracy) -> Question:
         """What the search is asked."""
         settings = self.settings
+        asked = [c for c in self.untestable if c["effect"] not in settings.ruled_out]
         return Question(
             self.build, self.library, self.rows, accuracy, settings.seed, settings.effects,
-            clocked=not unclocked(self.table.columns, self.rows),
+            clocked=not unclocked(self.table.columns, self.rows), unshown=unshown(asked, self.rows),
         )  # fmt: skip
 
 

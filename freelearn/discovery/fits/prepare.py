@@ -37,7 +37,8 @@ class Question:
     build: effect names → fresh model with these effects. candidates: names of the effects to try. accuracy: of the
     measuring. given: effects that the model has from the start: they are part of the question, and so are never taken
     out, exchanged or reported as missing. priors: the user's own, by the parameter's label. clocked: whether the rows
-    tell when they were measured: nothing is sought in the time of rows that do not.
+    tell when they were measured: nothing is sought in the time of rows that do not. unshown: effects that may act in
+    these rows and are tried, but never claimed, because the rows cannot show them; and what that would need.
     """
 
     build: Callable[[Sequence[str]], Model]
@@ -48,6 +49,7 @@ class Question:
     given: Sequence[str] = ()
     priors: Mapping[str, Prior] = field(default_factory=dict)
     clocked: bool = True
+    unshown: Mapping[str, str] = field(default_factory=dict)
 
     def added(self, effects: Sequence[str]) -> list[str]:
         """Those of a model's effects that were not given."""

@@ -20,6 +20,8 @@ Result = Literal["pass", "fail", "cannot_tell"]
 PASS: Result = "pass"
 FAIL: Result = "fail"
 CANNOT: Result = "cannot_tell"
+# The check that asks for rows which could show an effect of the answer.
+ROWS_SHOW = "rows that show it"
 # Factor by which calibration certificates differ from what is true; beyond it the rows themselves have to show it.
 CERTIFIED = 1.5
 

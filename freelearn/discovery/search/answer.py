@@ -89,7 +89,9 @@ def _shown(hypotheses: Hypotheses, known: Sequence[Hypothesis], weights: dict[Ef
     """The smallest set that is as good as the best, and of whose effects none may be missing."""
     by_key = {h.key: h for h in known}
     ties = [h for h in known if h.evidence >= known[0].evidence - TIES]
-    shown = min(ties, key=lambda h: (len(h.effects), -h.evidence))
+    unshown = set(hypotheses.question.unshown)
+    # Of equal ones that which the rows can show.
+    shown = min(ties, key=lambda h: (len(h.effects), len(h.key & unshown), -h.evidence))
     while shown.effects:
         close = [h for h in known if h.evidence >= shown.evidence - TIES]
         doubtful = [n for n in shown.effects if _doubted(n, shown, close, weights) or _imitated(hypotheses, shown, n)]
@@ -249,9 +251,10 @@ def standing(ending: Ending) -> Ending:
 
     ahead([partial(models.step, nothing), *(partial(alone, name) for name in shown.effects)])
     base = models.step(nothing)
-    kept = [name for name in shown.effects if _helps(base, alone(name))]
-    if len(kept) < len(shown.effects) == 2 and models.step(shown).E_heldout <= TOGETHER * base.E_heldout:
-        kept = list(shown.effects)
+    told = [name for name in shown.effects if name not in hypotheses.question.unshown]
+    kept = [name for name in told if _helps(base, alone(name))]
+    if len(kept) < len(told) == len(shown.effects) == 2 and models.step(shown).E_heldout <= TOGETHER * base.E_heldout:
+        kept = list(told)
     while True:
         now = _of(hypotheses, kept)
         ahead([partial(models.step, now), *(partial(without, now, name) for name in kept)])
@@ -278,7 +281,8 @@ def standing(ending: Ending) -> Ending:
 
 def _pairs(hypotheses: Hypotheses) -> list[Hypothesis]:
     """The most probable sets of as many of the library's effects as an unexplained model keeps."""
-    sets = [h for h in hypotheses.ordered() if len(h.effects) == MOST_KEPT and not h.key & set(hypotheses.odds)]
+    others = {*hypotheses.odds, *hypotheses.question.unshown}
+    sets = [h for h in hypotheses.ordered() if len(h.effects) == MOST_KEPT and not h.key & others]
     return sets[:PAIRS_COMPARED]
 
 

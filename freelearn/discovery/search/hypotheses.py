@@ -87,7 +87,7 @@ class Hypotheses:
     @property
     def library(self) -> list[str]:
         """The effects to try, those that were written last."""
-        return [*self.question.candidates, *self.odds]
+        return [*self.question.candidates, *self.question.unshown, *self.odds]
 
     @property
     def best(self) -> Hypothesis:

@@ -19,7 +19,7 @@ from freelearn.discovery.fits.step import Candidate, Step
 from freelearn.discovery.fits.white_fit import WhiteFit, refitted
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Proposal
-from freelearn.discovery.referee.case import FAIL, PASS, Case, Check
+from freelearn.discovery.referee.case import CANNOT, FAIL, PASS, ROWS_SHOW, Case, Check
 from freelearn.discovery.referee.referee import CLAIMS, Referee, refereed
 from freelearn.discovery.residuals.slipped_blocks import Block, blocks
 from freelearn.discovery.residuals.suspects import Suspect, state_outliers, suspects
@@ -33,7 +33,7 @@ from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
 from freelearn.discovery.search.throughout import throughout
-from freelearn.discovery.thresholds import EVEN, IDLE, MODELS_TOLD, MOST_ALIKE, RISES
+from freelearn.discovery.thresholds import EVEN, IDLE, MODELS_TOLD, MOST_ALIKE, MOST_KEPT, RISES
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -116,7 +116,7 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         prepared, fit, noise = prepare(question)
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
-        asked = asked_beyond(prepared, known, ending)
+        asked = not unshown(prepared, ending) and asked_beyond(prepared, known, ending)
         # Readings that slipped together are no function of anything.
         if asked and not slipped_together(prepared, ending.models.alone(ending.final))[0]:
             ending = beyond(prepared, known, ending, stack)
@@ -153,14 +153,15 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
             claimed = verdict(ending, sorted_by)
     claim = decided(claimed, referee, ending.answer)
     asked = prepared.question.added(ending.final.effects)
-    # What blocks of slipped readings explain is settled already.
-    if claim == "unexplained" and not together:
+    # What blocks of slipped readings explain is settled already; beside many effects they may only mend what is left.
+    if claim == "unexplained" and (not together or len(asked) > MOST_KEPT):
         before, ending = ending, standing(ending)
         if ending.final is not before.final:
             # Of what does not stand, some may only have mended blocks.
             together, ending = _put_right(prepared, ending)
     hypotheses = ending.known.hypotheses
-    ranking = hypotheses.rank(hypotheses.found[frozenset()])
+    told = replace(hypotheses, question=replace(prepared.question, unshown={}))
+    ranking = told.rank(hypotheses.found[frozenset()])
     steps = staircase(prepared, ending)
     final, rows, kept = steps[-1], prepared.rows, prepared.kept
     tried = candidates(prepared, hypotheses, ranking.promises(), final.whiten)
@@ -216,7 +217,8 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     if ending.proposals:
         return None
     # The one shown does not stand: that it is a part of another, and more probable, says nothing against that.
-    close = minimal([h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key])
+    others = [h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key]
+    close = minimal([h for h in others if not h.key & set(prepared.question.unshown)])
     ahead([partial(ending.models.step, h) for h in close])
     for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
         other = ended(prepared, ending.known, ending.disagreed, hypothesis)
@@ -263,11 +265,28 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     case = Case(
         final.fit, plain, prepared.rows, final.whiten, prepared.scale, prepared.question.accuracy, prepared.fold, added
     )
-    more = held_out_falls(ending, added)
+    more = [*_rows_that_show(prepared, ending), *held_out_falls(ending, added)]
     # Of an answer that leaves something systematic nothing is claimed, however it holds.
     if ending.complete:
         more += [*stability(case, hypotheses, ending.answer), *throughout(prepared, final, added)]
     return refereed(case, more)
+
+
+def unshown(prepared: Prepared, ending: Ending) -> list[str]:
+    """Effects of an answer that leaves nothing, which the rows cannot show: it is none."""
+    return [name for name in ending.answer.shown.effects if ending.complete and name in prepared.question.unshown]
+
+
+def _rows_that_show(prepared: Prepared, ending: Ending) -> list[Check]:
+    """What rows it would need to tell an effect of the answer from others, where these cannot."""
+    return [
+        Check(
+            ROWS_SHOW, CANNOT, None, None,
+            f"{name} would explain what is missing, but these rows cannot show it: it {needs}.",
+        )
+        for name, needs in prepared.question.unshown.items()
+        if name in unshown(prepared, ending)
+    ]  # fmt: skip
 
 
 def held_out_falls(ending: Ending, added: Sequence[str]) -> list[Check]:

@@ -74,6 +74,15 @@ def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
     return HISTORY[name](rows) if name in HISTORY else ""
 
 
+def unshown(untestable: Iterable[Candidate], rows: Rows) -> dict[str, str]:
+    """Of the effects that cannot be tested those that may act in these rows all the same, and what rows they need.
+    Along a log effects of the history see them."""
+    if rows.states.members or rows.states.recording is not None:
+        return {}
+    reasons = {name: HISTORY[name](rows) for name in ACTS_UNSHOWN} | {DRIFT: unclocked((), rows)}
+    return {c["effect"]: c["reason"] for c in untestable if c["reason"] and c["reason"] == reasons.get(c["effect"])}
+
+
 def unclocked(columns: Collection[str], rows: Rows) -> str:
     """Why rows without a time cannot show what the time would do: their order is that of what was imposed, of which
     anything unknown may be a function."""
@@ -157,6 +166,10 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
     "bladder_slack": _braid,
     "strand_jamming": _jam,
 }
+
+
+# Of these those that act in any rows.
+ACTS_UNSHOWN = ("friction_hysteresis", "contact_friction", "relaxation", "stress_softening")
 
 
 # Rows of a single kinematic state that let anything be told from a line.
