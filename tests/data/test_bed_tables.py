@@ -16,7 +16,7 @@ from freelearn.data.table.measurement_table import TableFile, read_table
 from freelearn.data.table.members_table import read_members
 from freelearn.physics.chain.prediction import predicted_table
 from freelearn.physics.models.build import build_model
-from freelearn.testing.small_tables import visits
+from freelearn.testing.small_tables import random_table, visits
 
 IMPOSED = {
     "kinematic": ("elongation_mm", "twist_deg"),
@@ -289,3 +289,13 @@ def test_an_empty_or_absent_members_file_is_a_users_mistake(tmp_path):
         read_members(members_file(tmp_path, MEMBERS.head(0)))
     with pytest.raises(UserError):
         read_members(tmp_path / "nowhere.csv")
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_pressures_of_several_actuators_without_their_designs_are_told_for_what_they_are(tmp_path, plain):
+    """Beside the columns of one actuator too, which would be read as if it stood alone."""
+    table = random_table(12, 0).assign(pressure_1_kpa=1.5, pressure_2_kpa=2.5)
+    if not plain:
+        table = table.drop(columns=["gamma_deg", "pressure_kpa"])
+    with pytest.raises(UserError, match=r"pressure_1_kpa, pressure_2_kpa: .* one end block.* data\.members="):
+        read(table, tmp_path)

@@ -18,6 +18,8 @@ from freelearn.data.columns import (
     OPTIONAL,
     SLACK,
     Columns,
+    members_in,
+    pressure_columns,
     shown_readings,
     usable_rows,
     used_rows,
@@ -101,7 +103,11 @@ class _Read:
 def _plain(path: str | Path, bed: Bed, columns: Columns) -> _Read | None:
     """A large file without anything odd; None where the careful reader has to look at it."""
     plain = read_plain(path, columns.known, columns.required)
-    if plain is None or (BED in plain.text and {cell.strip() for cell in set(plain.text[BED])} != {bed.name}):
+    if (
+        plain is None
+        or (not columns.members and members_in(plain.header))
+        or (BED in plain.text and {cell.strip() for cell in set(plain.text[BED])} != {bed.name})
+    ):
         return None
     for name in (name for name in BLANK_MARKS if name in plain.numbers):
         np.nan_to_num(plain.numbers[name], copy=False)
@@ -121,6 +127,7 @@ def _careful(path: str | Path, bed: Bed, columns: Columns) -> _Read:
     header = [name.strip() for name in records.header]
     refuse_other_formats(path, header, columns.required, columns.listed)
     _refuse_other_bed(path, header, records, bed)
+    _refuse_unknown_members(path, header, columns)
     if not records.rows:
         raise UserError(f"{path} holds no rows: there is only a header. Add the measurements below it.")
 
@@ -159,6 +166,18 @@ def _refuse_other_bed(path: str | Path, header: list[str], records: Records, bed
         raise UserError(
             f"{path} says that its bed is {other!r}, not {bed.name!r}: add data.bed={other}, or correct it."
         )
+
+
+def _refuse_unknown_members(path: str | Path, header: list[str], columns: Columns) -> None:
+    """Pressures of several actuators, of which nobody says what they are."""
+    if columns.members or not (several := members_in(header)):
+        return
+    names = ", ".join(pressure_columns(several))
+    raise UserError(
+        f"{path} has {names}: pressures of actuators on one end block. Say what these are, a row for each with member, "
+        "gamma_deg, length_mm, inner_radius_mm and outer_radius_mm: data.members=FILE, or members=… in Python; or give "
+        "the columns other names, where the table is of one actuator."
+    )
 
 
 def _unmeasured(header: list[str], columns: Columns) -> list[str]:
