@@ -112,6 +112,17 @@ def test_a_load_cell_that_was_not_tared_is_said_and_fitted_offsets_answer_it(pla
     assert "not tared" not in said(heavy, given=["force_offset", "moment_offset"])
 
 
+def test_a_mount_that_is_off_by_as_little_as_mounts_are_is_said_beside_a_cell_that_was_not_tared(plain):
+    """Without a row at rest a length that is off by 1.6 mm reads like a zero of the force; none reads like 40 N."""
+    for effects, force, mounts in (({"length_offset": {"length": 1.6e-3}}, 0.0, True), ({}, 40.0, False)):
+        rows = table(effects, samples=(3,))
+        near = rows["elongation_mm"].abs().between(0.2, 2.0) & (rows["pressure_kpa"] < 40) & (rows["pressure_kpa"] > 2)
+        rows = rows[near & (rows["buckled"] == 0)].reset_index(drop=True)
+        words = said(rows.assign(force_n=rows["force_n"] + force))
+        assert "not tared" in words
+        assert ("the mount is off by" in words) == mounts
+
+
 def test_what_an_absolute_pressure_does_to_the_loads_is_no_zero_of_theirs(plain):
     words = said(plain.assign(pressure_kpa=plain["pressure_kpa"] + 101.3))
     assert "absolute, not gauge" in words
