@@ -160,10 +160,14 @@ def rise_notes(findings: Findings) -> list[str]:
 
 def unshown_notes(findings: Findings, unshown: Mapping[str, str]) -> list[str]:
     """A sentence for every effect in a class that these rows cannot show. unshown: effect → what rows it needs."""
+    beside: dict[str, list[str]] = {}
+    for members in findings.classes:
+        first, *others = members
+        for name in others:
+            beside.setdefault(name, []).append(first)
     return [
-        f"{name} would do as well as {next(iter(members))}, and these rows cannot show it: it {unshown[name]}"
-        for members in findings.classes
-        for name in list(members)[1:]
+        f"{name} would do as well as {' or '.join(firsts)}, and these rows cannot show it: it {unshown[name]}"
+        for name, firsts in beside.items()
         if name in unshown
     ]
 
