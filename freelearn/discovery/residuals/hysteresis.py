@@ -118,7 +118,7 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
         what = "loads differ" if states.bed.loads else "readings differ"
         says = (
             f"{what} between falling and rising pressure (by {amounts(-mean, '+.3g')} on average, measured): "
-            "friction_hysteresis, relaxation or stress_softening takes part"
+            "friction_hysteresis, pressure_hysteresis, relaxation or stress_softening takes part"
         )
         return ResidualTest(NAME, True, p_value, says)
     most = np.zeros(2)

@@ -123,6 +123,12 @@ def _friction(rows: Rows) -> str:
     )
 
 
+def _lagging_pressure(rows: Rows) -> str:
+    if rows.states.recording is not None:
+        return "is asked of states that were held: along a log a regulator or a gauge lags in time"
+    return _friction(rows)
+
+
 def _braid(rows: Rows) -> str:
     return "" if rows.states.second_angle is not None else "needs a braid: a second family of fibers, gamma2_deg"
 
@@ -161,6 +167,7 @@ def _softening(rows: Rows) -> str:
 HISTORY: dict[str, Callable[[Rows], str]] = {
     "friction_hysteresis": _friction,
     "contact_friction": _friction,
+    "pressure_hysteresis": _lagging_pressure,
     "relaxation": _relaxation,
     "stress_softening": _softening,
     "bladder_slack": _braid,
@@ -169,7 +176,7 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
 
 
 # Of these those that act in any rows.
-ACTS_UNSHOWN = ("friction_hysteresis", "contact_friction", "relaxation", "stress_softening")
+ACTS_UNSHOWN = ("friction_hysteresis", "contact_friction", "pressure_hysteresis", "relaxation", "stress_softening")
 
 
 # Rows of a single kinematic state that let anything be told from a line.

@@ -182,7 +182,9 @@ def really(s: dict[str, Array], fx: Effects) -> dict[str, Array]:
     imposed = s | {
         "length": s["length"] + get("length_offset", "length"),
         "twist": s["twist"] + get("twist_offset", "angle"),
-        "pressure": s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure"),
+        "pressure": s["pressure"] * (1 + get("pressure_gain", "gain"))
+        + get("pressure_offset", "pressure")
+        - get("pressure_hysteresis", "pressure") * s["direction"],
     }
     return beyond_threshold(moved_on(leaned(imposed, fx), fx), fx)
 

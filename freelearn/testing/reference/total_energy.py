@@ -260,6 +260,7 @@ def bed_loads(
     t["length"] = s["length"] + get("length_offset", "length")
     t["twist"] = s["twist"] + get("twist_offset", "angle")
     t["pressure"] = s["pressure"] * (1 + get("pressure_gain", "gain")) + get("pressure_offset", "pressure")
+    t["pressure"] = t["pressure"] - get("pressure_hysteresis", "pressure") * s["direction"]
 
     def carried() -> tuple[Array, Array]:
         loads, balanced = rig(leaned(t, fx), c1, c2, fx)

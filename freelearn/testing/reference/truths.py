@@ -49,6 +49,7 @@ BRAIDED: dict[str, dict[str, float]] = {
 # As UNIT: of how the bed moves, in data sets of their own. Actuators beside the axis; walls that lag behind.
 MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
+    "pressure_hysteresis": {"pressure": 500.0},
     "viscoelasticity": {"share": 0.05},
 }
 # As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block

@@ -39,6 +39,7 @@ NAMES = [
     "pressure_offset",
     "pressure_gain",
     "own_pressure_gain",
+    "pressure_hysteresis",
     "threshold_pressure",
     "contact_friction",
     "friction_hysteresis",
