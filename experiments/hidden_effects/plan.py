@@ -23,6 +23,7 @@ LIKE_MOVED = {
     "off_axis": ("twist_offset", "moment_gain", "sensor_crosstalk", "fiber_misalignment"),
     "viscoelasticity": ("length_offset", "relaxation", "sensor_drift", "stress_softening"),
 }
+FRICTION, LAG = "friction_hysteresis", "pressure_hysteresis"
 # Laboratories whose noise is normal, that have slips, and that are odd in another way.
 NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
@@ -138,6 +139,25 @@ def unknown(seeds: int) -> list[dict]:
     return numbered(sets)
 
 
+def directions(seeds: int) -> list[dict]:
+    """What goes by the direction of the pressure, in few states as `laboratory` measures: friction where the pressure
+    only rises, which these rows cannot show, beside nothing hidden there; friction, and regulators that stay short of
+    their setpoint or gauges that lag, where it falls too."""
+    sets = []
+    for seed in range(seeds):
+        generator = np.random.default_rng([seed, 2032])
+        hidden: list[tuple[str, str, list[str], int]] = [("rising", "none", [], 0)] * 6
+        for protocol, name in (("rising", FRICTION), ("both ways", FRICTION), ("both ways", LAG)):
+            hidden += [(protocol, "one", [name], size) for size in LABORATORY_SIZES for _ in range(3)]
+        for protocol, kind, names, size in hidden:
+            s = {"kind": kind, "hidden": names, "size": size, "protocol": protocol, "noise": 1.0}
+            s |= {"seed": int(generator.integers(1 << 30)), "laboratory": settings("short", generator)}
+            if protocol == "both ways":
+                s["laboratory"] |= {"pressures": 6, "falling": int(generator.integers(2, 6))}
+            sets.append(s)
+    return numbered(sets)
+
+
 def settings(protocol: str, generator: np.random.Generator) -> dict:
     """How a laboratory measures, drawn at random: arguments of Laboratory that are not its own; all JSON."""
     chosen: dict = {"order": "sorted"} if protocol == "sorted" else {}
@@ -169,4 +189,7 @@ def some(jobs: list[dict], most: int | None) -> list[dict]:
     return [jobs[k] for k in sorted(np.random.default_rng(0).permutation(len(jobs))[:most])]
 
 
-PLANS = {"clean": clean, "laboratory": laboratory, "braids": braids, "moves": moves, "unknown": unknown}
+PLANS = {
+    "clean": clean, "laboratory": laboratory, "braids": braids, "moves": moves, "unknown": unknown,
+    "directions": directions,
+}  # fmt: skip

@@ -23,6 +23,7 @@ WITHOUT_POTENTIAL = {
     *(
         "friction_hysteresis",
         "contact_friction",
+        "pressure_hysteresis",
         "relaxation",
         "stress_softening",
         "viscoelasticity",
@@ -32,7 +33,10 @@ WITHOUT_POTENTIAL = {
     ),
     *("sensor_drift", "bent_force_cell", "temperature_swing", "bulging_caps", "zero_jump"),
 }
-OF_HISTORY = {"friction_hysteresis", "contact_friction", "relaxation", "stress_softening", "viscoelasticity"}
+OF_HISTORY = {
+    *("friction_hysteresis", "contact_friction", "pressure_hysteresis", "relaxation", "stress_softening"),
+    "viscoelasticity",
+}
 AFFIRMED = {"reciprocity": WITHOUT_POTENTIAL, "rising against falling pressure": OF_HISTORY}
 
 
@@ -205,6 +209,23 @@ def slips_of(frame: pd.DataFrame) -> pd.DataFrame:
     """All slips of all data sets."""
     each = frame["slips"].dropna() if "slips" in frame else []
     return pd.DataFrame([slip for slips in each for slip in slips])
+
+
+def of_directions(frame: pd.DataFrame) -> list[Row]:
+    """Rates of the plan `directions`."""
+    claimed = frame["verdict"].isin(["named", "class", "proposed"])
+    answers = zip(frame["hidden"], frame["effects"], frame["classes"], strict=True)
+    said = [bool(set(hidden) & {*effects, *(n for c in classes for n in c)}) for hidden, effects, classes in answers]
+    told, rows = pd.Series(said, frame.index), list[Row]()
+    none = frame["kind"] == "none"
+    rows += rate("rising, nothing hidden: nothing claimed", frame[none], ~claimed[none], "≥ 97")
+    for (protocol, name), part in frame[~none].groupby(["protocol", frame["hidden"].map(" ".join)], sort=False):
+        wrong = claimed & ~told
+        rows += rate(f"{protocol}, {name}: claimed without it", part, wrong[part.index], "≤ 3")
+        rows += rate(f"{protocol}, {name}: in the answer, claimed or undecided", part, told[part.index], "")
+        if protocol != "rising":
+            rows += rate(f"{protocol}, {name}: named, or in a class of three", part, part["right"], "")
+    return rows + rate("undecided", frame, frame["verdict"] == "undecided", "")
 
 
 def of_unknown(frame: pd.DataFrame) -> list[Row]:

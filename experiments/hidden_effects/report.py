@@ -11,6 +11,7 @@ from hidden_effects.rates import (
     by_setting,
     of_braids,
     of_clean,
+    of_directions,
     of_laboratory,
     of_moves,
     of_unknown,
@@ -33,7 +34,10 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
     frame = pd.DataFrame(results)
     frame["right"] = [right(r) for r in results]
     frame["possible"] = [possible(r) for r in results]
-    rates = {"laboratory": of_laboratory, "braids": of_braids, "moves": of_moves, "unknown": of_unknown}
+    rates = {
+        "laboratory": of_laboratory, "braids": of_braids, "moves": of_moves, "unknown": of_unknown,
+        "directions": of_directions,
+    }  # fmt: skip
     console.print(rates_table(f"{len(results)} data sets, plan {plan}", rates.get(plan, of_clean)(frame)))
     if plan == "laboratory":
         headings = ["measured with", "sets", "right at 15 σ", "nothing named", "slips found", "accused %", "intervals"]
@@ -43,7 +47,7 @@ def report(results: list[dict], plan: str, out: Path, beside: list[dict]) -> Non
         console.print(seconds(frame))
     for line in missed(frame):
         console.print(f"  {line}", markup=False, soft_wrap=True)
-    if plan == "unknown":
+    if plan in ("unknown", "directions"):
         return
     one = _one(results)
     if plan == "laboratory":

@@ -49,7 +49,6 @@ BRAIDED: dict[str, dict[str, float]] = {
 # As UNIT: of how the bed moves, in data sets of their own. Actuators beside the axis; walls that lag behind.
 MOVED: dict[str, dict[str, float]] = {
     "off_axis": {"squared_distance": 1e-5},
-    "pressure_hysteresis": {"pressure": 500.0},
     "viscoelasticity": {"share": 0.05},
 }
 # As UNIT: what only some actuators can show, braids that are pulled long, or have a bladder, and several on one block
@@ -65,6 +64,8 @@ APART: dict[str, dict[str, float]] = {
     "strand_jamming": {"stiffness": 500.0},
     "buckling": {"flexibility": 30.0},
 }
+# As UNIT: of what goes by the direction of the pressure, in data sets of its own.
+DIRECTED: dict[str, dict[str, float]] = {"pressure_hysteresis": {"pressure": 500.0}}
 FIXED = {
     "relaxation": {"time": 45.0},
     "viscoelasticity": {"time": 60.0},
@@ -79,7 +80,7 @@ MOST = {"share": 0.9, "depth": 0.9, "kappa": 0.3, "squared_distance": 1e-2}
 
 def grown(effect: str, amount: float) -> dict[str, float]:
     """The effect's parameters at `amount` times their unit, at most at their physical bound."""
-    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED | APART)[effect].items()}
+    values = {p: amount * v for p, v in (UNIT | BRAIDED | MOVED | APART | DIRECTED)[effect].items()}
     return {p: min(v, MOST.get(p, v)) for p, v in values.items()} | FIXED.get(effect, {})
 
 
