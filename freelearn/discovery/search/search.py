@@ -116,7 +116,7 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         prepared, fit, noise = prepare(question)
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
-        asked = not unshown(prepared, ending) and asked_beyond(prepared, known, ending)
+        asked = not _unshown_in(prepared, ending) and asked_beyond(prepared, known, ending)
         # Readings that slipped together are no function of anything.
         if asked and not slipped_together(prepared, ending.models.alone(ending.final))[0]:
             ending = beyond(prepared, known, ending, stack)
@@ -160,8 +160,9 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
             # Of what does not stand, some may only have mended blocks.
             together, ending = _put_right(prepared, ending)
     hypotheses = ending.known.hypotheses
-    told = replace(hypotheses, question=replace(prepared.question, unshown={}))
-    ranking = told.rank(hypotheses.found[frozenset()])
+    # What these rows cannot show is listed as that, with the reason.
+    testable = replace(hypotheses, question=replace(prepared.question, unshown={}))
+    ranking = testable.rank(hypotheses.found[frozenset()])
     steps = staircase(prepared, ending)
     final, rows, kept = steps[-1], prepared.rows, prepared.kept
     tried = candidates(prepared, hypotheses, ranking.promises(), final.whiten)
@@ -272,7 +273,7 @@ def looked_at(prepared: Prepared, ending: Ending) -> Referee:
     return refereed(case, more)
 
 
-def unshown(prepared: Prepared, ending: Ending) -> list[str]:
+def _unshown_in(prepared: Prepared, ending: Ending) -> list[str]:
     """Effects of an answer that leaves nothing, which the rows cannot show: it is none."""
     return [name for name in ending.answer.shown.effects if ending.complete and name in prepared.question.unshown]
 
@@ -285,7 +286,7 @@ def _rows_that_show(prepared: Prepared, ending: Ending) -> list[Check]:
             f"{name} would explain what is missing, but these rows cannot show it: it {needs}.",
         )
         for name, needs in prepared.question.unshown.items()
-        if name in unshown(prepared, ending)
+        if name in _unshown_in(prepared, ending)
     ]  # fmt: skip
 
 
