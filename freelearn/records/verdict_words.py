@@ -199,6 +199,9 @@ def _undecided(findings: Findings) -> str:
     # What other rows would tell comes before what there are too few of.
     missing = sorted(missing, key=lambda check: check.name != ROWS_SHOW)
     why = _lowered(missing[0].says) if missing else "there are too few rows."
+    if missing and missing[0].name == ROWS_SHOW:
+        beside = [name for name in findings.effects if name not in why]
+        return f"Undecided: {why}" + (f" Beside it: {', '.join(beside)}." if beside else "")
     said = f" If anything is missing, it is {', '.join(findings.effects)}." if findings.effects else ""
     return f"Undecided: {why}{said}"
 

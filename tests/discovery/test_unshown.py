@@ -82,6 +82,7 @@ def test_a_search_of_such_a_table_ends_in_words_and_lists_the_effect_as_not_test
     found = fl.discover(table, progress=False)
     assert found.verdict == "undecided"
     assert f"{FRICTION} would explain what is missing, but these rows cannot show it" in found.content["says"]
+    assert "If anything is missing" not in found.content["says"]
     entries = [c["status"] for c in found.content["candidates"] if c["effect"] == FRICTION]
     assert entries == ["not_testable"]
     assert not any(FRICTION in proposed["separates"] for proposed in found.content["next_experiment"])
