@@ -8,7 +8,7 @@ from freelearn.data.beds import BEDS
 from freelearn.data.rows import Rows
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.testing.reference import braided, literature, other_beds, total_energy
-from freelearn.testing.reference.truths import APART, BRAIDED, MOVED, UNIT, grown
+from freelearn.testing.reference.truths import APART, BRAIDED, DIRECTED, MOVED, UNIT, grown
 
 TOGETHER = {
     "everything": {name: grown(name, 1.0) for name in BRAIDED},
@@ -39,7 +39,7 @@ CASES = {name: {name: grown(name, 3.0)} for name in BRAIDED} | PACKED | TOGETHER
 def test_every_effect_of_the_library_can_be_hidden():
     # Those of the history act along logs, which this bed does not record.
     still = {name for name, effect in EFFECTS.items() if effect.port != "history"}
-    assert {*UNIT, *BRAIDED, *MOVED, *APART} == still
+    assert {*UNIT, *BRAIDED, *MOVED, *APART, *DIRECTED} == still
 
 
 @pytest.mark.parametrize("make", DESIGNS)
