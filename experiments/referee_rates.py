@@ -41,10 +41,10 @@ def searched_table(design: int, kind: str, number: int) -> dict[str, Any]:
 
     from freelearn.data.columns import usable_rows
     from freelearn.data.rows import Rows
-    from freelearn.discovery.fits.prepare import Question, prepare
+    from freelearn.discovery.fits.prepare import prepare
     from freelearn.discovery.search.search import search
     from freelearn.discovery.search.simulated_searches import searched
-    from freelearn.discovery.search.testable import candidates, unclocked, unshown
+    from freelearn.discovery.search.testable import question_of_rows
 
     torch.set_num_threads(1)
     draw = number if kind == "reference" else 0
@@ -52,9 +52,7 @@ def searched_table(design: int, kind: str, number: int) -> dict[str, Any]:
     table = as_read(made.table, made.bed)
     seen = table[usable_rows(table)].reset_index(drop=True)
     rows = Rows.from_table(seen)
-    library, others = candidates(build([]), [], seen.columns, rows)
-    clocked = not unclocked(seen.columns, rows)
-    asked = Question(build, library, rows, told(made.told), number, clocked=clocked, unshown=unshown(others, rows))
+    asked = question_of_rows(build, seen.columns, rows, told(made.told), number)
     if kind == "reference":
         found = search(asked)
         return {"verdict": found.verdict, "effects": found.effects}

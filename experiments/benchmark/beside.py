@@ -40,7 +40,7 @@ from freelearn.data.columns import usable_rows  # noqa: E402
 from freelearn.data.rows import Rows  # noqa: E402
 from freelearn.discovery.fits.prepare import Question  # noqa: E402
 from freelearn.discovery.search.search import Findings, search  # noqa: E402
-from freelearn.discovery.search.testable import candidates, unshown  # noqa: E402
+from freelearn.discovery.search.testable import candidates, question_of_rows  # noqa: E402
 from freelearn.physics.chain.model import Model  # noqa: E402
 from freelearn.physics.models.build import build_model  # noqa: E402
 from freelearn.records.written_effects import known  # noqa: E402
@@ -150,7 +150,7 @@ def of_real(chosen: RealSet, data: Path, out: Path) -> Beside:
     def library(rows: Rows) -> list[str]:
         columns = (chosen.table(out)).read_text(encoding="utf-8").splitlines()
         header = next(line for line in columns if not line.startswith("#")).split(",")
-        return [name for name in candidates(build([]), given, header, rows)[0] if name not in asked.ruled_out]
+        return [name for name in candidates(build([]), given, header, rows).names if name not in asked.ruled_out]
 
     return Beside(chosen.recipe, "measured", searched, build, library)
 
@@ -161,8 +161,7 @@ def _simulated(name: str, hidden: str, question: Question, fresh: Callable[[Mode
 
 
 def _asked(build: Build, columns: Sequence[str], rows: Rows, told: Accuracy, job: Mapping[str, Any]) -> Question:
-    library, others = candidates(build([]), [], columns, rows)
-    return Question(build, library, rows, told, job["seed"] % 1000, unshown=unshown(others, rows))
+    return question_of_rows(build, columns, rows, told, job["seed"] % 1000)
 
 
 def _words(names: Sequence[str]) -> str:

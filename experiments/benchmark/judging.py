@@ -14,9 +14,8 @@ from benchmark.common import ACCURACY, ROOT, Report, rows_of, table
 
 import freelearn as fl
 from freelearn.data.accuracy import Accuracy
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.search import search as searching
-from freelearn.discovery.search.testable import candidates
+from freelearn.discovery.search.testable import question_of_rows
 from freelearn.physics.chain.model import Model
 from freelearn.physics.models.build import build_model
 
@@ -52,7 +51,7 @@ def _searched(part: pd.DataFrame) -> tuple[float, float]:
     def build(names: list[str]) -> Model:
         return build_model("continuum", {}, names, samples)
 
-    library, _ = candidates(build([]), [], part.columns, rows)
+    question = question_of_rows(build, part.columns, rows, Accuracy.engineering(**ACCURACY), 0)
     looked, spent = searching.looked_at, 0.0
 
     def timed(*given: object) -> object:
@@ -65,7 +64,7 @@ def _searched(part: pd.DataFrame) -> tuple[float, float]:
     searching.looked_at = timed  # type: ignore[assignment]
     began = time.perf_counter()
     try:
-        searching.search(Question(build, library, rows, Accuracy.engineering(**ACCURACY), 0))
+        searching.search(question)
     finally:
         searching.looked_at = looked
     return time.perf_counter() - began, spent

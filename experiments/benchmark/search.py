@@ -10,10 +10,9 @@ from benchmark.common import ACCURACY, Report, rows_of, table
 from scipy.optimize import least_squares
 
 from freelearn.data.accuracy import Accuracy
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.white_fit import WhiteProblem
 from freelearn.discovery.search.search import search
-from freelearn.discovery.search.testable import candidates
+from freelearn.discovery.search.testable import question_of_rows
 from freelearn.physics.chain.model import Model
 from freelearn.physics.models.build import build_model
 
@@ -29,12 +28,12 @@ def discovery(report: Report) -> None:
     def build(names: list[str]) -> Model:
         return build_model("continuum", {}, names, SAMPLES)
 
-    library, _ = candidates(build([]), [], part.columns, rows)
+    question = question_of_rows(build, part.columns, rows, Accuracy.engineering(**ACCURACY), 0)
     began = time.perf_counter()
-    findings = search(Question(build, library, rows, Accuracy.engineering(**ACCURACY), 0))
+    findings = search(question)
     ours = time.perf_counter() - began
     base, began = findings.steps[0], time.perf_counter()
-    for name in library:
+    for name in question.candidates:
         model = build([name])
         problem = WhiteProblem(model, rows, base.whiten)
         start = model.vector().detach().clone()
@@ -49,5 +48,5 @@ def discovery(report: Report) -> None:
         least_squares(residual, inside, bounds=(lower, upper), x_scale="jac", max_nfev=50)
     peer = time.perf_counter() - began
     what = f"discovery on {len(rows)} rows: {findings.verdict}, {', '.join(findings.effects)}"
-    report(what, f"{ours:.1f} s", "≤ 20 s", f"{len(library)} candidates")
+    report(what, f"{ours:.1f} s", "≤ 20 s", f"{len(question.candidates)} candidates")
     report("  SciPy refitting each candidate once / the whole discovery", f"{peer / ours:.1f} ×", "", f"{peer:.0f} s")

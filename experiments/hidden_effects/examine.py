@@ -10,11 +10,10 @@ import torch
 from hidden_effects.make import Made, make
 
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.residuals.hysteresis import rising_falling
 from freelearn.discovery.residuals.reciprocity import reciprocity
 from freelearn.discovery.search.search import Findings, search
-from freelearn.discovery.search.testable import candidates, unshown
+from freelearn.discovery.search.testable import question_of_rows
 from freelearn.physics.models.build import build_model
 from freelearn.records.discovery import final_estimates
 
@@ -31,16 +30,15 @@ def examine(job: dict) -> dict:
     def build(names: Any) -> Any:
         return build_model("continuum", {}, names, list(made.actuators))
 
-    library, others = candidates(build([]), [], table.columns, rows)
+    question = question_of_rows(build, table.columns, rows, made.told, job["seed"] % 1000)
     result = job | {
         "reached": made.reached,
-        "testable": job["kind"] == "outside" or set(job["hidden"]) <= set(library),
+        "testable": job["kind"] == "outside" or set(job["hidden"]) <= set(question.candidates),
         "actuators": {str(n): list(a) for n, a in made.actuators.items()},
         "rows": len(rows),
     }
     try:
-        seed = job["seed"] % 1000
-        found = search(Question(build, library, rows, made.told, seed, unshown=unshown(others, rows)))
+        found = search(question)
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {"verdict": "failed", "reason": reason, "effects": [], "classes": []}

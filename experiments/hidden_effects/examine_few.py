@@ -30,7 +30,7 @@ from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener, sensitivities
 from freelearn.discovery.search.search import Findings, search
-from freelearn.discovery.search.testable import candidates, unclocked, unshown
+from freelearn.discovery.search.testable import question_of_rows
 from freelearn.fitting.problem import Problem
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
@@ -74,9 +74,7 @@ def examine_few(job: dict[str, Any]) -> dict[str, Any]:
 def asked(seen: pd.DataFrame, accuracy: Mapping[str, float], seed: int) -> Question:
     """What discover.py asks of a table's usable rows, of all that they can tell. accuracy: in the table's units."""
     rows, built = Rows.from_table(seen), partial(build, samples=sorted(set(seen["sample"])))
-    library, others = candidates(built([]), [], seen.columns, rows)
-    clocked = not unclocked(seen.columns, rows)
-    return Question(built, library, rows, told(accuracy), seed, clocked=clocked, unshown=unshown(others, rows))
+    return question_of_rows(built, seen.columns, rows, told(accuracy), seed)
 
 
 @contextmanager

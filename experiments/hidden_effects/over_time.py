@@ -170,9 +170,8 @@ def examine_time(job: dict) -> dict:
 
     from freelearn.data.accuracy import PAPER
     from freelearn.data.rows import Rows
-    from freelearn.discovery.fits.prepare import Question
     from freelearn.discovery.search.search import search
-    from freelearn.discovery.search.testable import candidates
+    from freelearn.discovery.search.testable import question_of_rows
     from freelearn.physics.models.build import build_model
 
     torch.set_num_threads(1)
@@ -183,10 +182,9 @@ def examine_time(job: dict) -> dict:
     def build(names: Any) -> Any:
         return build_model("continuum", {}, list(names), [job["sample"]])
 
-    library, _ = candidates(build([]), [], table.columns, rows)
     result = job | {"reached": reached, "truth": fx}
     try:
-        found = search(Question(build, library, rows, PAPER, job["seed"] % 1000))
+        found = search(question_of_rows(build, table.columns, rows, PAPER, job["seed"] % 1000))
     except Exception as problem:  # a failure is a result too
         reason = f"{type(problem).__name__}: {problem}"
         return result | {

@@ -222,12 +222,9 @@ def _said(job: Mapping[str, Any], sentences: list[str]) -> dict[str, Any]:
 def _claims(table: pd.DataFrame, build: Any, accuracy: Any, job: Mapping[str, Any]) -> bool:
     """Whether the search claims anything of a table that every check lets pass."""
     from freelearn.data.rows import Rows
-    from freelearn.discovery.fits.prepare import Question
     from freelearn.discovery.search.search import search
-    from freelearn.discovery.search.testable import candidates, unshown
+    from freelearn.discovery.search.testable import question_of_rows
 
     rows = Rows.from_table(table)
-    library, others = candidates(build([]), [], table.columns, rows)
-    asked = Question(build, library, rows, accuracy, job["seed"] % 1000, unshown=unshown(others, rows))
-    found = search(asked)
+    found = search(question_of_rows(build, table.columns, rows, accuracy, job["seed"] % 1000))
     return found.verdict in ("adequate", "named", "class", "proposed")

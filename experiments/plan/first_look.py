@@ -12,9 +12,8 @@ from hidden_effects.make import NOISE, SILENT, sized
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.columns import usable_rows
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.search.search import Findings, search
-from freelearn.discovery.search.testable import candidates
+from freelearn.discovery.search.testable import question_of_rows
 from freelearn.physics.chain.model import Model
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference import literature, other_beds, total_energy
@@ -110,5 +109,4 @@ def model(table: pd.DataFrame, effects: list[str]) -> Model:
 def searched(table: pd.DataFrame, seed: int) -> Findings:
     """What the whole library makes of a table."""
     own, rows = usable(table)
-    library, _ = candidates(model(own, []), [], own.columns, rows)
-    return search(Question(lambda names: model(own, list(names)), library, rows, ACCURACY, seed))
+    return search(question_of_rows(lambda names: model(own, list(names)), own.columns, rows, ACCURACY, seed))

@@ -112,6 +112,19 @@ def test_a_load_cell_that_was_not_tared_is_said_and_fitted_offsets_answer_it(pla
     assert "not tared" not in said(heavy, given=["force_offset", "moment_offset"])
 
 
+def test_a_cell_that_was_not_tared_is_seen_of_several_samples_which_have_a_zero_each():
+    rows = table({}, samples=(3, 6))
+    away = rows[(rows["pressure_kpa"] > 2) & (rows["elongation_mm"].abs() > 0.2)].reset_index(drop=True)
+
+    def words(force):
+        heavy = away.assign(force_n=away["force_n"] + force)
+        found = looked_over(heavy, lambda names: build_model("continuum", {}, list(names), [3, 6]), [], ACCURACY)
+        return " ".join(check.sentence for check in failed(found))
+
+    assert "not tared" in words(40.0)
+    assert "not tared" not in words(0.0)
+
+
 def test_a_mount_that_is_off_by_as_little_as_mounts_are_is_said_beside_a_cell_that_was_not_tared(plain):
     """Without a row at rest a length that is off by 1.6 mm reads like a zero of the force; none reads like 40 N."""
     for effects, force, mounts in (({"length_offset": {"length": 1.6e-3}}, 0.0, True), ({}, 40.0, False)):

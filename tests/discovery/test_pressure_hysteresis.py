@@ -5,9 +5,8 @@ import pytest
 
 from freelearn.data.accuracy import PAPER
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.search.search import search
-from freelearn.discovery.search.testable import candidates, unshown
+from freelearn.discovery.search.testable import candidates, question_of_rows
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.laboratory import Laboratory, measure
 from freelearn.testing.small_tables import recordings
@@ -27,8 +26,7 @@ def searched(effects, seed):
     table = measure(bed, ACTUATORS, 8e5, 2e7, effects, NOISE, seed).table
     table = table[table["buckled"] == 0].reset_index(drop=True)
     rows = Rows.from_table(table)
-    library, untestable = candidates(build([]), [], table.columns, rows)
-    return search(Question(build, library, rows, PAPER, 0, unshown=unshown(untestable, rows)))
+    return search(question_of_rows(build, table.columns, rows, PAPER, 0))
 
 
 @pytest.mark.parametrize(("lag", "seed"), [(900.0, 1), (-700.0, 2)])
@@ -58,7 +56,7 @@ def test_the_loads_differ_by_what_the_lag_makes_of_them():
 def test_along_a_log_it_is_asked_in_time():
     table = recordings()
     rows = Rows.from_table(table)
-    _, out = candidates(build_model("continuum"), [], table.columns, rows)
+    _, out, unshown = candidates(build_model("continuum"), [], table.columns, rows)
     (reason,) = (c["reason"] for c in out if c["effect"] == LAG)
     assert "along a log" in reason
-    assert LAG not in unshown(out, rows)
+    assert LAG not in unshown

@@ -22,7 +22,7 @@ def whole():
 
 
 def test_the_whole_protocol_shows_every_effect_of_one_helix(whole):
-    names, out = candidates(build_model("continuum"), [], whole.columns, rows_of(whole))
+    names, out, _ = candidates(build_model("continuum"), [], whole.columns, rows_of(whole))
     assert {"friction_hysteresis", "relaxation", "stress_softening"} <= set(names)
     reasons = {entry["effect"]: entry["reason"] for entry in out}
     assert set(reasons) == {"bladder_slack", "strand_jamming", "block_tilt", "buckling"}
@@ -34,7 +34,7 @@ def test_the_whole_protocol_shows_every_effect_of_one_helix(whole):
 
 def test_one_sample_alone_is_compared_with_none(whole):
     one = whole[whole["sample"] == 3]
-    _, out = candidates(build_model("continuum"), [], one.columns, rows_of(one))
+    _, out, _ = candidates(build_model("continuum"), [], one.columns, rows_of(one))
     reasons = {entry["effect"]: entry["reason"] for entry in out}
     for name in ("wall_modulus", "fiber_modulus"):
         assert "needs several samples" in reasons[name]
@@ -42,13 +42,13 @@ def test_one_sample_alone_is_compared_with_none(whole):
 
 def test_without_falling_pressure_friction_cannot_be_tested(whole):
     rising = whole[whole["step"] < 8]
-    names, out = candidates(build_model("continuum"), [], rising.columns, rows_of(rising))
+    names, out, _ = candidates(build_model("continuum"), [], rising.columns, rows_of(rising))
     assert "friction_hysteresis" not in names
     (entry,) = [c for c in out if c["effect"] == "friction_hysteresis"]
     assert entry["status"] == "not_testable"
     assert "falling" in entry["reason"]
     # What is given is not tested, and so has no entry.
-    names, out = candidates(build_model("continuum"), ["friction_hysteresis"], rising.columns, rows_of(rising))
+    names, out, _ = candidates(build_model("continuum"), ["friction_hysteresis"], rising.columns, rows_of(rising))
     assert "friction_hysteresis" not in {*names, *(c["effect"] for c in out)}
 
 

@@ -3,20 +3,14 @@
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
 import pytest
 
 import freelearn as fl
-from freelearn.api.settings.configuration import settings
-from freelearn.api.settings.settings import DiscoverSettings
-from freelearn.api.tasks.loaded_table import load_table
-from freelearn.api.tasks.search_task import Task
 from freelearn.data.accuracy import PAPER
 from freelearn.data.rows import Rows
-from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.referee.case import ROWS_SHOW
 from freelearn.discovery.search.search import search
-from freelearn.discovery.search.testable import candidates, unshown
+from freelearn.discovery.search.testable import candidates, question_of_rows
 from freelearn.physics.models.build import build_model
 from freelearn.records.discovery import unshown_notes
 from freelearn.testing.reference.laboratory import Laboratory, measure
@@ -42,8 +36,7 @@ def build(names):
 def searched(hidden, falling):
     table = table_of(HIDDEN if hidden else {}, falling)
     rows = Rows.from_table(table)
-    library, untestable = candidates(build([]), [], table.columns, rows)
-    return search(Question(build, library, rows, PAPER, 0, unshown=unshown(untestable, rows)))
+    return search(question_of_rows(build, table.columns, rows, PAPER, 0))
 
 
 def test_friction_in_rising_rows_is_neither_claimed_nor_written_anew():
@@ -86,29 +79,22 @@ def test_a_search_of_such_a_table_ends_in_words_and_lists_the_effect_as_not_test
     entries = [c["status"] for c in found.content["candidates"] if c["effect"] == FRICTION]
     assert entries == ["not_testable"]
     assert not any(FRICTION in proposed["separates"] for proposed in found.content["next_experiment"])
+    # A referee of the run asks what the search was asked.
+    assert "falling pressure" in found.content["unshown"][FRICTION]
 
 
-def test_who_knows_that_there_is_none_says_so(tmp_path):
-    table = table_of({}, 0)
-    table.to_csv(tmp_path / "rising.csv", index=False)
-    asked = settings(
-        DiscoverSettings,
-        ["data=csv", f"data.path={tmp_path / 'rising.csv'}", "train=all", f"ruled_out=[{FRICTION}]"],
-    )
-    loaded = load_table(asked.data)
-    rows = Rows.from_table(loaded.table)
-    library, untestable = candidates(build([]), [], loaded.table.columns, rows)
-    task = Task(asked, loaded, rows, np.arange(len(rows)), library, untestable, "cpu")
-    assert FRICTION in unshown(untestable, rows)
-    assert FRICTION not in task.question(PAPER).unshown
+def test_who_knows_that_there_is_none_says_so():
+    found = fl.discover(table_of({}, 0), ruled_out=[FRICTION], progress=False)
+    assert FRICTION not in found.content["unshown"]
+    assert "contact_friction" in found.content["unshown"]
 
 
 @pytest.mark.parametrize("falling", [0, 3])
 def test_only_rows_that_cannot_show_an_effect_make_it_unshown(falling):
     table = table_of({}, falling)
     rows = Rows.from_table(table)
-    _, untestable = candidates(build([]), [], table.columns, rows)
-    assert (FRICTION in unshown(untestable, rows)) == (falling == 0)
+    unshown = candidates(build([]), [], table.columns, rows).unshown
+    assert (FRICTION in unshown) == (falling == 0)
     # What a table lacks a column for, or a model or bed does not have, acts nowhere.
     acting = {FRICTION, "contact_friction", "pressure_hysteresis", "stress_softening", "relaxation"}
-    assert set(unshown(untestable, rows)) <= acting
+    assert set(unshown) <= acting

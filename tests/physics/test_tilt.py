@@ -100,7 +100,7 @@ def test_it_is_asked_of_several_actuators_alone():
     def told(states_table: pd.DataFrame, designs) -> list[str]:
         states = block(states_table, designs)
         rows = Rows.whole(states, torch.ones(len(states), 2, dtype=torch.float64))
-        return candidates(made("continuum", members=len(designs)), [], states_table.columns, rows)[0]
+        return candidates(made("continuum", members=len(designs)), [], states_table.columns, rows).names
 
     table = table_of()
     assert "block_tilt" in told(table, DESIGNS)

@@ -155,10 +155,10 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
             f"Training set {settings.train!r} has no rows to look at, all are buckled or left out: choose another one."
         )
     everything = Rows.from_table(table)
-    task = Task(settings, loaded, everything, place, [], [], device)
+    task = Task(settings, loaded, everything, place, [], [], {}, device)
     base = task.build(settings.effects)
     check_numbers(task.known, base)
-    library, untestable = candidates(base, settings.effects, table.columns, task.rows)
+    library, untestable, unshown = candidates(base, settings.effects, table.columns, task.rows)
     if not settings.per_sample:
         untestable += [
             not_testable(name, "per_sample=false says that all actuators are alike")
@@ -170,11 +170,12 @@ def _prepared(settings: DiscoverSettings, folder: Path) -> Task:
     absent = [name for name in settings.ruled_out if name not in known]
     untestable += [not_testable(name, "ruled out: it is known to be absent") for name in absent]
     library = [name for name in library if name not in settings.ruled_out]
+    unshown = {name: needs for name, needs in unshown.items() if name not in settings.ruled_out}
     check_model(base, task.rows.states)
     for effect in [*settings.effects, *library]:
         alone = task.build([effect])
         check_effects(alone.effects, alone.values(), task.rows.states)
-    return Task(settings, loaded, everything, place, library, untestable, device)
+    return Task(settings, loaded, everything, place, library, untestable, unshown, device)
 
 
 def _check_fit(settings: DiscoverSettings) -> None:

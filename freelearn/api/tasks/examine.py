@@ -58,11 +58,10 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         rising_falling(first.fit.raw_residual, rows.states, rows.state, first.whiten),
         reciprocity(first.fit.residual, first.fit.jacobian, rows.states, first.whiten),
     ]
-    unshown = task.question(measured.accuracy).unshown
 
     def shown(steps: Mapping[str, Step]) -> dict[str, Step]:
         """Without what no state tells by itself: it is told what rows would."""
-        return {name: step for name, step in steps.items() if not set(step.effects) & set(unshown)}
+        return {name: step for name, step in steps.items() if not set(step.effects) & set(task.unshown)}
 
     several = [alike for alike in map(shown, findings.classes) if len(alike) > 1]
     recorded = is_log(kept)
@@ -94,7 +93,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
             f"what was read in {dark} of {len(seen)} rows, right after a move of which too few rows tell when it began "
             "and ended, was left out: record more rows a second"
         )
-    notes += unshown_notes(findings, unshown)
+    notes += unshown_notes(findings, task.unshown)
     notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)
     if stopping and not settings.checks:
@@ -104,6 +103,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
         "model": settings.model.name,
         "train": settings.train,
         "given_effects": list(settings.effects),
+        "unshown": dict(task.unshown),
         "per_sample": settings.per_sample,
         "seed": settings.seed,
         "rows": len(kept),

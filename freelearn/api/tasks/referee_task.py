@@ -24,7 +24,6 @@ from freelearn.discovery.referee.referee import Referee, refereed
 from freelearn.discovery.search.ranking import Ranking
 from freelearn.discovery.search.simulated_searches import Searched, searched, sentences, tally
 from freelearn.discovery.search.stability import visible
-from freelearn.discovery.search.testable import unshown
 from freelearn.physics.chain.priors import spans
 from freelearn.physics.effects.registry import EFFECTS
 from freelearn.records.claims import REFEREE, RefereedRun
@@ -72,7 +71,7 @@ def question_of(source: Source, seed: int) -> Question:
     candidates = [name for name in tried or fitting if name not in given and name in EFFECTS]
     return Question(
         lambda names: source.build(list(names)), candidates, known.rows, _stated(source), seed, given,
-        unshown={name: needs for name, needs in unshown(told, known.rows).items() if name not in given},
+        unshown=source.content.get("unshown", {}),
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from freelearn.discovery.checks.look import looked_over
 from freelearn.discovery.checks.table_check import TableCheck
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.step import Candidate
-from freelearn.discovery.search.testable import unclocked, unshown
+from freelearn.discovery.search.testable import unclocked
 from freelearn.physics.chain.known_parameters import Known
 from freelearn.physics.chain.model import Model
 from freelearn.physics.effects.registry import EFFECTS
@@ -31,7 +31,8 @@ from freelearn.physics.models.build import build_model
 class Task:
     """What a search is about. everything: the whole table's rows, buckled and left-out ones included, which belong to
     a state and to what it remembers. place: of the rows looked at, among them. library: effects to try; untestable:
-    entries of discovery.json for the others."""
+    entries of discovery.json for the others; unshown: of these those that are tried, but never claimed, and what rows
+    they need."""
 
     settings: DiscoverSettings
     loaded: LoadedTable
@@ -39,6 +40,7 @@ class Task:
     place: np.ndarray
     library: list[str]
     untestable: list[Candidate]
+    unshown: Mapping[str, str]
     device: str
 
     @property
@@ -71,10 +73,9 @@ class Task:
     def question(self, accuracy: Accuracy) -> Question:
         """What the search is asked."""
         settings = self.settings
-        asked = [c for c in self.untestable if c["effect"] not in settings.ruled_out]
         return Question(
             self.build, self.library, self.rows, accuracy, settings.seed, settings.effects,
-            clocked=not unclocked(self.table.columns, self.rows), unshown=unshown(asked, self.rows),
+            clocked=not unclocked(self.table.columns, self.rows), unshown=self.unshown,
         )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -118,9 +118,9 @@ def _by_fit(plain: Plain, offered: Sequence[str], better: float) -> TableCheck:
     found = plain.of(plain.table, offered)
     parts, shares = [], []
     for column, effect in EFFECTS.items():
-        name = f"{effect}.{'force' if column == 'force_n' else 'moment'}"
-        if name in found.values:
-            value = found.values[name] * (1e3 if column == "moment_nmm" else 1.0)
+        each = _of_each(found.values, f"{effect}.{'force' if column == 'force_n' else 'moment'}")
+        if each:
+            value = max(each, key=abs) * (1e3 if column == "moment_nmm" else 1.0)
             shares.append(abs(value) / max(float(_largest(plain.table, column)), 1e-300))
             if shares[-1] > LARGE:
                 parts.append(f"{in_words(value)} {'N·mm' if column == 'moment_nmm' else 'N'}")
@@ -143,12 +143,17 @@ def _mounted_elsewhere(plain: Plain, found: PlainFit) -> str:
         return ""
     parts = []
     for name, (most, unit, factor) in MOUNTED.items():
-        each = [v for label, v in rival.values.items() if label.startswith(f"{name}.")]
+        each = _of_each(rival.values, f"{name}.")
         if max(map(abs, each), default=0.0) > most:
             return ""
         if each:
             parts.append(f"{in_words(factor * max(each, key=abs), 2)} {unit}")
     return " and ".join(parts)
+
+
+def _of_each(values: Mapping[str, float], begins: str) -> list[float]:
+    """A parameter's values: of several samples, which have their own, one for each."""
+    return [value for label, value in values.items() if label.startswith(begins)]
 
 
 def _largest(table: pd.DataFrame, column: str) -> float:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import DEAD_LOAD
 from freelearn.data.rows import Rows
 from freelearn.discovery.checks.look import needed_readings
+from freelearn.discovery.fits.derivatives import Build
 from freelearn.discovery.fits.prepare import Question
 from freelearn.discovery.fits.step import Candidate, not_testable
 from freelearn.discovery.noise.shapes import imposed
@@ -32,17 +35,28 @@ MILDER = 0.99
 CLOSER = 0.98
 
 
-def candidates(
-    model: Model, given: Iterable[str], columns: Iterable[str], rows: Rows
-) -> tuple[list[str], list[Candidate]]:
-    """Names of the effects to test, and an entry of discovery.json for each that cannot be, with the reason.
+class Testable(NamedTuple):
+    """What a search of some rows can try. names: of the effects to test; untestable: an entry of discovery.json for
+    each that cannot be, with the reason; unshown: of the latter those that may act in these rows all the same, and what
+    rows they need."""
+
+    names: list[str]
+    untestable: list[Candidate]
+    unshown: Mapping[str, str]
+
+
+def candidates(model: Model, given: Iterable[str], columns: Iterable[str], rows: Rows) -> Testable:
+    """Which effects can be tested.
 
     An effect cannot be tested where the table lacks a column, where it does not fit the model's family or the bed, or
     where the rows (those looked at) never saw what it would show in: fitted all the same, it would stand for something
     else.
     """
     present, known = set(columns), set(given)
-    names, out = [], []
+    names: list[str] = []
+    out: list[Candidate] = []
+    unshown: dict[str, str] = {}
+    still = not rows.states.members and rows.states.recording is None
     for name, effect in EFFECTS.items():
         # Along no log there is no history: nothing is said of it.
         if name in known or (effect.port == "history" and rows.states.recording is None):
@@ -52,11 +66,22 @@ def candidates(
             out.append(not_testable(name, f"needs the column {', '.join(missing)}"))
         elif model.family not in effect.families():
             out.append(not_testable(name, f"works with {', '.join(effect.families())} only"))
-        elif reason := effect.untold(rows.states.bed.name) or unseen(name, present, rows):
+        elif reason := effect.untold(rows.states.bed.name):
             out.append(not_testable(name, reason))
+        elif reason := unseen(name, present, rows):
+            out.append(not_testable(name, reason))
+            if still and name in ACTING:
+                unshown[name] = reason
         else:
             names.append(name)
-    return names, out
+    return Testable(names, out, unshown)
+
+
+def question_of_rows(build: Build, columns: Collection[str], rows: Rows, accuracy: Accuracy, seed: int) -> Question:
+    """What a search asks of rows that were read from a table with these columns: all that they can tell."""
+    names, _, unshown = candidates(build([]), (), columns, rows)
+    clocked = not unclocked(columns, rows)
+    return Question(build, names, rows, accuracy, seed, clocked=clocked, unshown=unshown)
 
 
 def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
@@ -72,15 +97,6 @@ def unseen(name: str, columns: Collection[str], rows: Rows) -> str:
     if EFFECTS[name].compares and max(members, len(rows.states.sample.unique())) < 2:
         return "needs several samples" + ", or several actuators on one end block" * EFFECTS[name].of_each
     return HISTORY[name](rows) if name in HISTORY else ""
-
-
-def unshown(untestable: Iterable[Candidate], rows: Rows) -> dict[str, str]:
-    """Of the effects that cannot be tested those that may act in these rows all the same, and what rows they need.
-    Along a log effects of the history see them."""
-    if rows.states.members or rows.states.recording is not None:
-        return {}
-    reasons = {name: HISTORY[name](rows) for name in ACTS_UNSHOWN} | {DRIFT: unclocked((), rows)}
-    return {c["effect"]: c["reason"] for c in untestable if c["reason"] and c["reason"] == reasons.get(c["effect"])}
 
 
 def unclocked(columns: Collection[str], rows: Rows) -> str:
@@ -175,8 +191,8 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
 }
 
 
-# Of these those that act in any rows.
-ACTS_UNSHOWN = ("friction_hysteresis", "contact_friction", "pressure_hysteresis", "relaxation", "stress_softening")
+# Of these those that act in any rows. Along a log effects of the history see them.
+ACTING = ("friction_hysteresis", "contact_friction", "pressure_hysteresis", "relaxation", "stress_softening", DRIFT)
 
 
 # Rows of a single kinematic state that let anything be told from a line.

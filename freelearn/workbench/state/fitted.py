@@ -96,7 +96,7 @@ class Fitted:
         """The effects that a search of these rows would try, and of others why it would not; nothing is said of what
         no table without recordings has."""
         rows = Rows(self.states, Readings.from_table(self.table), self.state)
-        names, others = candidates(
+        names, others, _ = candidates(
             self.model, (), self.table.columns, rows[torch.as_tensor(np.flatnonzero(self.usable))]
         )
         return names, {other["effect"]: other["reason"] for other in others}

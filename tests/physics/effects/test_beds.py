@@ -65,7 +65,7 @@ def test_an_effect_shows_on_every_bed_that_it_names(name, bed):
 
 def test_the_search_says_on_which_beds_it_could_be_told():
     frame = table("dead_load")
-    names, out = candidates(build_model("continuum"), [], frame.columns, Rows.from_table(frame))
+    names, out, _ = candidates(build_model("continuum"), [], frame.columns, Rows.from_table(frame))
     assert "twist_slack" not in names
     (entry,) = [c for c in out if c["effect"] == "twist_slack"]
     assert entry["status"] == "not_testable"
@@ -88,7 +88,7 @@ def test_beds_that_do_not_exist_are_refused():
 def test_friction_under_pressure_needs_falling_pressure():
     frame = visits(count=20)
     rising = frame[frame["step"] < 3].assign(buckled=0, force_n=0.0, moment_nmm=0.0)
-    _, out = candidates(build_model("continuum"), [], rising.columns, Rows.from_table(rising))
+    _, out, _ = candidates(build_model("continuum"), [], rising.columns, Rows.from_table(rising))
     assert {c["effect"] for c in out} >= {"contact_friction", "friction_hysteresis"}
 
 
@@ -99,7 +99,7 @@ def braids(elongation: float) -> Rows:
 
 def test_only_braids_are_asked_for_a_slack_bladder_and_for_strands_that_touch_where_they_come_closer():
     def told(rows: Rows) -> set[str]:
-        names, _ = candidates(build_model("continuum"), [], visits().columns, rows)
+        names = candidates(build_model("continuum"), [], visits().columns, rows).names
         return {"bladder_slack", "strand_jamming"} & set(names)
 
     single = visits(count=5).assign(buckled=0, force_n=0.0, moment_nmm=0.0)
