@@ -118,7 +118,9 @@ def test_a_damaged_file_of_a_run_is_refused_or_says_the_same(which, name, reques
         (folder / name).write_bytes(wrong)
         found = outcome(lambda: loaded(folder))
         refused += found is None
-        assert found is None or found == expected
+        # Where the digest's own name is what was damaged, the rest stands, and that name beside it.
+        told = None if f'"{OWN}"'.encode() in wrong else 4
+        assert found is None or found[:told] == expected[:told]
     # Nearly every damage says something else: few are lost in white space, or in times.
     assert refused > 0.8 * DAMAGES
     (folder / name).unlink()
