@@ -134,7 +134,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that several entries of the raw vector make together, such as a stiffness out of Cholesky factors.
+    """A number that several entries of the raw vector make together, such as an entry of a stiffness matrix.
 
     A minimum of S + w² (q − c)² is a minimum of S among all vectors with its own q, so it lies on the profile whatever
     w and c are; only where on the profile is not known beforehand, which a search for an end need not know.

@@ -42,7 +42,8 @@ def notes(model: Model[Any], start: Tensor) -> list[str]:
             continue
         value = vector[i]
         reach = 1e-9 * max(1.0, float(value.abs()))
-        if value - lower[i] <= reach or upper[i] - value <= reach:
+        # Of the entries of a matrix the model itself says where they are.
+        if name not in model.unnatural and (value - lower[i] <= reach or upper[i] - value <= reach):
             said.append(f"{name} is at its bound ({number(physical[name], 6)}{behind(model.declared[name].unit)}).")
         elif model.declared[name].log and physical[name] < VANISHED * abs(model.declared[name].start):
             said.append(f"{name} has gone to zero: the rows ask for none of it.")

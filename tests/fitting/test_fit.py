@@ -289,3 +289,14 @@ def test_standard_errors_cover_when_rows_of_a_state_err_together():
 def test_table_loads_are_converted():
     table = random_table(3, 0).assign(force_n=[1.0, 2.0, 3.0], moment_nmm=[10.0, 20.0, 30.0])
     torch.testing.assert_close(loads_of(table)[:, 1], torch.tensor([0.01, 0.02, 0.03]).double())
+
+
+def test_from_the_edge_of_definiteness_a_fit_of_a_stiffness_matrix_comes_back():
+    rows = rows_from(Linear(ka=1500.0, kb=0.15, kc=4.0))
+    model = Linear()
+    problem = Problem(model, rows, rows.loads.abs().amax(0))
+    lower, upper = model.raw_bounds()
+    solver = LevenbergMarquardt(problem.residuals, problem.jacobians, lower=lower, upper=upper, batched=True)
+    found = solver.solve(Linear(ka=1500.0, kb=0.15, kc=-15.0).vector().detach()[None])
+    model.set_vector(found.member(0).x)
+    assert model.scalars() == pytest.approx({"ka": 1500.0, "kb": 0.15, "kc": 4.0}, rel=1e-6)

@@ -17,6 +17,7 @@ from freelearn.fitting.problem import Problem
 from freelearn.fitting.trust_region import reduced
 from freelearn.fitting.uncertainty import uncertainty
 from freelearn.physics.chain.model import Model
+from freelearn.physics.chain.prediction import Status
 from freelearn.physics.models.build import build_model
 from freelearn.testing.small_tables import random_table
 
@@ -42,6 +43,15 @@ def measured(model: Model, bed: str = "kinematic", blank: bool = False) -> Rows:
     return Rows.from_table(table)
 
 
+def answered(model, vectors, rows):
+    """Rows that come to rest at every vector: where there is no rest, a search ends where its way there led it."""
+    with torch.no_grad():
+        found = [model.chain(rows.states, model.physical(vector)).status == Status.OK for vector in vectors]
+    kept = torch.stack(found).all(0)
+    assert int(kept.sum()) > 150
+    return rows[torch.nonzero(kept)[:, 0]]
+
+
 @pytest.fixture
 def in_pieces(monkeypatch):
     monkeypatch.setattr(problem, "MANY_ROWS", 100)
@@ -63,8 +73,8 @@ LONG = ["dead load"]
 @pytest.mark.parametrize(("name", "effects", "bed", "blank"), CASES.values(), ids=CASES)
 def test_residuals_and_derivatives_of_pieces_are_those_of_the_whole(name, effects, bed, blank, in_pieces, monkeypatch):
     model = build_model(name, {}, effects)
-    rows = measured(model, bed, blank)
     vectors = model.vector().detach() + torch.tensor([[0.0], [0.02], [-0.03]], dtype=torch.float64)
+    rows = answered(model, vectors, measured(model, bed, blank))
     for some in (vectors[:1], vectors):
         parted = Problem(model, rows)
         assert parted.parted
@@ -76,7 +86,7 @@ def test_residuals_and_derivatives_of_pieces_are_those_of_the_whole(name, effect
             residuals, jacobians = whole.residuals(some), whole.jacobians(some)
             torch.testing.assert_close(parted.residuals(some), residuals, rtol=1e-9, atol=1e-12)
         pieces = list(parted.pieces(some))
-        assert len(pieces) == -(-ROWS // 64)
+        assert len(pieces) == -(-len(rows) // 64)
         torch.testing.assert_close(torch.cat(pieces, dim=1), jacobians, rtol=1e-7, atol=1e-10)
         # ‖J p‖² and rᵀJ p are all that a step depends on.
         found = reduced(parted.pieces(some), residuals)

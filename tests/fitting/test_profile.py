@@ -88,7 +88,7 @@ def test_of_a_linear_model_they_are_the_normal_ones_errors_shared_or_not():
         np.testing.assert_array_equal(told.stderr, known.stderr)
 
 
-def test_a_stiffness_matrix_out_of_cholesky_factors_has_those_of_its_entries():
+def test_a_stiffness_matrix_has_those_of_its_entries():
     """ka, kb and kc are linear in the loads, but no raw parameter is one of them."""
     known, told = both(table_fit("linear", [], 0.02, ka=1e3, kb=0.1, kc=0.0))
     np.testing.assert_allclose([told.low, told.high], [known.low, known.high], rtol=1e-4)

@@ -1,5 +1,7 @@
 """The linear model against the textbook, its edge, and its marks."""
 
+import math
+
 import numpy as np
 import pytest
 import torch
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 
 from freelearn.common.errors import UserError
 from freelearn.physics.chain.prediction import Status
+from freelearn.physics.models.build import load_model
 from freelearn.physics.models.linear import Linear
 from freelearn.testing.reference import textbook
 
@@ -32,13 +35,13 @@ def test_agrees_with_the_textbook(random_states):
 
 
 @settings(max_examples=50, deadline=None)
-@given(st.lists(st.floats(-12, 12), min_size=3, max_size=3))
-def test_stiffness_is_positive_definite_whatever_the_fit_does(raw):
-    values = Linear().physical(torch.tensor(raw, dtype=torch.float64))
+@given(st.floats(-12, 12), st.floats(-12, 12), st.floats(-2, 2))
+def test_stiffness_is_positive_definite_within_the_bounds_of_a_fit(a, b, coupling):
+    raw = torch.tensor([a, b, coupling], dtype=torch.float64).clamp(*Linear().raw_bounds())
+    values = Linear().physical(raw)
     ka, kb, kc = (values[name] for name in ("ka", "kb", "kc"))
     assert ka > 0
     assert kb > 0
-    # kb = c² + e^{2b}: rounding may swallow e^{2b}, so the determinant is checked without forming kb first.
     assert ka * kb - kc * kc >= -1e-15 * ka * kb
 
 
@@ -77,3 +80,17 @@ def test_reciprocity(random_states):
 
     jacobian = torch.func.jacrev(total, argnums=(0, 1))(states.length, states.twist)
     torch.testing.assert_close(jacobian[0][1], jacobian[1][0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_checkpoint_that_kept_factors_of_the_matrix_is_read_as_it_was_meant(tmp_path):
+    """As versions wrote it that moved C of K = C Cᵀ, C = [[e^a, 0], [c, e^b]]."""
+    model = Linear()
+    state = model.state() | {
+        "raw.ka": torch.tensor(math.log(900.0) / 2, dtype=torch.float64),
+        "raw.kb": torch.tensor(math.log(0.05 - 1.5**2 / 900.0) / 2, dtype=torch.float64),
+        "raw.kc": torch.tensor(-1.5 / 30.0, dtype=torch.float64),
+    }
+    older = {name: value for name, value in model.description().items() if name != "raw_form"} | {"state": state}
+    torch.save({"freelearn": older}, tmp_path / "checkpoint.ckpt")
+    found = load_model(tmp_path / "checkpoint.ckpt").scalars()
+    assert found == pytest.approx({"ka": 900.0, "kb": 0.05, "kc": -1.5}, rel=1e-12)

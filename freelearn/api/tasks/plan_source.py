@@ -92,7 +92,7 @@ class Source:
         for i, label in enumerate(model.labels()):
             if entry["vector"].get(label) is not None:
                 start[i] = entry["vector"][label]
-        return self.known.fitted(model, start)
+        return self.known.fitted(model, start.clamp(*model.raw_bounds()))
 
 
 def source_of(folder: Path) -> Source:

@@ -122,7 +122,8 @@ class Model(Chain, Generic[P]):
         samples = sorted({sample for effect in self.effects for sample in effect.samples})
         effects = [effect.name for effect in self.effects]
         members = max((len(effect.members) for effect in self.effects), default=0)
-        known = {} if self.known.nothing else {"known": self.known.plain()}
+        known: dict[str, Any] = {} if self.known.nothing else {"known": self.known.plain()}
+        known |= {"raw_form": self.raw_form} if self.raw_form > 1 else {}
         return {"model": self.name, "effects": effects, "samples": samples, "members": members, **known} | {
             "state": self.state()
         }

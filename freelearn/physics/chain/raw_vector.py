@@ -27,8 +27,10 @@ class RawVector(nn.Module):
     """
 
     name: str
-    # Declared parameters that are not each one's own raw number (the entries of a matrix by its factors).
+    # Declared parameters that are not each one's own raw number (the entries of a matrix).
     unnatural: ClassVar[frozenset[str]] = frozenset()
+    # Which form of the raw numbers a checkpoint holds: one more where a model's became others.
+    raw_form: ClassVar[int] = 1
 
     def __init__(self, declared: Mapping[str, Parameter], weights: Mapping[str, tuple[int, ...]] | None = None) -> None:
         """declared: physical parameters by name. weights: shapes of parameters without physical meaning."""
@@ -60,8 +62,7 @@ class RawVector(nn.Module):
         """Whether what is known of a parameter can be. Raises UserError."""
         if label in self.unnatural and (known.holds(label) or known.bounded(label) or known.prior(label)):
             raise UserError(
-                f"{label} of model {self.name} cannot be fixed, bounded or known alone: a fit moves the factors of the "
-                "whole matrix."
+                f"{label} of model {self.name} cannot be fixed, bounded or known alone: a fit moves the whole matrix."
             )
 
     @property
@@ -154,6 +155,10 @@ class RawVector(nn.Module):
             name: value[rows] if value.ndim > len(self.weights.get(name, ())) else value
             for name, value in values.items()
         }
+
+    def from_older(self, state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """What `state` gave when the raw numbers had their form before this one, in the present form."""
+        return dict(state)
 
     def state(self) -> dict[str, Any]:
         """The raw parameters and buffers, cut from every derivative, for a checkpoint."""

@@ -103,7 +103,8 @@ def load_model(path: str | Path) -> Model[Any]:
         model = build_model(content["model"], **known, members=content.get("members", 0))
         # First, because what was known held before the fit.
         model.learn(Known.from_plain(content.get("known", {})))
-        model.load_state_dict(content["state"])
+        state = content["state"]
+        model.load_state_dict(state if content.get("raw_form", 1) == model.raw_form else model.from_older(state))
     except UserError:
         raise
     except FileNotFoundError:

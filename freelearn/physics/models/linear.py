@@ -17,8 +17,6 @@ from freelearn.physics.chain.parameters import Parameters, parameter
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.physics.mechanics.inextensible import helix
 
-# A start on (or within this of) the edge of positive definiteness is moved this far inside.
-EDGE = 1e-12
 # A fitted K whose determinant is below this share of ka·kb is at the edge.
 AT_EDGE = 1e-6
 
@@ -34,8 +32,8 @@ class Stiffness(Parameters):
 class Linear(Model[Stiffness]):
     """τ = J_Vᵀ P − K (l − L, φ), K = [[ka, kc], [kc, kb]] symmetric positive definite.
 
-    ka [N/m], kb [N·m/rad], kc [N/rad]. K = C Cᵀ with C = [[e^a, 0], [c, e^b]] is positive definite whatever a fit
-    does to (a, c, b) (the log-Cholesky form of Pinheiro & Bates 1996).
+    ka [N/m], kb [N·m/rad], kc [N/rad]. A fit moves ln ka, ln kb and the coupling kc/√(ka kb), which the bounds ±1 keep
+    K positive definite by: from a bound it comes back, where a factor of K whose logarithm has gone tells nothing more.
     Fluid: V = π (l B² − l³)/(Φ + φ)² with B = L/cos Γ and Φ = (L/R_o) tan Γ (Bruder et al. 2018; the paper's
     Eq. linearVolume); of two families of fibers see inextensible.
     """
@@ -46,39 +44,42 @@ class Linear(Model[Stiffness]):
     conservative = True
     relaxed_at_rest = True
     unnatural = frozenset({"ka", "kb", "kc"})
+    raw_form = 2
 
     def __init__(self, ka: float = 1e3, kb: float = 1e-1, kc: float = 0.0, effects: Sequence[Effect[Any]] = ()) -> None:
         super().__init__(effects, ka=ka, kb=kb, kc=kc)
 
     def to_raw(self, values: Mapping[str, float]) -> Values:
-        """As RawVector.to_raw, K as its Cholesky factors. Raises UserError where K is not positive definite."""
+        """As RawVector.to_raw, K by its coupling. Raises UserError where K is not positive definite."""
         ka, kb, kc = values["ka"], values["kb"], values["kc"]
         if ka <= 0 or kb <= 0 or kc * kc > ka * kb * (1 + 1e-9):
             raise UserError(
                 f"ka = {ka:g}, kb = {kb:g}, kc = {kc:g} do not make a positive definite stiffness matrix: "
                 "choose ka > 0, kb > 0 and kc² < ka·kb."
             )
-        # Cholesky factors. A start such as the paper's ka = kb = kc = 1 lies on the edge, where b is −∞.
-        rest = max(kb - kc * kc / ka, EDGE * kb)
-        raw = super().to_raw(values)
-        raw |= {
-            "ka": torch.tensor(math.log(ka) / 2, dtype=torch.float64),
-            "kb": torch.tensor(math.log(rest) / 2, dtype=torch.float64),
-            "kc": torch.tensor(kc / math.sqrt(ka), dtype=torch.float64),
-        }
-        return raw
+        entries = {"ka": math.log(ka), "kb": math.log(kb), "kc": min(max(kc / math.sqrt(ka * kb), -1.0), 1.0)}
+        return super().to_raw(values) | {k: torch.tensor(v, dtype=torch.float64) for k, v in entries.items()}
 
     def raw_bounds(self) -> tuple[Tensor, Tensor]:
-        """As RawVector.raw_bounds; the Cholesky factors need none."""
+        """As RawVector.raw_bounds, of the coupling those within which K is positive definite."""
         lower, upper = super().raw_bounds()
-        lower[:3], upper[:3] = -math.inf, math.inf
+        lower[:3], upper[:3] = (
+            lower.new_tensor([-math.inf, -math.inf, -1.0]),
+            upper.new_tensor([math.inf, math.inf, 1.0]),
+        )
         return lower, upper
 
     def physical(self, vector: Tensor) -> Values:
-        """As RawVector.physical, K from its Cholesky factors."""
+        """As RawVector.physical, K from its coupling."""
         values = super().physical(vector)
-        a, b, c = vector[..., 0].exp(), vector[..., 1].exp(), vector[..., 2]
-        return values | {"ka": a * a, "kb": c * c + b * b, "kc": a * c}
+        a, b, coupling = vector[..., 0], vector[..., 1], vector[..., 2]
+        return values | {"ka": a.exp(), "kb": b.exp(), "kc": coupling * ((a + b) / 2).exp()}
+
+    def from_older(self, state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """As RawVector.from_older: K was kept as its Cholesky factors, C = [[e^a, 0], [c, e^b]]."""
+        a, b, c = state["raw.ka"], state["raw.kb"], state["raw.kc"]
+        kb = c * c + (2 * b).exp()
+        return {**state, "raw.ka": 2 * a, "raw.kb": kb.log(), "raw.kc": (c / kb.sqrt()).clamp(-1.0, 1.0)}
 
     def remarks(self) -> list[str]:
         """Says when K sits at the edge of positive definiteness, where the constrained optimum of a fit may lie."""
