@@ -13,6 +13,7 @@ from freelearn.discovery.checks.column_readings import _swaps
 from freelearn.discovery.checks.look import failed, looked_over, useless
 from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, actuator
+from freelearn.discovery.checks.zeros_of_places import _springs
 from freelearn.physics.models.build import build_model
 
 ACCURACY = Accuracy.engineering(**NOISE)
@@ -74,6 +75,32 @@ def test_a_turned_sign_is_said(plain, columns, words):
 )
 def test_another_unit_is_said(plain, name, factor, words):
     assert words in said(plain.assign(**{name: factor * plain[name]}))
+
+
+def test_a_gel_that_few_kilopascals_inflate_is_no_table_in_psi(plain):
+    """A twelfth of the moduli, the pressures and the loads is the same tube: its numbers look like psi, its mechanics
+    do not. The same stiff tube in psi is told by both."""
+    loads = ["pressure_kpa", "force_n", "moment_nmm"]
+    gel = plain.assign(**{name: plain[name] / 12 for name in loads})
+    (check,) = [check for check in looked(gel) if check.name == "numbers of a column"]
+    assert check.status == PASS
+    assert "in psi" in check.says
+    assert check.figure > 5
+    assert failed(looked(gel)) == []
+    assert "numbers of a column" in said(plain.assign(pressure_kpa=plain["pressure_kpa"] / 6.894757))
+
+
+def test_what_goes_with_the_place_was_not_zeroed_there():
+    """Rubber beside threads that hang loose without pressure: less than the noise in each row, seen in all of them."""
+    noise = np.random.default_rng(0)
+    found = {0.0: 0, 1.0: 0}
+    for slope in found:
+        for _ in range(100):
+            first = pd.DataFrame({"sample": 1, "elongation_mm": 0.0, "twist_deg": noise.uniform(-2, 2, 40)})
+            first["moment_nmm"] = noise.normal(size=40) - slope * first["twist_deg"]
+            found[slope] += _springs(first, "moment_nmm")
+    assert found[0.0] <= 2
+    assert found[1.0] >= 95
 
 
 @pytest.mark.parametrize("columns", usually(["force_n", "moment_nmm"], nightly=[["force_n"]]))

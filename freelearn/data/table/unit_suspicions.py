@@ -12,6 +12,24 @@ from freelearn.data.beds import DEG, FORCE, KPA, MM, bed_of
 from freelearn.data.columns import used_rows
 from freelearn.data.logs import is_log
 
+# What is said about columns whose numbers suggest another unit than their names say.
+
+
+class UnitWarning(str):
+    """A suspicion that a column is in another unit: what is computed from it means nothing until somebody looks.
+
+    column, factor: which column would have to be multiplied by what, where that is all; "" and 1 where it is not."""
+
+    column: str
+    factor: float
+
+    def __new__(cls, says: str, column: str = "", factor: float = 1.0) -> UnitWarning:
+        """says: one sentence."""
+        made = super().__new__(cls, says)
+        made.column, made.factor = column, factor
+        return made
+
+
 # Which loads rise with their own place, where a tube without pressure is a spring.
 
 # Share of the pressures' range that counts as hardly any, fewest rows there, and the slope of a load by its own place,
@@ -30,9 +48,11 @@ def signs(used: pd.DataFrame) -> Iterator[str]:
             continue
         rows = calm[[load, place, *(name for name in places if name != place), "sample"]].dropna()
         if len(rows) >= FEWEST_CALM and _rise(rows) > RISES:
-            yield (
+            yield UnitWarning(
                 f"{load} may have its sign turned: at the lowest pressures it rises with {place}, as if the tube drove "
-                "itself on, where a spring would pull back."
+                "itself on, where a spring would pull back.",
+                load,
+                -1.0,
             )
 
 
@@ -87,9 +107,11 @@ def _elongation(used: pd.DataFrame) -> Iterator[str]:
     size = used["elongation_mm"].abs()
     # Several levels: a bed that holds the length shows one small number, or none.
     if 0 < size.max() < 0.03 and used["elongation_mm"].nunique() >= 3:
-        yield (
+        yield UnitWarning(
             f"elongation_mm may be in meters (largest {size.max():.4g}, below what beds resolve in mm): "
-            f"in mm it would be {1000 * size.max():.4g}."
+            f"in mm it would be {1000 * size.max():.4g}.",
+            "elongation_mm",
+            1000.0,
         )
 
 
@@ -102,9 +124,11 @@ def _angles(used: pd.DataFrame) -> Iterator[str]:
 def _twist(used: pd.DataFrame) -> Iterator[str]:
     twist = used["twist_deg"].abs()
     if 0 < twist.max() < LARGEST_TWIST_RAD and used["twist_deg"].nunique() >= 3:
-        yield (
+        yield UnitWarning(
             f"twist_deg may be in radians (largest {twist.max():.4g}, at several different values): "
-            f"in degrees it would be {twist.max() / DEG:.4g}."
+            f"in degrees it would be {twist.max() / DEG:.4g}.",
+            "twist_deg",
+            1 / DEG,
         )
 
 
@@ -112,15 +136,19 @@ def _pressure(used: pd.DataFrame) -> Iterator[str]:
     lowest, highest = used["pressure_kpa"].min(), used["pressure_kpa"].max()
     # Noise about zero goes as far down as up; a unit does not.
     if 0.2 < highest <= 1.2 and lowest > -0.1 * highest:
-        yield f"pressure_kpa may be in bar (largest {highest:.4g}): in kPa it would be {100 * highest:.4g}."
+        says = f"pressure_kpa may be in bar (largest {highest:.4g}): in kPa it would be {100 * highest:.4g}."
+        yield UnitWarning(says, "pressure_kpa", 100.0)
     elif 3 <= highest <= 12 and not _vessel(used):
-        yield (
+        yield UnitWarning(
             f"pressure_kpa may be in psi (largest {highest:.4g}): in kPa it would be {PSI_KPA * highest:.4g} "
-            "(10 psi = 69 kPa)."
+            "(10 psi = 69 kPa).",
+            "pressure_kpa",
+            PSI_KPA,
         )
     elif highest > 2000:
         in_kpa = highest / 1000
-        yield f"pressure_kpa looks like pascals (largest {highest:.4g}): in kPa it would be {in_kpa:.4g}."
+        says = f"pressure_kpa looks like pascals (largest {highest:.4g}): in kPa it would be {in_kpa:.4g}."
+        yield UnitWarning(says, "pressure_kpa", 1e-3)
     if 95 < lowest < 107:
         yield (
             f"pressure_kpa may be absolute (lowest {lowest:.4g}, the atmosphere's): "
@@ -133,9 +161,11 @@ def _moment(used: pd.DataFrame) -> Iterator[str]:
     # An actuator that is hardly twisted may have next to no moment; else the ratio is of order 1 in N·mm.
     twisted = used["twist_deg"].abs().max() > 10
     if twisted and 0 < moment < 1e-2 * force * used["outer_radius_mm"].median():
-        yield (
+        yield UnitWarning(
             f"moment_nmm may be in N·m (median size {moment:.3g} beside forces of {force:.3g} N): "
-            f"in N·mm it would be {1000 * moment:.4g}."
+            f"in N·mm it would be {1000 * moment:.4g}.",
+            "moment_nmm",
+            1000.0,
         )
 
 
@@ -190,22 +220,19 @@ def force_unit(used: pd.DataFrame) -> Iterator[str]:
     thrust = math.pi * (MM * inner) ** 2 * KPA * used["pressure_kpa"].max()
     spring = math.pi * MM**2 * (outer**2 - inner**2) * WALL_PA * strain
     if 0 < largest < LEAST_OF_THRUST * thrust:
-        yield (
+        yield UnitWarning(
             f"force_n may be in kN (largest {largest:.3g}, beside {thrust:.3g} N of pressure on the bore): "
-            f"in N it would be {1000 * largest:.4g}."
+            f"in N it would be {1000 * largest:.4g}.",
+            "force_n",
+            1000.0,
         )
     elif largest > MOST_OF_LOADS * (thrust + spring):
-        yield (
+        yield UnitWarning(
             f"force_n may be in mN (largest {largest:.3g}, beside {thrust + spring:.3g} N of pressure on the bore and "
-            f"stretched rubber): in N it would be {largest / 1000:.4g}."
+            f"stretched rubber): in N it would be {largest / 1000:.4g}.",
+            "force_n",
+            1e-3,
         )
-
-
-# What is said about columns whose numbers suggest another unit than their names say.
-
-
-class UnitWarning(str):
-    """A suspicion that a column is in another unit: what is computed from it means nothing until somebody looks."""
 
 
 def units_apart(warnings: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -233,7 +260,11 @@ def unit_warnings(table: pd.DataFrame) -> list[str]:
     # Beside a column that is suspected itself, the force tells nothing.
     if FORCE in bed_of(used).measured and set(FORCE_NEEDS) <= set(numbers) and not _about(found, FORCE_NEEDS):
         found += force_unit(numbers)
-    return [*map(UnitWarning, found), *([] if is_log(used) else _step(used))]
+    return [*map(_told, found), *([] if is_log(used) else _step(used))]
+
+
+def _told(said: str) -> UnitWarning:
+    return said if isinstance(said, UnitWarning) else UnitWarning(said)
 
 
 def _about(sentences: Sequence[str], columns: Sequence[str]) -> bool:

@@ -13,7 +13,7 @@ from freelearn.data.beds import DEAD_LOAD, bed_of
 from freelearn.data.rows import Rows
 from freelearn.data.table.unit_suspicions import UnitWarning, unit_warnings
 from freelearn.discovery.checks.at_rest import at_rest
-from freelearn.discovery.checks.column_readings import meant
+from freelearn.discovery.checks.column_readings import DOUBTED, LEAST, SEVERAL, meant
 from freelearn.discovery.checks.plain_fit import Build, Plain
 from freelearn.discovery.checks.rows_order import NAME as ORDER
 from freelearn.discovery.checks.rows_order import order
@@ -117,11 +117,12 @@ def looked_over(
     table: a checked measurement table's rows that are looked at, in the order of the file. build: effects → fresh
     continuum model. given: effects that the model has from the start. stated: whether the accuracy is the user's own.
     """
-    checks = [actuator(table), *_suspected(table)]
+    checks = [actuator(table)]
     if Rows.from_table(table).readings.count < needed_readings(build(given)):
-        checks.append(order(table))
+        checks += [*_suspected(table), order(table)]
     else:
         plain = Plain(build, given, table)
+        checks += _suspected(table, plain)
         read = list(meant(plain))
         better = max((check.figure or 1.0 for check in failed(read)), default=1.0)
         checks += [*read, at_rest(plain, accuracy, better), zeros_of_places(plain, accuracy), order(table)]
@@ -129,13 +130,34 @@ def looked_over(
     return sorted(checks, key=lambda check: check.status != FAIL)
 
 
-def _suspected(table: pd.DataFrame) -> Iterator[TableCheck]:
-    """What a column's numbers say by themselves."""
+# What a column's numbers say by themselves, and what the mechanics say to it.
+
+SUSPECTED = "numbers of a column"
+
+
+def _suspected(table: pd.DataFrame, plain: Plain | None = None) -> Iterator[TableCheck]:
+    """plain: of the same table, where it can be fitted."""
     hung = bed_of(table) is DEAD_LOAD
     for warning in unit_warnings(table):
         # Of loads that hang, whose place is measured, a spring's sign is that of the fit.
-        if isinstance(warning, UnitWarning) and not (hung and "sign turned" in warning):
-            yield TableCheck("numbers of a column", FAIL, None, None, str(warning))
+        if not isinstance(warning, UnitWarning) or (hung and "sign turned" in warning):
+            continue
+        better = _better_as_it_stands(plain, warning) if plain is not None else 0.0
+        if better < SEVERAL:
+            yield TableCheck(SUSPECTED, FAIL, None, None, str(warning))
+        else:
+            says = f"{str(warning).rstrip('.')}; but a model errs {better:.2g} times less of it as it stands."
+            yield TableCheck(SUSPECTED, PASS, better, SEVERAL, says)
+
+
+def _better_as_it_stands(plain: Plain, warning: UnitWarning) -> float:
+    """How many times less the plain model errs of the table than of the one that is suspected, if it follows the table
+    and its walls are such as there are; else 0."""
+    itself, name = plain.itself, warning.column
+    if not name or itself.E >= DOUBTED or itself.stiff > 1 or itself.soft > 1:
+        return 0.0
+    meant = plain.of(plain.table.assign(**{name: warning.factor * plain.table[name]}))
+    return meant.E / max(itself.E, LEAST)
 
 
 def failed(checks: Sequence[TableCheck]) -> list[TableCheck]:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import torch
 from scipy.optimize import nnls
+from scipy.special import fdtrc
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import FORCE, KINEMATIC, MOMENT, Quantity, bed_of
@@ -20,6 +21,9 @@ NAME = "zero of each place"
 # Places that tell, standard deviations or share of the largest load within which a load is zero, and share of the
 # places where it is.
 FEWEST, ZERO, NOTHING, MOST = 6, 3.0, 0.003, 0.9
+# Chance at which a plane over the places explains what loads scatter by in the first rows, below which it is one:
+# a cell that was zeroed at each of them shows none of it, rubber beside threads that hang loose does.
+CHANCE = 1e-3
 # How many times less a model errs of what loads change by from each place's first row than of the loads, and standard
 # deviations that its loads have in that row.
 BETTER, LOADED = 3.0, 10.0
@@ -63,7 +67,22 @@ def _begins_at_zero(table: pd.DataFrame, quantity: Quantity, begins: np.ndarray,
     if not np.isfinite(values).all():
         return False
     within = max(ZERO * _sigma(quantity, accuracy), NOTHING * float(values.max()))
-    return bool((values[begins] <= within).mean() >= MOST)
+    return bool((values[begins] <= within).mean() >= MOST) and not _springs(table[begins], quantity.column)
+
+
+def _springs(first: pd.DataFrame, column: str) -> bool:
+    """Whether what is read in the first rows goes with where they are: by the F-test of a plane."""
+    load = first[column].to_numpy(np.float64)
+    places = [first[name].to_numpy(np.float64) for name in ("elongation_mm", "twist_deg") if first[name].nunique() > 1]
+    samples = pd.get_dummies(first["sample"]).to_numpy(np.float64)
+    level = samples @ np.linalg.lstsq(samples, load, rcond=None)[0]
+    plane = np.column_stack([samples, *places])
+    left = load - plane @ np.linalg.lstsq(plane, load, rcond=None)[0]
+    explained, freedom = float(((load - level) ** 2).sum() - (left**2).sum()), len(load) - np.linalg.matrix_rank(plane)
+    if freedom < 1 or explained <= 0 or not places:
+        return False
+    size = max(float((left**2).sum()) / freedom, 1e-300)
+    return bool(fdtrc(len(places), freedom, explained / len(places) / size) < CHANCE)
 
 
 def _by_changes(plain: Plain, table: pd.DataFrame, zeroed: Sequence[Quantity]) -> tuple[float, list[float]]:
