@@ -78,7 +78,7 @@ def fit(
     arguments = options_of(locals())
     where = new_folder("fit") if folder is None else Path(folder)
     with ExitStack() as stack:
-        place = table_file(table, None if folder is None else where, design, recipe, members)
+        place = table_file(table, None if folder is None else where, design, recipe, members, bed)
         stack.enter_context(said_of(place))
         settings = settings_of(TrainSettings, "train", place, arguments)
         # After the settings are checked: torch takes seconds to import.

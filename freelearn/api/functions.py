@@ -66,7 +66,7 @@ def discover(
     """
     arguments = options_of(locals())
     with ExitStack() as stack:
-        place = table_file(table, None if folder is None else Path(folder), design, recipe, members)
+        place = table_file(table, None if folder is None else Path(folder), design, recipe, members, bed)
         stack.enter_context(said_of(place))
         settings = settings_of(DiscoverSettings, "discover", place, arguments)
         # After the settings are checked: torch takes seconds to import.

@@ -17,6 +17,7 @@ from freelearn.common.errors import UserError, unknown
 from freelearn.common.package import CONF, example
 from freelearn.data.beds import BED, BEDS, KINEMATIC
 from freelearn.data.columns import DESIGN
+from freelearn.data.logs import RUN
 
 # A measurement table: its rows, its file, or the name of a data set that comes with the package.
 Table: TypeAlias = pd.DataFrame | str | Path
@@ -52,7 +53,9 @@ def read_table(
 ) -> pd.DataFrame:
     """A measurement table, checked: (N, columns) in the units of its columns' names.
 
-    table: a DataFrame, a CSV file, the name of a data set (dmsp20, virtual), or a laboratory's own file or folder.
+    table: a DataFrame, a CSV file, the name of a data set (dmsp20, virtual), or a laboratory's own file or folder. A
+    DataFrame without `sample` is of one, without `buckled` of none that did, and without `step` its rows are counted
+    while the bed stays where it is.
     bed: kinematic (the default), isometric, dead_load or inflation. members: several actuators on one end block, a
     DataFrame with a row for each or its file. design: gamma_deg, length_mm, inner_radius_mm, outer_radius_mm of all
     rows, where the table has no such columns. recipe: the file that says what a laboratory's own file means. rate_hz:
@@ -60,8 +63,8 @@ def read_table(
     `attrs["warnings"]`. Raises UserError with all faults, and where they are.
 
     >>> import freelearn as fl
-    >>> rows = {"sample": 1, "step": [0, 1], "elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": [0.0, 50.0]}
-    >>> rows |= {"force_n": [0.0, 1.0], "moment_nmm": [0.0, -3.0], "buckled": 0}
+    >>> rows = {"elongation_mm": 0.0, "twist_deg": 0.0, "pressure_kpa": [0.0, 50.0]}
+    >>> rows |= {"force_n": [0.0, 1.0], "moment_nmm": [0.0, -3.0]}
     >>> tube = {"gamma_deg": 40.0, "length_mm": 100.0, "inner_radius_mm": 5.0, "outer_radius_mm": 6.5}
     >>> len(fl.read_table(pd.DataFrame(rows), design=tube))
     2
@@ -69,7 +72,7 @@ def read_table(
     from freelearn.data.table.measurement_table import read_table as read
     from freelearn.data.table.members_table import read_members
 
-    place = table_file(table, None, design, recipe, members)
+    place = table_file(table, None, design, recipe, members, bed)
     if place.path is None:
         if design:
             raise UserError(f"{place.name} has its design: leave design out.")
@@ -91,10 +94,11 @@ def table_file(
     design: Mapping[str, float] | None = None,
     recipe: str | Path | None = None,
     members: Members | None = None,
+    bed: str | None = None,
 ) -> TableFile:
     """The table's file; of a DataFrame, of a raw file and of one whose design is told, a file of its own: table.csv in
     the folder (members.csv), or one of this session's. Raises UserError."""
-    place = _place(table, folder, design, recipe)
+    place = _place(table, folder, design, recipe, bed)
     if isinstance(members, pd.DataFrame):
         path = _written(members, folder, "members.csv")
         return replace(place, members=path, frames={**place.frames, "members": (path, members)})
@@ -102,7 +106,11 @@ def table_file(
 
 
 def _place(
-    table: Table, folder: Path | None, design: Mapping[str, float] | None, recipe: str | Path | None
+    table: Table,
+    folder: Path | None,
+    design: Mapping[str, float] | None,
+    recipe: str | Path | None,
+    bed: str | None = None,
 ) -> TableFile:
     if recipe is not None:
         return _converted(table, recipe, folder)
@@ -128,12 +136,12 @@ def _place(
     if table.attrs.get(DATA_SET, ("", ""))[1] == _digest(table.to_csv(index=False)):
         # Nothing was changed: it is the data set still, and what is simulated says so.
         return TableFile(str(table.attrs[DATA_SET][0]), None)
-    frame = _with(table, design or {})
-    bed = str(frame[BED].iloc[0]) if BED in frame and len(frame) else None
+    own = str(table[BED].iloc[0]) if BED in table and len(table) else None
+    frame = _completed(_with(table, design or {}), bed or own)
     block = table.attrs.get(MEMBERS)
     members = None if block is None else Path(block)
     path = _written(frame, folder)
-    return TableFile("csv", path, bed, members, table.attrs.get(ACCURACY), {"The DataFrame": (path, frame)})
+    return TableFile("csv", path, own, members, table.attrs.get(ACCURACY), {"The DataFrame": (path, frame)})
 
 
 @contextmanager
@@ -192,6 +200,18 @@ def _plain(path: Path) -> pd.DataFrame:
 
 def _with(frame: pd.DataFrame, design: Mapping[str, float]) -> pd.DataFrame:
     return frame.assign(**{name: value for name, value in design.items() if name not in frame})
+
+
+def _completed(frame: pd.DataFrame, bed: str | None) -> pd.DataFrame:
+    """With what tells one actuator's rows in their order nothing that they do not tell themselves."""
+    whole = frame.assign(**{name: value for name, value in {"sample": 1, "buckled": 0}.items() if name not in frame})
+    state = [q.column for q in BEDS.get(bed or "", KINEMATIC).state if q.column in whole]
+    if "step" in whole or RUN in whole or not state:
+        return whole
+    # Here, not above: few tables ask for it.
+    from freelearn.data.intake.assemble import count_steps
+
+    return whole.assign(step=count_steps(whole, ["sample", *state]))
 
 
 def _written(frame: pd.DataFrame, folder: Path | None, name: str = "table.csv") -> Path:

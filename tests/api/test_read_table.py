@@ -122,3 +122,25 @@ def test_a_fault_of_an_actuator_is_said_of_its_frame():
     for read in (fl.read_table, fl.fit):
         with pytest.raises(fl.UserError, match=r"(?s)members.*row 1.*inner_radius_mm"):
             read(PAIR, members=wrong)
+
+
+def test_a_frame_of_readings_alone_is_completed_as_intake_does():
+    """Rows of one tube in their order: one sample, none that buckled, steps counted at each place, another visit of the
+    same place counted anew."""
+    rows = pd.DataFrame({"elongation_mm": [0.0, 0.0, 2.0, 2.0, 0.0], "twist_deg": 10.0})
+    rows = rows.assign(pressure_kpa=[0.0, 50.0, 0.0, 50.0, 25.0], force_n=[0.0, 1.0, -1.0, 0.2, 0.5], moment_nmm=-3.0)
+    tube = {"gamma_deg": 40.0, "length_mm": 100.0, "inner_radius_mm": 5.0, "outer_radius_mm": 6.5}
+    table = fl.read_table(rows, design=tube)
+    assert table["step"].tolist() == [0, 1, 0, 1, 0]
+    assert set(table["sample"]) == {1}
+    assert set(table["buckled"]) == {0}
+    assert "step" not in rows
+    hung = rows.assign(force_n=[0.0, 0.0, -1.0, -1.0, -1.0], moment_nmm=0.0)
+    assert fl.read_table(hung, design=tube, bed="dead_load")["step"].tolist() == [0, 1, 0, 1, 2]
+    assert fl.read_table(hung.assign(bed="dead_load"), design=tube)["step"].tolist() == [0, 1, 0, 1, 2]
+
+
+def test_what_a_file_lacks_is_a_fault_of_it(tmp_path):
+    pd.DataFrame({"elongation_mm": [0.0, 0.0]}).to_csv(tmp_path / "mine.csv", index=False)
+    with pytest.raises(fl.UserError, match=r"(?s)sample: column is missing.*buckled: column is missing"):
+        fl.read_table(tmp_path / "mine.csv")
