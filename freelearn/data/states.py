@@ -23,7 +23,7 @@ SECONDS_PER_ROW = 20.0
 # Nominal: their orders of magnitude are enough (of Ogden and Roxburgh's softening, severities of a third or of three
 # times these fibers leave 2 % unexplained, these 1 %; without fibers it would be 30 %).
 SHEAR_MODULUS, STIFFER = 1e6, 30.0
-# Share of a log's range of pressures below which it has not changed its direction: readings flicker.
+# Share of the range of pressures below which they have not changed their direction: readings flicker.
 NOISE_BAND = 0.01
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
 LEAST_HOOP, MOST_HOOP, HOOP_ITERATIONS = 0.05, 9.0, 40
@@ -301,19 +301,15 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
 
 
 def pressure_direction(table: pd.DataFrame) -> np.ndarray:
-    """Sign of the pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step."""
-    state = kinematic_state(table)
-    pressure = table["pressure_kpa"].to_numpy(dtype=np.float64)
-    if is_log(table):
-        return log_direction(pressure, state)
-    direction = np.zeros(len(table))
-    direction[1:] = np.where(state[1:] == state[:-1], np.sign(np.diff(pressure)), 0.0)
-    return direction
+    """Sign of the last pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step.
+
+    What a gauge flickers by is no change: of several readings at one pressure all were reached as the first."""
+    return last_direction(table["pressure_kpa"].to_numpy(dtype=np.float64), kinematic_state(table))
 
 
-def log_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
-    """Direction in which the pressure (N,) of each recording last went by more than its noise, (N,) float64: 0 before
-    it has."""
+def last_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
+    """Direction in which the pressure (N,) of each state, or recording, last went by more than its noise, (N,) float64:
+    0 before it has."""
     if not len(pressure):
         return np.zeros(0)
     first = np.r_[True, run[1:] != run[:-1]]
@@ -327,7 +323,7 @@ def log_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 
 def noise_band(pressure: np.ndarray) -> float:
-    """How far the pressures (N,) of a log have to go for their direction to change: a hair more than the share of their
+    """How far the pressures (N,) of a table have to go for their direction to change: a hair more than the share of their
     range, so that of readings in whole digits that go just so far no rounding decides."""
     return NOISE_BAND * (1 + 1e-9) * float(np.ptp(pressure))
 

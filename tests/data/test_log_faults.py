@@ -9,7 +9,7 @@ from freelearn.api.tasks.intake_task import taken_in
 from freelearn.common.errors import UserError
 from freelearn.data.logs import pieces
 from freelearn.data.sets import split_rows
-from freelearn.data.states import States, log_direction
+from freelearn.data.states import States, last_direction
 from freelearn.testing.small_tables import recordings
 
 
@@ -168,7 +168,7 @@ def test_whole_recordings_are_held_out_and_of_few_blocks_of_time():
 def test_the_direction_of_a_noisy_pressure_is_that_of_its_branch():
     time = np.linspace(0, 10, 400)
     pressure = 50 - 50 * np.cos(2 * np.pi * time / 10) + np.random.default_rng(0).normal(0, 0.05, 400)
-    direction = log_direction(pressure, np.zeros(400, dtype=int))
+    direction = last_direction(pressure, np.zeros(400, dtype=int))
     assert (direction[40:190] == 1).all()
     assert (direction[220:390] == -1).all()
 
@@ -184,4 +184,4 @@ def test_no_rounding_turns_a_direction():
             moved = value - pointer - np.clip(value - pointer, -band, band)
             pointer += moved
             direction.append(np.sign(moved) if abs(moved) > 1e-12 * band else direction[-1])
-        np.testing.assert_array_equal(log_direction(pressure, np.zeros(400, dtype=int)), direction)
+        np.testing.assert_array_equal(last_direction(pressure, np.zeros(400, dtype=int)), direction)

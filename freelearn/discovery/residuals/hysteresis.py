@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from freelearn.data.states import States
+from freelearn.data.states import States, noise_band
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.shapes import monomials
@@ -45,7 +45,7 @@ def comparisons(states: States, state: np.ndarray) -> list[Comparison]:
     if states.members:
         return []
     pressure, direction = states.pressure.numpy(), states.direction.numpy()
-    out = []
+    apart, out = noise_band(pressure), list[Comparison]()
     order = np.argsort(state, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(state[order])) + 1):
         falling, rising = rows[direction[rows] < 0], rows[direction[rows] >= 0]
@@ -54,9 +54,21 @@ def comparisons(states: States, state: np.ndarray) -> list[Comparison]:
             continue
         for row in falling:
             if pressure[rising[0]] - BEYOND <= pressure[row] <= pressure[rising[-1]] + BEYOND:
-                nearest = np.argsort(np.abs(pressure[rising] - pressure[row]), kind="stable")[:3]
+                nearest = _nearest(pressure[rising], float(pressure[row]), apart)
                 out.append(Comparison(int(row), rising[nearest], _shares(pressure[rising[nearest]], pressure[row])))
     return out
+
+
+def _nearest(at: np.ndarray, where: float, apart: float) -> np.ndarray:
+    """Numbers of the three nearest of values `at`, of several that are less than so far apart the nearest alone: between
+    readings at one pressure, which its noise alone tells apart, nothing can be interpolated."""
+    chosen: list[int] = []
+    for i in np.argsort(np.abs(at - where), kind="stable"):
+        if all(abs(at[i] - at[j]) >= apart for j in chosen):
+            chosen.append(int(i))
+        if len(chosen) == 3:
+            break
+    return np.array(chosen)
 
 
 def _shares(at: np.ndarray, where: float) -> np.ndarray:
@@ -65,9 +77,8 @@ def _shares(at: np.ndarray, where: float) -> np.ndarray:
     for i in range(len(at)):
         for j in range(len(at)):
             if i != j:
-                shares[i] *= (where - at[j]) / (at[i] - at[j]) if at[i] != at[j] else np.nan
-    # Two readings at one pressure: the nearest alone.
-    return shares if np.isfinite(shares).all() else np.eye(len(at))[0]
+                shares[i] *= (where - at[j]) / (at[i] - at[j])
+    return shares
 
 
 def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: Whitener) -> ResidualTest:
