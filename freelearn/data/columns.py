@@ -80,6 +80,8 @@ def with_members(table: pd.DataFrame, members: pd.DataFrame) -> pd.DataFrame:
 LEFT_OUT = "left_out"
 # Another: 1 where the tube hangs loose.
 SLACK = "slack"
+# Another: 1 where rising pressure reached a state's first row.
+RISEN = "risen"
 
 
 def usable_rows(table: pd.DataFrame) -> np.ndarray:
@@ -142,9 +144,9 @@ def _columns(table: pd.DataFrame, bed: Bed, predicted: bool) -> tuple[np.ndarray
 # The columns of a measurement table, by bed and by the number of actuators on one end block.
 
 # Marks of 0 or 1; a blank one marks nothing, but for that of buckling.
-MARKS = ("buckled", LEFT_OUT, SLACK)
+MARKS = ("buckled", LEFT_OUT, SLACK, RISEN)
 INTEGERS = ("sample", "step", *MARKS)
-OPTIONAL = ("time_s", "temperature_c", LEFT_OUT, SLACK)
+OPTIONAL = ("time_s", "temperature_c", LEFT_OUT, SLACK, RISEN)
 
 
 @dataclass(frozen=True)

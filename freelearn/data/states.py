@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, DEG, KINEMATIC, KPA, MM, NMM, Bed, bed_of
-from freelearn.data.columns import DESIGN, SECOND, design_column, members_in, pressure_column
+from freelearn.data.columns import DESIGN, RISEN, SECOND, design_column, members_in, pressure_column
 from freelearn.data.logs import is_log, run_numbers, session_clock
 from freelearn.data.recordings import Recording, stopped
 from freelearn.data.warm_start import Near
@@ -25,6 +25,8 @@ SECONDS_PER_ROW = 20.0
 SHEAR_MODULUS, STIFFER = 1e6, 30.0
 # Share of the range of pressures below which they have not changed their direction: readings flicker.
 NOISE_BAND = 0.01
+# Share of the largest pressure above which an actuator was filled.
+AT_REST = 0.02
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
 LEAST_HOOP, MOST_HOOP, HOOP_ITERATIONS = 0.05, 9.0, 40
 
@@ -303,8 +305,19 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
 def pressure_direction(table: pd.DataFrame) -> np.ndarray:
     """Sign of the last pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step.
 
-    What a gauge flickers by is no change: of several readings at one pressure all were reached as the first."""
-    return last_direction(table["pressure_kpa"].to_numpy(dtype=np.float64), kinematic_state(table))
+    What a gauge flickers by is no change: of several readings at one pressure all were reached as the first. +1 at a
+    first step that is marked as risen."""
+    direction = last_direction(table["pressure_kpa"].to_numpy(dtype=np.float64), kinematic_state(table))
+    if RISEN not in table:
+        return direction
+    marked: np.ndarray = table[RISEN].to_numpy(np.float64) == 1
+    return np.where((direction == 0) & marked, 1.0, direction)
+
+
+def begun_under_pressure(pressure: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Rows before the pressure has moved, at which it is not that of rest, (N,) bool."""
+    begun: np.ndarray = (direction == 0) & (pressure > AT_REST * max(float(pressure.max(initial=0.0)), 1e-300))
+    return begun
 
 
 def last_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
@@ -323,8 +336,8 @@ def last_direction(pressure: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 
 def noise_band(pressure: np.ndarray) -> float:
-    """How far the pressures (N,) of a table have to go for their direction to change: a hair more than the share of their
-    range, so that of readings in whole digits that go just so far no rounding decides."""
+    """How far the pressures (N,) of a table have to go for their direction to change: a hair more than the share of
+    their range, so that of readings in whole digits that go just so far no rounding decides."""
     return NOISE_BAND * (1 + 1e-9) * float(np.ptp(pressure))
 
 

@@ -119,6 +119,9 @@ SORTED = 0.8
 BLOCK = 30.0
 # Increase of χ² up to which an effect is idle beside blocks: three standard deviations of one whitened number.
 IDLE = 9.0
+# By how much χ² has to fall, in the linear model, for first rows under pressure to count as reached by rising pressure:
+# three standard deviations of one whitened number.
+REACHED = 9.0
 
 # --- whitened fits -----------------------------------------------------------------------------------------------
 

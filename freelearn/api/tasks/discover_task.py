@@ -23,7 +23,7 @@ from freelearn.common.errors import UserError
 from freelearn.common.files import write_text
 from freelearn.common.progress import watched
 from freelearn.data.accuracy import PAPER
-from freelearn.data.columns import usable_rows
+from freelearn.data.columns import RISEN, usable_rows
 from freelearn.data.rows import Rows
 from freelearn.data.sets import samples_of
 from freelearn.discovery.checks.look import failed, useless
@@ -31,6 +31,7 @@ from freelearn.discovery.fits.journal import Entry, Journal, kept_in
 from freelearn.discovery.fits.prepare import prepare
 from freelearn.discovery.fits.step import Step, not_testable
 from freelearn.discovery.referee.case import CANNOT, Check
+from freelearn.discovery.search.first_rows import marked, risen
 from freelearn.discovery.search.search import Watch, search
 from freelearn.discovery.search.testable import candidates
 from freelearn.fitting.options import LEVENBERG_MARQUARDT, NORMAL
@@ -113,6 +114,7 @@ def discover(
     view = DiscoveryView(console, f"{settings.model.name} on {settings.train}", provenance.simulated, said)
     with view, kept_in(progress.journal()), watched(view.doing):
         measured = _measuring(task)
+        task = _begun(task, measured)
         lost = useless(checks) if settings.checks else None
         reason = None if lost is None else Check(lost.name, CANNOT, None, None, lost.says)
         findings = search(task.question(measured.accuracy), step, reason)
@@ -204,6 +206,21 @@ def _measuring(task: Task) -> Measuring:
         return Measuring(stated.si(), [])
     prepared, fit, _ = prepare(replace(task.question(PAPER), candidates=[]))
     return estimated(fit, prepared.rows)
+
+
+def _begun(task: Task, measured: Measuring) -> Task:
+    """With first rows under pressure marked as reached by rising pressure, where that explains the rows better and the
+    table does not say."""
+    loaded = task.loaded
+    if RISEN in loaded.table or not risen(task.question(measured.accuracy)):
+        return task
+    table = marked(loaded.table)
+    says = (
+        "states begin under pressure, and what depends on its direction shows in their first rows as if it had risen "
+        f"to there: they were taken so; where that is wrong, say so by a column {RISEN}, 0 or 1"
+    )
+    loaded = replace(loaded, table=table, warnings=(*loaded.warnings, says))
+    return replace(task, loaded=loaded, everything=Rows.from_table(table))
 
 
 def _show(discovery: Discovery, folder: Path, command: str, figures: bool, simulated: bool) -> None:

@@ -16,6 +16,7 @@ from freelearn.data.columns import (
     INTEGERS,
     LEFT_OUT,
     OPTIONAL,
+    RISEN,
     SLACK,
     Columns,
     members_in,
@@ -40,7 +41,7 @@ from freelearn.data.table.row_suspicions import row_suspicions
 from freelearn.data.table.schema import faultless, find_faults
 from freelearn.data.table.unit_suspicions import unit_warnings
 
-BLANK_MARKS = (LEFT_OUT, SLACK)
+BLANK_MARKS = (LEFT_OUT, SLACK, RISEN)
 
 
 @dataclass(frozen=True)

@@ -60,8 +60,8 @@ def comparisons(states: States, state: np.ndarray) -> list[Comparison]:
 
 
 def _nearest(at: np.ndarray, where: float, apart: float) -> np.ndarray:
-    """Numbers of the three nearest of values `at`, of several that are less than so far apart the nearest alone: between
-    readings at one pressure, which its noise alone tells apart, nothing can be interpolated."""
+    """Numbers of the three nearest of values `at`, of several less than so far apart the nearest alone: between what
+    noise alone tells apart nothing can be interpolated."""
     chosen: list[int] = []
     for i in np.argsort(np.abs(at - where), kind="stable"):
         if all(abs(at[i] - at[j]) >= apart for j in chosen):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import DEAD_LOAD
+from freelearn.data.columns import RISEN
 from freelearn.data.rows import Rows
 from freelearn.discovery.checks.look import needed_readings
 from freelearn.discovery.fits.derivatives import Build
@@ -17,6 +19,7 @@ from freelearn.discovery.fits.step import Candidate, not_testable
 from freelearn.discovery.noise.shapes import imposed
 from freelearn.discovery.referee.case import CANNOT, Check
 from freelearn.discovery.residuals.hysteresis import ALONE, FEWEST_COMPARISONS, comparisons
+from freelearn.discovery.search.first_rows import as_risen, risen
 from freelearn.discovery.search.measuring_order import DRIFT
 from freelearn.discovery.thresholds import SORTED
 from freelearn.physics.chain.model import Model
@@ -81,7 +84,8 @@ def question_of_rows(build: Build, columns: Collection[str], rows: Rows, accurac
     """What a search asks of rows that were read from a table with these columns: all that they can tell."""
     names, _, unshown = candidates(build([]), (), columns, rows)
     clocked = not unclocked(columns, rows)
-    return Question(build, names, rows, accuracy, seed, clocked=clocked, unshown=unshown)
+    question = Question(build, names, rows, accuracy, seed, clocked=clocked, unshown=unshown)
+    return replace(question, rows=as_risen(rows)) if RISEN not in columns and risen(question) else question
 
 
 def unseen(name: str, columns: Collection[str], rows: Rows) -> str:

@@ -33,7 +33,7 @@ NEEDED_DESIGN = tuple(name for name in DESIGN if name != "gamma2_deg")
 STATE = ("elongation_mm", "twist_deg", "pressure_kpa")
 READINGS = ("force_n", "moment_nmm", "outer_diameter_mm")
 FURTHER = ("time_s", "temperature_c")
-MARKS = ("buckled", "slack", "left_out")
+MARKS = ("buckled", "slack", "left_out", "risen")
 QUANTITIES = (*DESIGN, *STATE, *READINGS, *FURTHER)
 
 # The unit of a time whose cells are dates with a time of day.
