@@ -67,6 +67,10 @@ STRETCHED = ((1.8, 0.0), (1.9, 1.0), (4.8, 1.0), (4.9, 0.0))
 RATE, HELD_TWIST = 50.0, 40.0
 
 
+# The effect that acts until the pressure changes.
+STILL = "motion_friction"
+
+
 def plane() -> pd.DataFrame:
     """The kinematic plane of the protocol, one row per point."""
     elongation, twist = np.meshgrid(np.linspace(-5, 5, POINTS), np.linspace(-120, 120, POINTS), indexing="ij")
@@ -76,15 +80,16 @@ def plane() -> pd.DataFrame:
     return table.assign(sample=SAMPLE, step=0, pressure_kpa=PRESSURE_KPA, **design)
 
 
-def states_of(table: pd.DataFrame) -> States:
-    """The plane's states, all with the same past."""
+def states_of(table: pd.DataFrame, name: str) -> States:
+    """The plane's states, all with the same past. name: of the effect, whose past may be another."""
     states = States.from_table(table)
 
     def all_rows(value: float) -> torch.Tensor:
         return torch.full_like(states.length, value)
 
     worst = all_rows(float(states.severity.max()))
-    past = {"dwell": HELD, "clock": CLOCK, "moved_length": MOVED[0], "moved_twist": MOVED[1], "direction": 1.0}
+    past = {"dwell": HELD, "clock": CLOCK, "moved_length": MOVED[0], "moved_twist": MOVED[1]}
+    past["direction"] = 0.0 if name == STILL else 1.0
     return states.replace(past_severity=worst, **{name: all_rows(value) for name, value in past.items()})
 
 
@@ -105,7 +110,7 @@ def differences(name: str) -> pd.DataFrame:
     time_s, pressure_kpa, force_n, moment_nmm (without the effect) and the same changes."""
     along = EFFECTS[name].port == "history"
     table = recording() if along else plane()
-    states = States.from_table(table) if along else states_of(table)
+    states = States.from_table(table) if along else states_of(table, name)
     values = {f"{name}.{p.name}": p.scale for p in EFFECTS[name].declared_parameters()}
     with torch.no_grad():
         before = build_model("continuum", MATERIAL)(states)

@@ -314,9 +314,12 @@ def pressure_direction(table: pd.DataFrame) -> np.ndarray:
     return np.where((direction == 0) & marked, 1.0, direction)
 
 
-def begun_under_pressure(pressure: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Rows before the pressure has moved, at which it is not that of rest, (N,) bool."""
-    begun: np.ndarray = (direction == 0) & (pressure > AT_REST * max(float(pressure.max(initial=0.0)), 1e-300))
+def begun_under_pressure(pressure: np.ndarray, direction: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """Rows before the pressure moves in their state, at which it is not that of rest, (N,) bool. state: each row's."""
+    _, member = np.unique(state, return_inverse=True)
+    moves = np.bincount(member, direction != 0) > 0
+    filled = pressure > AT_REST * max(float(pressure.max(initial=0.0)), 1e-300)
+    begun: np.ndarray = (direction == 0) & moves[member] & filled
     return begun
 
 

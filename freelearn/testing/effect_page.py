@@ -40,6 +40,8 @@ log's runs whose times begin anew are laid end to end.
 several samples, unless `per_sample=false` says that they are of one stock; their pictures are those of one actuator,
 which the first lifts as a mount that gives way does, and whose C1, or C2, the others change. The three gains that are
 each sample's own are asked of several samples alone: of actuators on one end block `pressure_gain` has each one's.
+`motion_friction` is told by states that the bed went to from either side, under one pressure each: a sweep of the
+length, forth and back.
 `viscoelasticity` needs the times too, and states in the order in which the bed went to them, buckled and left-out ones
 included. It knows the last move alone: where states last less than τ, earlier ones are felt, and not told.
 
@@ -58,7 +60,8 @@ PICTURES = """
 ## What each does
 
 Each picture shows by how much an effect changes force and moment over the kinematic plane, at the values in its title
-(the scale of its parameters), for the simulated sample 4 at half of the protocol's pressure, while the pressure rises.
+(the scale of its parameters), for the simulated sample 4 at half of the protocol's pressure, while the pressure rises
+(`motion_friction`: before it does).
 Red: more; blue: less; white: little beside the largest change. Effects of time, of order and of the past are shown
 after a last move of 1 mm and 10° and a minute at the state, a third of a day after the first row, and with the
 harshest state visited before. Effects of the history are shown along a recording, two quick steps of the pressure,

@@ -14,6 +14,7 @@ from freelearn.data.accuracy import Accuracy
 from freelearn.data.bed_accuracy import changed, sensors, shared
 from freelearn.data.beds import DEG, KPA, MM, NMM, Bed
 from freelearn.data.corners import steps
+from freelearn.data.moves import moved_by, swept
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.discovery.fits.white_fit import WhiteFit
@@ -195,7 +196,7 @@ def _beyond(moves: np.ndarray, variance: np.ndarray) -> float:
 
 def places(states: States) -> pd.DataFrame:
     """Where each row was measured, rounded to what counts as the same: its sample, the two quantities of its state,
-    pressures, direction."""
+    pressures, direction, and of sweeps under one pressure the side from which the bed came."""
     near = {"length": SAME_MM * MM, "twist": SAME_DEG * DEG, "force": SAME_N, "moment": SAME_NMM * NMM}
     grains = [near[quantity.field] for quantity in states.bed.state]
     inputs = states.inputs()
@@ -204,7 +205,12 @@ def places(states: States) -> pd.DataFrame:
     shares = [SAME_OF_RANGE * most if most > 0 else np.inf for most in ranges]
     grains = [min(grain, share) for grain, share in zip(grains, shares, strict=True)]
     rounded = {str(i): (x.numpy() / grain).round() for i, (x, grain) in enumerate(zip(inputs, grains, strict=True))}
-    return pd.DataFrame({"sample": states.sample.numpy(), **rounded, "direction": states.direction.numpy()})
+    where = pd.DataFrame({"sample": states.sample.numpy(), **rounded, "direction": states.direction.numpy()})
+    if not swept(states):
+        return where
+    # Forth and back under one pressure are no repeats: friction tells them apart.
+    along, around = moved_by(states).round().numpy().T
+    return where.assign(along=along, around=around)
 
 
 def repeats(where: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:

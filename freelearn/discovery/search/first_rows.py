@@ -13,7 +13,7 @@ from torch import Tensor
 
 from freelearn.data.columns import RISEN
 from freelearn.data.rows import Rows
-from freelearn.data.states import begun_under_pressure, pressure_direction
+from freelearn.data.states import begun_under_pressure, kinematic_state, pressure_direction
 from freelearn.discovery.fits.derivatives import trials
 from freelearn.discovery.fits.prepare import Question, prepare
 from freelearn.discovery.noise.linear_algebra import orthonormal
@@ -27,8 +27,12 @@ DIRECTED = ("friction_hysteresis", "contact_friction", "pressure_hysteresis")
 def as_risen(rows: Rows) -> Rows:
     """The same rows, those of states that begin under pressure reached by rising pressure."""
     states = rows.states
-    begun = torch.as_tensor(begun_under_pressure(states.pressure.numpy(), states.direction.numpy()))
-    return replace(rows, states=states.replace(direction=torch.where(begun, 1.0, states.direction)))
+    return replace(rows, states=states.replace(direction=torch.where(_begun(rows), 1.0, states.direction)))
+
+
+def _begun(rows: Rows) -> Tensor:
+    states = rows.states
+    return torch.as_tensor(begun_under_pressure(states.pressure.numpy(), states.direction.numpy(), rows.state))
 
 
 def risen(question: Question) -> bool:
@@ -38,7 +42,7 @@ def risen(question: Question) -> bool:
     asked = [name for name in DIRECTED if name in (*question.candidates, *question.unshown)]
     if states.members or states.recording is not None or not asked:
         return False
-    if not begun_under_pressure(states.pressure.numpy(), states.direction.numpy()).any():
+    if not bool(_begun(question.rows).any()):
         return False
     prepared, fit, noise = prepare(replace(question, candidates=[], unshown={}))
     rows, whiten = prepared.rows, noise.whitener()
@@ -64,5 +68,6 @@ def _beside(columns: Tensor, span: Tensor) -> Tensor:
 def marked(table: pd.DataFrame) -> pd.DataFrame:
     """A measurement table with the mark of rows that rising pressure reached, those of states that begin under pressure
     among them."""
-    begun = begun_under_pressure(table["pressure_kpa"].to_numpy(np.float64), pressure_direction(table))
+    pressure = table["pressure_kpa"].to_numpy(np.float64)
+    begun = begun_under_pressure(pressure, pressure_direction(table), kinematic_state(table))
     return table.assign(**{RISEN: begun.astype(np.int64)})

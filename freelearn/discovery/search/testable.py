@@ -7,10 +7,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import torch
 
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.beds import DEAD_LOAD
 from freelearn.data.columns import RISEN
+from freelearn.data.moves import driven, moved_by, swept
 from freelearn.data.rows import Rows
 from freelearn.discovery.checks.look import needed_readings
 from freelearn.discovery.fits.derivatives import Build
@@ -28,10 +30,12 @@ from freelearn.physics.effects.registry import EFFECTS
 
 # Which effects can be tested on a model and a table.
 
+MOTION = "motion_friction"
 # The column that says when a row was measured.
 TIME = "time_s"
 # Rows that have to show what an effect does.
 FEWEST = 10
+FEWEST_EACH_WAY = 5
 # A row counts as less severe than an earlier one below this share of the harshest so far.
 MILDER = 0.99
 # Strands lie closer than at rest below this share of the braid's area there.
@@ -73,7 +77,7 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str], rows:
             out.append(not_testable(name, reason))
         elif reason := unseen(name, present, rows):
             out.append(not_testable(name, reason))
-            if still and name in ACTING:
+            if still and (name in ACTING or (name == MOTION and swept(rows.states))):
                 unshown[name] = reason
         else:
             names.append(name)
@@ -149,6 +153,18 @@ def _lagging_pressure(rows: Rows) -> str:
     return _friction(rows)
 
 
+def _motion(rows: Rows) -> str:
+    states = rows.states
+    if states.members or states.recording is not None:
+        return "is asked of states of one actuator that were held: along a log it is maxwell_slip"
+    there = driven(states)
+    way = moved_by(states)[there]
+    fewest = int(torch.minimum((way > 0.5).sum(0), (way < -0.5).sum(0)).max()) if bool(there.any()) else 0
+    if fewest >= FEWEST_EACH_WAY:
+        return ""
+    return f"needs {FEWEST_EACH_WAY} rows after a move either way, under a pressure held since: there are {fewest}"
+
+
 def _braid(rows: Rows) -> str:
     return "" if rows.states.second_angle is not None else "needs a braid: a second family of fibers, gamma2_deg"
 
@@ -188,6 +204,7 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
     "friction_hysteresis": _friction,
     "contact_friction": _friction,
     "pressure_hysteresis": _lagging_pressure,
+    MOTION: _motion,
     "relaxation": _relaxation,
     "stress_softening": _softening,
     "bladder_slack": _braid,

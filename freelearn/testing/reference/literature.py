@@ -17,6 +17,7 @@ fiber_dispersion (`fiber_density`): nothing, the structure tensor is the mean ov
 
 end_taper (`braided`): 0.001 %, at most 0.05 %, of cones that are sharp at rest too.
 threshold_pressure (`braided`): nothing, as long as no pressure is near it; there the package rounds off what is a kink.
+motion_friction (`driven`): nothing, the last move alone slides them.
 contact_friction (`braided`, `rubbing`): nothing, like the other friction.
 strand_jamming (`braided`): each family's strands as they lie; without twist nothing.
 buckling (`braided`): Euler's load is a kink here; at it the package has two thirds of it.
@@ -41,7 +42,7 @@ from freelearn.testing.reference.braided import bent, beyond_threshold, contact,
 from freelearn.testing.reference.lagging_walls import overstress
 from freelearn.testing.reference.material_points import Points
 from freelearn.testing.reference.remembering_walls import Law, Memory, loads, remembered
-from freelearn.testing.reference.total_energy import Effects
+from freelearn.testing.reference.total_energy import Effects, driven
 from freelearn.testing.reference.truths import grown as grown_package
 
 Array = np.ndarray[Any, Any]
@@ -101,7 +102,7 @@ def _beside(s: dict[str, Array], fx: Effects) -> Array:
     rub = fx.get("friction_hysteresis", {})
     dry = _rubbed(s, fx, "friction_hysteresis")[:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
     ends = tapered(s, fx) + unfilled(s, fx) + jammed(s, fx, apart=True)
-    return np.asarray(ends - dry - contact(s, fx, _rubbed(s, fx, "contact_friction")))
+    return np.asarray(ends - dry - driven(s, fx) - contact(s, fx, _rubbed(s, fx, "contact_friction")))
 
 
 def _rubbed(s: dict[str, Array], fx: Effects, effect: str) -> Array:

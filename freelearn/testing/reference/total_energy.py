@@ -197,7 +197,16 @@ def handed_on(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[A
     rub = fx.get("friction_hysteresis", {})
     friction = s["direction"][:, None] * np.array([rub.get("force", 0.0), rub.get("moment", 0.0)])
     ends = tapered(s, fx, BLUNT) + unfilled(s, fx) + jammed(s, fx)
-    return loads + ends - friction - contact(s, fx, s["direction"]), balanced
+    return loads + ends - friction - driven(s, fx) - contact(s, fx, s["direction"]), balanced
+
+
+def driven(s: dict[str, Array], fx: Effects) -> Array:
+    """Friction (N, 2) of threads that slide as the bed drives them, until the pressure does."""
+    p = fx.get("motion_friction")
+    if p is None:
+        return np.zeros(2)
+    way = np.sign(np.stack([s["moved_length"], s["moved_twist"]], axis=1)) * (s["direction"] == 0)[:, None]
+    return np.asarray(way * [p["force"], p["moment"]])
 
 
 def at_rest(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> Array:

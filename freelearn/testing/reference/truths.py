@@ -64,8 +64,11 @@ APART: dict[str, dict[str, float]] = {
     "strand_jamming": {"stiffness": 500.0},
     "buckling": {"flexibility": 30.0},
 }
-# As UNIT: of what goes by the direction of the pressure, in data sets of its own.
-DIRECTED: dict[str, dict[str, float]] = {"pressure_hysteresis": {"pressure": 500.0}}
+# As UNIT: of what goes by the direction of the pressure, or of the bed, in data sets of its own.
+DIRECTED: dict[str, dict[str, float]] = {
+    "pressure_hysteresis": {"pressure": 500.0},
+    "motion_friction": {"force": 0.05, "moment": 1e-3},
+}
 FIXED = {
     "relaxation": {"time": 45.0},
     "viscoelasticity": {"time": 60.0},

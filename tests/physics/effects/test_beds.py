@@ -21,7 +21,7 @@ HISTORY = {name for name, kind in EFFECTS.items() if kind.port == "history"}
 REFUSED = {
     "kinematic": {"buckling"},
     "isometric": {"moment_offset", "moment_gain", "own_moment_gain"},
-    "dead_load": {"twist_slack", "viscoelasticity", "maxwell_slip", "contact_slip", "buckling"},
+    "dead_load": {"twist_slack", "viscoelasticity", "motion_friction", "maxwell_slip", "contact_slip", "buckling"},
     "inflation": {"moment_offset", "moment_gain", "own_moment_gain", "buckling", *HISTORY},
 }
 READINGS = ("force_n", "moment_nmm", "elongation_mm", "twist_deg", "outer_diameter_mm")

@@ -43,6 +43,7 @@ NAMES = [
     "threshold_pressure",
     "contact_friction",
     "friction_hysteresis",
+    "motion_friction",
     "relaxation",
     "stress_softening",
     "force_offset",
@@ -57,6 +58,7 @@ NAMES = [
 PER_SAMPLE = {
     "contact_friction",
     "friction_hysteresis",
+    "motion_friction",
     "length_offset",
     "twist_offset",
     "twist_slack",
