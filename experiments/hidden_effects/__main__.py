@@ -97,7 +97,7 @@ def main() -> None:
         "--seeds",
         type=int,
         default=1,
-        help="rounds of the plan: 139, 211, 90, 36, 24, 33, 60, 24, 67, 30, 36 or 10 data sets each",
+        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 36 or 10 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")

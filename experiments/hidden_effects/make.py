@@ -69,20 +69,26 @@ def make(job: dict) -> Made:
     forms = laboratory.forms if laboratory else "literature" if "tubes" in job else "package"
     grown = literature.grown if forms == "literature" else truths.grown
     outside = job["kind"] == "outside"
+    # Filled from none: contacts rub in the first row too.
+    vented = {"vented": 1.0} if laboratory and laboratory.begins else {}
+
+    def hidden(name: str, amount: float) -> dict[str, float]:
+        return grown(name, amount) | (vented if name == "friction_hysteresis" else {})
+
     fx, extra, reached = {}, None, []
     for name in job["hidden"]:
 
         def loads(a: float, name: str = name) -> pd.DataFrame:
             if outside:
                 return measured({}, SILENT, _outside(name, a), quiet=True).table
-            return measured({name: grown(name, a)} if a else {}, SILENT, None, quiet=True).table
+            return measured({name: hidden(name, a)} if a else {}, SILENT, None, quiet=True).table
 
         amount, size = sized(loads, job["size"], material, true, laboratory.growth if laboratory else 0.0)
         reached.append(size)
         if outside:
             extra = _outside(name, amount)
         else:
-            fx[name] = grown(name, amount)
+            fx[name] = hidden(name, amount)
     told = Accuracy.engineering(**(laboratory.told(true) if laboratory else true))
     return Made(measured(fx, true, extra), material, fx, reached, told, actuators)
 

@@ -23,7 +23,9 @@ LIKE_MOVED = {
     "off_axis": ("twist_offset", "moment_gain", "sensor_crosstalk", "fiber_misalignment"),
     "viscoelasticity": ("length_offset", "relaxation", "sensor_drift", "stress_softening"),
 }
-FRICTION, LAG = "friction_hysteresis", "pressure_hysteresis"
+FRICTION, LAG, RUB = "friction_hysteresis", "pressure_hysteresis", "motion_friction"
+# Protocols of their own: ladders from above rest, several readings at each pressure, sweeps of the length.
+BEGUN = ("from above rest", "several readings", "isobaric")
 # Laboratories whose noise is normal, that have slips, and that are odd in another way.
 NORMAL_SHARE, SLIPPED_SHARE, ODD_SHARE = 0.5, 2 / 3, 0.2
 
@@ -142,18 +144,28 @@ def unknown(seeds: int) -> list[dict]:
 def directions(seeds: int) -> list[dict]:
     """What goes by the direction of the pressure, in few states as `laboratory` measures: friction where the pressure
     only rises, which these rows cannot show, beside nothing hidden there; friction, and regulators that stay short of
-    their setpoint or gauges that lag, where it falls too."""
+    their setpoint or gauges that lag, where it falls too; friction in ladders that begin above rest, and where each
+    pressure is read several times; friction against the bed's motion under one pressure after the other."""
     sets = []
     for seed in range(seeds):
         generator = np.random.default_rng([seed, 2032])
         hidden: list[tuple[str, str, list[str], int]] = [("rising", "none", [], 0)] * 6
-        for protocol, name in (("rising", FRICTION), ("both ways", FRICTION), ("both ways", LAG)):
+        hidden += [(protocol, "none", [], 0) for protocol in BEGUN for _ in range(3)]
+        friction = [(protocol, FRICTION) for protocol in ("rising", "both ways", *BEGUN[:2])]
+        for protocol, name in (*friction, ("both ways", LAG), (BEGUN[2], RUB)):
             hidden += [(protocol, "one", [name], size) for size in LABORATORY_SIZES for _ in range(3)]
         for protocol, kind, names, size in hidden:
             s = {"kind": kind, "hidden": names, "size": size, "protocol": protocol, "noise": 1.0}
             s |= {"seed": int(generator.integers(1 << 30)), "laboratory": settings("short", generator)}
-            if protocol == "both ways":
+            if protocol not in ("rising", BEGUN[2]):
                 s["laboratory"] |= {"pressures": 6, "falling": int(generator.integers(2, 6))}
+            if protocol == BEGUN[0]:
+                s["laboratory"]["begins"] = float(generator.uniform(5, 25))
+            elif protocol == BEGUN[1]:
+                s["laboratory"]["readings"] = int(generator.integers(2, 4))
+            elif protocol == BEGUN[2]:
+                own = {"states": int(generator.integers(7, 15)), "pressures": int(generator.integers(3, 7))}
+                s["laboratory"] |= own | {"isobaric": True}
             sets.append(s)
     return numbered(sets)
 

@@ -218,7 +218,7 @@ def of_directions(frame: pd.DataFrame) -> list[Row]:
     said = [bool(set(hidden) & {*effects, *(n for c in classes for n in c)}) for hidden, effects, classes in answers]
     told, rows = pd.Series(said, frame.index), list[Row]()
     none = frame["kind"] == "none"
-    rows += rate("rising, nothing hidden: nothing claimed", frame[none], ~claimed[none], "≥ 97")
+    rows += rate("nothing hidden: nothing claimed", frame[none], ~claimed[none], "≥ 97")
     for (protocol, name), part in frame[~none].groupby(["protocol", frame["hidden"].map(" ".join)], sort=False):
         wrong = claimed & ~told
         rows += rate(f"{protocol}, {name}: claimed without it", part, wrong[part.index], "≤ 3")

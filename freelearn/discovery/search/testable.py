@@ -77,7 +77,7 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str], rows:
             out.append(not_testable(name, reason))
         elif reason := unseen(name, present, rows):
             out.append(not_testable(name, reason))
-            if still and (name in ACTING or (name == MOTION and swept(rows.states))):
+            if still and name in (ACTING_SWEPT if swept(rows.states) else ACTING):
                 unshown[name] = reason
         else:
             names.append(name)
@@ -212,8 +212,10 @@ HISTORY: dict[str, Callable[[Rows], str]] = {
 }
 
 
-# Of these those that act in any rows. Along a log effects of the history see them.
+# Of these those that act in any rows. Where a place is driven under one pressure, the pressure drives nothing; along a
+# log effects of the history see them.
 ACTING = ("friction_hysteresis", "contact_friction", "pressure_hysteresis", "relaxation", "stress_softening", DRIFT)
+ACTING_SWEPT = (MOTION, "stress_softening", DRIFT)
 
 
 # Rows of a single kinematic state that let anything be told from a line.

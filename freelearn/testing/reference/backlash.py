@@ -49,21 +49,23 @@ def bracketed_zero(function: Callable[[Array], Array], low: Array, high: Array, 
     return np.where(np.abs(f1) <= np.abs(f2), x1, x2)
 
 
-def rubbed(pressure: Array, first: Array, sliding: float, carried: bool = False) -> Array:
+def rubbed(pressure: Array, first: Array, sliding: float, carried: bool = False, vented: bool = False) -> Array:
     """Share of the Coulomb friction that acts at each row, (N,) in −1 … 1, positive against rising pressure.
 
     The element of Dahl (1968), dz/dP = (1 − z sign(dP/dt))/P_s, integrated exactly over each step of pressure.
     pressure: (N,) Pa in time order. sliding: P_s [Pa], over which friction builds up; first: (N,) bool, a kinematic
     state's first row. There the contacts begin afresh, because the move to the state slides them further, and in
-    directions that the pressure does not tell; carried: the move changes nothing, only the pressure counts.
+    directions that the pressure does not tell; carried: the move changes nothing, only the pressure counts; vented:
+    nothing presses during the move, and the first row is filled from there.
     """
     share = np.zeros(len(pressure))
     for row in range(1, len(pressure)):
-        if first[row] and not carried:
+        if first[row] and not carried and not vented:
             continue
-        step = pressure[row] - pressure[row - 1]
+        step = pressure[row] if first[row] and vented else pressure[row] - pressure[row - 1]
         side = np.sign(step)
-        share[row] = side + (share[row - 1] - side) * np.exp(-abs(step) / sliding)
+        before = 0.0 if first[row] and vented else share[row - 1]
+        share[row] = side + (before - side) * np.exp(-abs(step) / sliding)
     return share
 
 

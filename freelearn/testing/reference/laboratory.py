@@ -96,7 +96,9 @@ RIGS: dict[str, Rig] = {"literature": literature.on_the_rig, "package": total_en
 class Laboratory:
     """How measurements are made.
 
-    states: kinematic states per sample. pressures: rising levels of each; falling: rows after them. order: of the
+    states: kinematic states per sample. pressures: rising levels of each; falling: rows after them; begins: the lowest
+    level [kPa], to which the tube is filled from none; readings: rows at each level. isobaric: under each level the
+    length goes forth and back through as many places instead, each row a state of its own. order: of the
     states, "random" or "sorted" by elongation, then twist. actuators: whose, "paper" or "random".
     tails: degrees of freedom of Student's t, which all noise has (inf: normal); its standard deviation stays the
     stated one. growth: a load cell's standard deviation is (1 + growth |load|/largest |load|) times the stated one.
@@ -107,6 +109,9 @@ class Laboratory:
     states: int = 60
     pressures: int = 5
     falling: int = 2
+    begins: float = 0.0
+    readings: int = 1
+    isobaric: bool = False
     order: Literal["random", "sorted"] = "random"
     actuators: Literal["paper", "random"] = "random"
     tails: float = np.inf
@@ -144,9 +149,13 @@ def random_actuators(count: int, generator: np.random.Generator) -> dict[int, tu
 
 def protocol(laboratory: Laboratory, actuators: Actuators, generator: np.random.Generator) -> pd.DataFrame:
     """A measurement table without loads: what the laboratory sets out to impose."""
+    if laboratory.isobaric:
+        return _sweeps(laboratory, actuators, generator)
+    lowest = laboratory.begins
     pressure = np.r_[
-        np.linspace(0, HIGHEST_KPA, laboratory.pressures), np.linspace(HIGHEST_KPA, 0, laboratory.falling + 1)[1:]
-    ]
+        np.linspace(lowest, HIGHEST_KPA, laboratory.pressures),
+        np.linspace(HIGHEST_KPA, lowest, laboratory.falling + 1)[1:],
+    ].repeat(laboratory.readings)
     rows, parts = len(pressure), []
     for number, (gamma, length, inner, outer) in actuators.items():
         places = np.stack(np.meshgrid(*(np.linspace(-1, 1, n) for n in PLACES), indexing="ij"), -1).reshape(-1, 2)
@@ -162,6 +171,24 @@ def protocol(laboratory: Laboratory, actuators: Actuators, generator: np.random.
         part["pressure_kpa"] = np.tile(pressure, len(at))
         part["time_s"] = SECONDS_PER_ROW * np.arange(len(part)) + PAUSE * np.repeat(np.arange(len(at)), rows)
         parts.append(part)
+    return pd.concat(parts, ignore_index=True)
+
+
+def _sweeps(laboratory: Laboratory, actuators: Actuators, generator: np.random.Generator) -> pd.DataFrame:
+    """Forth and back through the lengths, at one twist, under one pressure after the other."""
+    parts = []
+    for number, (gamma, length, inner, outer) in actuators.items():
+        forth = (np.linspace(-1, 1, laboratory.states) * STRETCH * length).round(2)
+        both = np.r_[forth, forth[-2::-1]]
+        turn = TWIST_DEG * min(1.0, length / outer / PAPER_SLENDER) * generator.uniform(-0.5, 0.5)
+        levels = np.linspace(laboratory.begins, HIGHEST_KPA, laboratory.pressures)
+        rows = range(len(both) * len(levels))
+        part = pd.DataFrame({"sample": number, "gamma_deg": gamma, "length_mm": length}, index=rows)
+        part = part.assign(inner_radius_mm=inner, outer_radius_mm=outer, twist_deg=round(turn, 2))
+        part["elongation_mm"], part["pressure_kpa"] = np.tile(both, len(levels)), np.repeat(levels, len(both))
+        # Where one sweep ended the next begins: the bed stands, and the pressure changes.
+        part["step"] = (part["elongation_mm"].diff() == 0).astype(int)
+        parts.append(part.assign(time_s=SECONDS_PER_ROW * np.arange(len(part))))
     return pd.concat(parts, ignore_index=True)
 
 

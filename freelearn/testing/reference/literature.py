@@ -108,7 +108,7 @@ def _beside(s: dict[str, Array], fx: Effects) -> Array:
 def _rubbed(s: dict[str, Array], fx: Effects, effect: str) -> Array:
     """Share of an effect's friction that acts, (N,)."""
     p = FIXED[effect] | dict(fx.get(effect, {}))
-    return rubbed(s["pressure"], s["dwell"] == 0, p["sliding"], bool(p.get("carried", 0.0)))
+    return rubbed(s["pressure"], s["dwell"] == 0, p["sliding"], bool(p.get("carried")), bool(p.get("vented")))
 
 
 def _taken_up(
