@@ -13,6 +13,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, DEG, KINEMATIC, KPA, MM, NMM, Bed, bed_of
 from freelearn.data.columns import DESIGN, RISEN, SECOND, design_column, members_in, pressure_column
+from freelearn.data.flicker import stays
 from freelearn.data.logs import is_log, run_numbers, session_clock
 from freelearn.data.recordings import Recording, stopped
 from freelearn.data.warm_start import Near
@@ -274,13 +275,14 @@ def _member(table: pd.DataFrame, number: int) -> States:
 def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     """Number of the kinematic state that each row belongs to: (N,) int64, in order of first appearance.
 
-    A state is one visit of the bed to a length and twist: its rows share sample and twist, and `step` counts up in
-    them. A repeat of a state later in the file is a visit, and so a state, of its own: it may have a position error of
-    its own (whether it has, a search asks: discovery.fits.visits). The length is left out of the comparison where the
-    step keeps counting, because real beds creep while the pressure changes; a new count starts a new state.
+    A state is one visit of the bed to a length and twist: its rows share sample and twist, but for what an encoder
+    flickers by, and `step` counts up in them. A repeat of a state later in the file is a visit, and so a state, of its
+    own: it may have a position error of its own (whether it has, a search asks: discovery.fits.visits). The length is
+    left out of the comparison where the step keeps counting, because real beds creep while the pressure changes; a new
+    count starts a new state.
 
-    Under a dead load a state is one load as hung: rows that share sample, force and moment while `step` counts up. Of a
-    log a state is one recording: its rows share what was set when the actuator was mounted for it.
+    Under a dead load a state is one load as hung: rows that share sample, force and moment, as nearly, while `step`
+    counts up. Of a log a state is one recording: its rows share what was set when the actuator was mounted for it.
     """
     if is_log(table):
         return run_numbers(table)
@@ -290,13 +292,14 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     if bed_of(table) is DEAD_LOAD:
         same = sample[1:] == sample[:-1]
         for name in ("force_n", "moment_nmm"):
-            load = table[name].to_numpy()
-            same = same & (load[1:] == load[:-1])
+            same = same & stays(table[name].to_numpy(np.float64), name)
         new[1:] = ~(same & counting)
         return np.cumsum(new) - 1
     twist, elongation = table["twist_deg"].to_numpy(), table["elongation_mm"].to_numpy()
-    same_place = (sample[1:] == sample[:-1]) & (twist[1:] == twist[:-1])
-    same_length = elongation[1:] == elongation[:-1]
+    one = sample[1:] == sample[:-1]
+    turned = twist[1:] != twist[:-1]
+    same_place = one & (stays(twist, "twist_deg") if turned.any() else ~turned)
+    same_length = ~turned & (elongation[1:] == elongation[:-1])
     # Without a usable count (all steps equal) only an unchanged length keeps rows together.
     new[1:] = ~(same_place & (counting | (same_length & (step[1:] == step[:-1]))))
     return np.cumsum(new) - 1
