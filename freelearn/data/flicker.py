@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-# By how much a place, or a hung load, that stays may be read otherwise, as a share of the largest; twists [deg] at
-# least by so much.
+# By how much a place, or a hung load, that stays may be read otherwise, as a share of the largest; twists [deg] and
+# lengths [mm] at least by so much.
 SHARE = 0.01
-LEAST = {"twist_deg": 0.3}
+LEAST = {"twist_deg": 0.3, "elongation_mm": 0.02}
+# Fewest rows of a state that tell its flicker, and of all states; von Neumann's ratio, one of white noise and less than
+# half of a place that creeps with the pressure, above which it is no creep.
+FEWEST, ENOUGH, WHITE = 3, 12, 0.7
 
 
 def stays(values: np.ndarray, column: str) -> np.ndarray:
@@ -19,3 +22,27 @@ def stays(values: np.ndarray, column: str) -> np.ndarray:
     near = max(SHARE * float(np.abs(values).max(initial=0.0)), LEAST.get(column, 0.0))
     same: np.ndarray = np.abs(np.diff(values)) <= near
     return same
+
+
+def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.0) -> np.ndarray:
+    """Values (N,) of what a bed imposes, in states that it stayed in their means, where all that they differ by is what
+    their readings flicker by: no row was elsewhere, and a model that is told so would miss by its stiffness.
+
+    state: each row's, (N,). size: what counts as the largest at least, in the column's unit. A bed that creeps, from
+    row to row in one direction, keeps its readings.
+    """
+    if len(values) < ENOUGH or not np.isfinite(values).all():
+        return values
+    _, member, count = np.unique(state, return_inverse=True, return_counts=True)
+    mean = np.bincount(member, values) / count
+    off = values - mean[member]
+    most = np.zeros(len(count))
+    np.maximum.at(most, member, np.abs(off))
+    near = max(SHARE * max(float(np.abs(values).max()), size), LEAST.get(column, 0.0))
+    asked = ((count >= FEWEST) & (most > 0) & (most <= near))[member]
+    if asked.sum() < ENOUGH:
+        return values
+    pairs = asked[1:] & (member[1:] == member[:-1])
+    freedom = asked.sum() - len(np.unique(member[asked]))
+    ratio = (np.diff(off)[pairs] ** 2).mean() / (2 * (off[asked] ** 2).sum() / freedom) if pairs.any() else 0.0
+    return np.where(asked & (ratio > WHITE), mean[member], values)

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, DEG, KINEMATIC, KPA, MM, NMM, Bed, bed_of
 from freelearn.data.columns import DESIGN, RISEN, SECOND, design_column, members_in, pressure_column
-from freelearn.data.flicker import stays
+from freelearn.data.flicker import settled, stays
 from freelearn.data.logs import is_log, run_numbers, session_clock
 from freelearn.data.recordings import Recording, stopped
 from freelearn.data.warm_start import Near
@@ -26,6 +26,8 @@ SECONDS_PER_ROW = 20.0
 SHEAR_MODULUS, STIFFER = 1e6, 30.0
 # Share of the range of pressures below which they have not changed their direction: readings flicker.
 NOISE_BAND = 0.01
+# Share of a length at rest that counts as a large elongation.
+LENGTH_SHARE = 0.05
 # Share of the largest pressure above which an actuator was filled.
 AT_REST = 0.02
 # Squares of hoop stretches that are looked at; beyond, a tube has burst.
@@ -219,7 +221,13 @@ class States:
         def column(name: str, factor: float = 1.0) -> Tensor:
             return torch.as_tensor(table[name].to_numpy(dtype=np.float64) * factor)
 
+        def imposed(name: str, factor: float = 1.0, size: float = 0.0) -> Tensor:
+            values = table[name].to_numpy(dtype=np.float64)
+            return torch.as_tensor(settled(values, state, name, size) * factor)
+
+        state = kinematic_state(table)
         bed, reference = bed_of(table), column("length_mm", MM)
+        longest = LENGTH_SHARE * float(table["length_mm"].max()) if len(table) else 0.0
         resting = _zeros(reference)
         hung = bed is DEAD_LOAD
         second = column(SECOND, DEG) if SECOND in table else None
@@ -229,13 +237,13 @@ class States:
             reference_length=reference,
             inner_radius=column("inner_radius_mm", MM),
             outer_radius=column("outer_radius_mm", MM),
-            length=reference + (resting if hung else column("elongation_mm", MM)),
-            twist=resting if hung else column("twist_deg", DEG),
+            length=reference + (resting if hung else imposed("elongation_mm", MM, longest)),
+            twist=resting if hung else imposed("twist_deg", DEG),
             pressure=column("pressure_kpa", KPA),
             sample=torch.tensor(table["sample"].to_numpy(dtype=np.int64)),
             direction=torch.as_tensor(pressure_direction(table)),
-            force=column("force_n") if hung else resting,
-            moment=column("moment_nmm", NMM) if hung else resting,
+            force=imposed("force_n") if hung else resting,
+            moment=imposed("moment_nmm", NMM) if hung else resting,
             second_angle=second.nan_to_num(nan=0.0) if some and second is not None else None,
             second_share=second.isfinite().double() if some and second is not None else None,
             bed=bed,
