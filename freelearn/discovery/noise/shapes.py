@@ -27,14 +27,35 @@ def history(states: States) -> Tensor:
     """Columns (N, k) of rows of a log; none of another table.
 
     By how much each quantity imposed is ahead of its lag, for several times, and what plays hold back of it, these also
-    in proportion to what is imposed.
+    in proportion to what is imposed. What a gauge flickers by is in the residual of its row, and no history: each row's
+    shapes are those of the other rows' readings, its own and every second one about it taken from the line through its
+    neighbors.
     """
     if states.recording is None or states.place is None:
         return torch.zeros(len(states), 0, dtype=torch.float64)
     recording, place = states.recording.around(states.place)
-    # What a gauge flickers is in the readings' errors too, and no history.
-    inputs = recording.calmed(torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1))
-    moving = inputs[:, recording.change(inputs).abs().amax(0) > STILL]
+    read = torch.stack([_scaled(x) for x in recording.states.inputs()], dim=1)
+    moving = recording.change(recording.calmed(read)).abs().amax(0) > STILL
+    second = torch.arange(len(read)) % 2 == 1
+    each = (recording.calmed(_between(read, recording, own)) for own in (~second, second))
+    even, odd = (_past(recording, inputs, moving) for inputs in each)
+    return torch.where(second[:, None], odd, even)[place]
+
+
+def _between(read: Tensor, recording: Recording[States], own: Tensor) -> Tensor:
+    """Readings (N, k) with those of some rows, (N,) bool, no two of which follow each other, on the line through the
+    rows before and after; a recording's ends stay."""
+    inside = torch.zeros_like(own)
+    inside[1:-1] = own[1:-1] & ~recording.first[1:-1] & ~recording.first[2:]
+    at = torch.nonzero(inside)[:, 0]
+    time = recording.time
+    share = ((time[at] - time[at - 1]) / (time[at + 1] - time[at - 1]))[:, None]
+    return read.index_copy(0, at, (1 - share) * read[at - 1] + share * read[at + 1])
+
+
+def _past(recording: Recording[States], inputs: Tensor, moves: Tensor) -> Tensor:
+    """What depends on the past of inputs (N, m), of which some move, (m,) bool: (N, k)."""
+    moving = inputs[:, moves]
     late = [lag(moving, recording, moving.new_tensor(t)) for t in times(recording)]
     free = ~recording.first[:, None]
     held = [stopped(moving, *(torch.where(free, sign * w, 0.0).expand_as(moving) for sign in (-1, 1))) for w in PLAYS]
@@ -42,7 +63,7 @@ def history(states: States) -> Tensor:
     each = torch.cat([*late, *held], dim=1)
     sloped = torch.cat(held, dim=1)
     varied = [sloped * x[:, None] for x in inputs.unbind(1)]
-    columns: Tensor = torch.cat([each, *varied], dim=1)[place]
+    columns: Tensor = torch.cat([each, *varied], dim=1)
     return columns
 
 
