@@ -46,3 +46,18 @@ def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.
     freedom = asked.sum() - len(np.unique(member[asked]))
     ratio = (np.diff(off)[pairs] ** 2).mean() / (2 * (off[asked] ** 2).sum() / freedom) if pairs.any() else 0.0
     return np.where(asked & (ratio > WHITE), mean[member], values)
+
+
+def flickers(values: np.ndarray, column: str) -> bool:
+    """Whether a column (N,) holds nothing but what the readings of a place at zero flicker by: little, and no value
+    like the one before it.
+
+    >>> noise = np.random.default_rng(1).normal(0, 0.05, 200)
+    >>> flickers(noise, "twist_deg"), flickers(noise.repeat(5), "twist_deg"), flickers(noise + 2, "twist_deg")
+    (True, False, False)
+    """
+    told = values[np.isfinite(values)]
+    if len(told) < ENOUGH or np.abs(told).max() > LEAST.get(column, 0.0):
+        return False
+    off = told - told.mean()
+    return bool((np.diff(told) ** 2).mean() > WHITE * 2 * (off**2).mean() > 0)

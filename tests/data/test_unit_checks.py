@@ -138,3 +138,16 @@ def test_tubes_that_hang_loose_and_few_rows_say_nothing_of_signs():
     assert any("force_n may have its sign turned" in w for w in unit_warnings(rising))
     assert not any("sign" in w for w in unit_warnings(rising.assign(slack=1)))
     assert not any("sign" in w for w in unit_warnings(rising[:7]))
+
+
+def test_a_twist_that_is_held_at_zero_is_not_in_radians():
+    """An encoder reads some hundredths of a degree; places in radians stay for the rows of a state."""
+    noise = np.random.default_rng(2)
+    table = (
+        inflated(110.0, 6.0, 7.5, 100.0, (0.02, 0.05, 0.1)).drop(columns="outer_diameter_mm").assign(bed="isometric")
+    )
+    many = pd.concat([table] * (1 + 60 // len(table)), ignore_index=True)
+    held = many.assign(twist_deg=noise.normal(0, 0.05, len(many)), step=np.arange(len(many)))
+    assert not [w for w in unit_warnings(held) if "radians" in w]
+    turned = held.assign(twist_deg=np.repeat(noise.uniform(-0.25, 0.25, len(many)), 5)[: len(many)])
+    assert [w for w in unit_warnings(turned) if "radians" in w]

@@ -10,6 +10,7 @@ import pandas as pd
 
 from freelearn.data.beds import DEG, FORCE, KPA, MM, bed_of
 from freelearn.data.columns import used_rows
+from freelearn.data.flicker import flickers
 from freelearn.data.logs import is_log
 
 # What is said about columns whose numbers suggest another unit than their names say.
@@ -106,7 +107,8 @@ def _lengths(used: pd.DataFrame) -> Iterator[str]:
 def _elongation(used: pd.DataFrame) -> Iterator[str]:
     size = used["elongation_mm"].abs()
     # Several levels: a bed that holds the length shows one small number, or none.
-    if 0 < size.max() < 0.03 and used["elongation_mm"].nunique() >= 3:
+    held = flickers(used["elongation_mm"].to_numpy(np.float64), "elongation_mm")
+    if 0 < size.max() < 0.03 and used["elongation_mm"].nunique() >= 3 and not held:
         yield UnitWarning(
             f"elongation_mm may be in meters (largest {size.max():.4g}, below what beds resolve in mm): "
             f"in mm it would be {1000 * size.max():.4g}.",
@@ -123,7 +125,8 @@ def _angles(used: pd.DataFrame) -> Iterator[str]:
 
 def _twist(used: pd.DataFrame) -> Iterator[str]:
     twist = used["twist_deg"].abs()
-    if 0 < twist.max() < LARGEST_TWIST_RAD and used["twist_deg"].nunique() >= 3:
+    held = flickers(used["twist_deg"].to_numpy(np.float64), "twist_deg")
+    if 0 < twist.max() < LARGEST_TWIST_RAD and used["twist_deg"].nunique() >= 3 and not held:
         yield UnitWarning(
             f"twist_deg may be in radians (largest {twist.max():.4g}, at several different values): "
             f"in degrees it would be {twist.max() / DEG:.4g}.",
