@@ -72,6 +72,8 @@ def test_forth_and_back_are_no_repeats_of_each_other():
     found = fl.discover(table, accuracy=fl.Accuracy(**NOISE), progress=False)
     assert found.effects == [RUB]
     assert [check for check in found.content["checks"] if check["status"] == "fail"] == []
+    # Nor are there steps to be counted: each row is a place of its own.
+    assert not any("step is" in note.lower() for note in found.content["notes"])
 
 
 def test_rows_whose_pressure_changes_do_not_ask_for_it():

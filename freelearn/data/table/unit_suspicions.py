@@ -10,7 +10,7 @@ import pandas as pd
 
 from freelearn.data.beds import DEG, FORCE, KPA, MM, bed_of
 from freelearn.data.columns import used_rows
-from freelearn.data.flicker import flickers
+from freelearn.data.flicker import flickers, stays
 from freelearn.data.logs import is_log
 
 # What is said about columns whose numbers suggest another unit than their names say.
@@ -274,6 +274,18 @@ def _about(sentences: Sequence[str], columns: Sequence[str]) -> bool:
     return any(sentence.startswith(f"{column} ") for sentence in sentences for column in columns)
 
 
+# Share of the rows in which the bed stands while the pressure changes, above which steps are to be counted: in sweeps
+# of the length under one pressure after the other it stands where one ends and the next begins.
+STANDS = 0.25
+
+
+def _stands(used: pd.DataFrame, state: list[str]) -> bool:
+    same = used["sample"].to_numpy()[1:] == used["sample"].to_numpy()[:-1]
+    for name in state:
+        same &= stays(used[name].to_numpy(np.float64), name)
+    return bool((same & (np.diff(used["pressure_kpa"].to_numpy(np.float64)) != 0)).sum() > STANDS * len(used))
+
+
 def _step(used: pd.DataFrame) -> Iterator[str]:
     state = [quantity.column for quantity in bed_of(used).state]
     states = used.groupby(["sample", *state], sort=False)
@@ -281,7 +293,7 @@ def _step(used: pd.DataFrame) -> Iterator[str]:
     if (states["step"].nunique() > 1).any():
         return
     pressures = states["pressure_kpa"].nunique()
-    if (pressures > 1).any():
+    if (pressures > 1).any() and _stands(used, state):
         same = used["step"].iloc[0] if used["step"].nunique() == 1 else None
         yield (
             f"step {'never changes' if same is None else f'is {same} in every row'} although a kinematic state has up "
