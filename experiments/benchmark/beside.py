@@ -18,7 +18,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "experiments"), str(ROOT)]
@@ -35,7 +34,6 @@ from freelearn.api.settings.configuration import settings  # noqa: E402
 from freelearn.api.settings.settings import DiscoverSettings  # noqa: E402
 from freelearn.api.tasks.discover_task import discover  # noqa: E402
 from freelearn.common.files import write_text  # noqa: E402
-from freelearn.data.accuracy import Accuracy  # noqa: E402
 from freelearn.data.columns import usable_rows  # noqa: E402
 from freelearn.data.rows import Rows  # noqa: E402
 from freelearn.discovery.fits.prepare import Question  # noqa: E402
@@ -109,7 +107,7 @@ def of_few(number: int) -> Beside:
     rows = Rows.from_table(table[usable_rows(table)].reset_index(drop=True))
     return _simulated(
         f"few {number}", _words(job["hidden"]) if job["hidden"] else job["unknown"] or "nothing",
-        _asked(examine_few.build, table.columns, rows, examine_few.told(made.told), job),
+        question_of_rows(examine_few.build, table.columns, rows, examine_few.told(made.told), job["seed"] % 1000),
         lambda model: examine_few.fresh(model, made),
     )  # fmt: skip
 
@@ -124,7 +122,7 @@ def of_laboratory(number: int) -> Beside:
     def build(names: Sequence[str]) -> Model:
         return build_model("continuum", {}, names, list(made.actuators))
 
-    question = _asked(build, table.columns, rows, made.told, job)
+    question = question_of_rows(build, table.columns, rows, made.told, job["seed"] % 1000)
     return _simulated(f"laboratory {number}", f"{_words(job['hidden'])} ({job['size']} σ)", question)
 
 
@@ -158,10 +156,6 @@ def of_real(chosen: RealSet, data: Path, out: Path) -> Beside:
 def _simulated(name: str, hidden: str, question: Question, fresh: Callable[[Model], float] | None = None) -> Beside:
     library = list(question.candidates)
     return Beside(name, hidden, lambda: search(question), question.build, lambda rows: library, fresh)
-
-
-def _asked(build: Build, columns: Sequence[str], rows: Rows, told: Accuracy, job: Mapping[str, Any]) -> Question:
-    return question_of_rows(build, columns, rows, told, job["seed"] % 1000)
 
 
 def _words(names: Sequence[str]) -> str:

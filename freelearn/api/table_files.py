@@ -203,7 +203,7 @@ def _with(frame: pd.DataFrame, design: Mapping[str, float]) -> pd.DataFrame:
 
 
 def _completed(frame: pd.DataFrame, bed: str | None) -> pd.DataFrame:
-    """With what tells one actuator's rows in their order nothing that they do not tell themselves."""
+    """With the columns that rows of one actuator, in the order of measuring, tell themselves."""
     whole = frame.assign(**{name: value for name, value in {"sample": 1, "buckled": 0}.items() if name not in frame})
     state = [q.column for q in BEDS.get(bed or "", KINEMATIC).state if q.column in whole]
     if "step" in whole or RUN in whole or not state:

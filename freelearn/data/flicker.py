@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
+import numpy as np
+import pandas as pd
+
+from freelearn.data.beds import DEAD_LOAD, KINEMATIC
+
+# What a bed imposes and an encoder, or a load cell, may read.
+IMPOSED = tuple(quantity.column for quantity in (*KINEMATIC.state, *DEAD_LOAD.state))
 # By how much a place, or a hung load, that stays may be read otherwise, as a share of the largest; twists [deg] and
 # lengths [mm] at least by so much.
 SHARE = 0.01
@@ -24,28 +31,40 @@ def stays(values: np.ndarray, column: str) -> np.ndarray:
     return same
 
 
+def stood(table: pd.DataFrame, columns: Sequence[str]) -> np.ndarray:
+    """Of each row but the first, whether it is like the one before it in these columns, what a bed imposes but for its
+    flicker: (N − 1,) bool."""
+    same = np.ones(max(len(table) - 1, 0), dtype=bool)
+    for name in columns:
+        values = table[name].to_numpy()
+        imposed = name in IMPOSED and values.dtype.kind in "if"
+        same &= stays(values.astype(np.float64), name) if imposed else values[1:] == values[:-1]
+    return same
+
+
 def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.0) -> np.ndarray:
     """Values (N,) of what a bed imposes, in states that it stayed in their means, where all that they differ by is what
     their readings flicker by: no row was elsewhere, and a model that is told so would miss by its stiffness.
 
-    state: each row's, (N,). size: what counts as the largest at least, in the column's unit. A bed that creeps, from
-    row to row in one direction, keeps its readings.
+    state: each row's number from 0, (N,). size: what counts as the largest at least, in the column's unit. A bed that
+    creeps, from row to row in one direction, keeps its readings.
     """
     if len(values) < ENOUGH or not np.isfinite(values).all():
         return values
-    _, member, count = np.unique(state, return_inverse=True, return_counts=True)
-    mean = np.bincount(member, values) / count
-    off = values - mean[member]
+    count = np.bincount(state)
+    mean = np.bincount(state, values) / np.maximum(count, 1)
+    off = values - mean[state]
     most = np.zeros(len(count))
-    np.maximum.at(most, member, np.abs(off))
+    np.maximum.at(most, state, np.abs(off))
     near = max(SHARE * max(float(np.abs(values).max()), size), LEAST.get(column, 0.0))
-    asked = ((count >= FEWEST) & (most > 0) & (most <= near))[member]
+    held = (count >= FEWEST) & (most > 0) & (most <= near)
+    asked = held[state]
     if asked.sum() < ENOUGH:
         return values
-    pairs = asked[1:] & (member[1:] == member[:-1])
-    freedom = asked.sum() - len(np.unique(member[asked]))
+    pairs = asked[1:] & (state[1:] == state[:-1])
+    freedom = asked.sum() - held.sum()
     ratio = (np.diff(off)[pairs] ** 2).mean() / (2 * (off[asked] ** 2).sum() / freedom) if pairs.any() else 0.0
-    return np.where(asked & (ratio > WHITE), mean[member], values)
+    return np.where(asked & (ratio > WHITE), mean[state], values)
 
 
 def flickers(values: np.ndarray, column: str) -> bool:

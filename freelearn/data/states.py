@@ -13,7 +13,7 @@ from torch import Tensor
 
 from freelearn.data.beds import DEAD_LOAD, DEG, KINEMATIC, KPA, MM, NMM, Bed, bed_of
 from freelearn.data.columns import DESIGN, RISEN, SECOND, design_column, members_in, pressure_column
-from freelearn.data.flicker import settled, stays
+from freelearn.data.flicker import settled, stood
 from freelearn.data.logs import is_log, run_numbers, session_clock
 from freelearn.data.recordings import Recording, stopped
 from freelearn.data.warm_start import Near
@@ -241,7 +241,7 @@ class States:
             twist=resting if hung else imposed("twist_deg", DEG),
             pressure=column("pressure_kpa", KPA),
             sample=torch.tensor(table["sample"].to_numpy(dtype=np.int64)),
-            direction=torch.as_tensor(pressure_direction(table)),
+            direction=torch.as_tensor(pressure_direction(table, state)),
             force=imposed("force_n") if hung else resting,
             moment=imposed("moment_nmm", NMM) if hung else resting,
             second_angle=second.nan_to_num(nan=0.0) if some and second is not None else None,
@@ -294,31 +294,28 @@ def kinematic_state(table: pd.DataFrame) -> np.ndarray:
     """
     if is_log(table):
         return run_numbers(table)
-    sample, step = table["sample"].to_numpy(), table["step"].to_numpy()
+    step = table["step"].to_numpy()
     new = np.ones(len(table), dtype=bool)
     counting = step[1:] > step[:-1]
     if bed_of(table) is DEAD_LOAD:
-        same = sample[1:] == sample[:-1]
-        for name in ("force_n", "moment_nmm"):
-            same = same & stays(table[name].to_numpy(np.float64), name)
-        new[1:] = ~(same & counting)
+        new[1:] = ~(stood(table, ("sample", "force_n", "moment_nmm")) & counting)
         return np.cumsum(new) - 1
     twist, elongation = table["twist_deg"].to_numpy(), table["elongation_mm"].to_numpy()
-    one = sample[1:] == sample[:-1]
-    turned = twist[1:] != twist[:-1]
-    same_place = one & (stays(twist, "twist_deg") if turned.any() else ~turned)
-    same_length = ~turned & (elongation[1:] == elongation[:-1])
+    same_place = stood(table, ("sample", "twist_deg"))
+    same_length = (twist[1:] == twist[:-1]) & (elongation[1:] == elongation[:-1])
     # Without a usable count (all steps equal) only an unchanged length keeps rows together.
     new[1:] = ~(same_place & (counting | (same_length & (step[1:] == step[:-1]))))
     return np.cumsum(new) - 1
 
 
-def pressure_direction(table: pd.DataFrame) -> np.ndarray:
+def pressure_direction(table: pd.DataFrame, state: np.ndarray | None = None) -> np.ndarray:
     """Sign of the last pressure change that led to each row, (N,) float64: +1 rising, −1 falling, 0 at a first step.
+    state: each row's, where it is known.
 
     What a gauge flickers by is no change: of several readings at one pressure all were reached as the first. +1 at a
     first step that is marked as risen."""
-    direction = last_direction(table["pressure_kpa"].to_numpy(dtype=np.float64), kinematic_state(table))
+    state = kinematic_state(table) if state is None else state
+    direction = last_direction(table["pressure_kpa"].to_numpy(dtype=np.float64), state)
     if RISEN not in table:
         return direction
     marked: np.ndarray = table[RISEN].to_numpy(np.float64) == 1
@@ -327,10 +324,9 @@ def pressure_direction(table: pd.DataFrame) -> np.ndarray:
 
 def begun_under_pressure(pressure: np.ndarray, direction: np.ndarray, state: np.ndarray) -> np.ndarray:
     """Rows before the pressure moves in their state, at which it is not that of rest, (N,) bool. state: each row's."""
-    _, member = np.unique(state, return_inverse=True)
-    moves = np.bincount(member, direction != 0) > 0
+    moves = np.bincount(state, direction != 0) > 0
     filled = pressure > AT_REST * max(float(pressure.max(initial=0.0)), 1e-300)
-    begun: np.ndarray = (direction == 0) & moves[member] & filled
+    begun: np.ndarray = (direction == 0) & moves[state] & filled
     return begun
 
 

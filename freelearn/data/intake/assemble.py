@@ -13,9 +13,9 @@ import pandas as pd
 
 from freelearn.common.errors import UserError
 from freelearn.common.package import VERSION
-from freelearn.data.beds import BEDS, DEAD_LOAD, KINEMATIC
+from freelearn.data.beds import BEDS
 from freelearn.data.columns import pressure_column
-from freelearn.data.flicker import stays
+from freelearn.data.flicker import stood
 from freelearn.data.intake.evaluate import ANEW, FILE, LINE
 from freelearn.data.intake.plateaus import COUNT
 from freelearn.data.intake.recipes.recipe import DESIGN, MARKS, QUANTITIES, Recipe
@@ -48,22 +48,13 @@ def shared_values(values: np.ndarray, tolerance: float, column: str) -> np.ndarr
     return np.asarray(means.round(6))
 
 
-# What a bed imposes and an encoder may read.
-IMPOSED = tuple(quantity.column for quantity in (*KINEMATIC.state, *DEAD_LOAD.state))
-
-
 def count_steps(table: pd.DataFrame, state: list[str]) -> np.ndarray:
     """Steps 0, 1, … of consecutive rows that are alike in the columns `state`, (N,) int64. A place may flicker.
 
     >>> count_steps(pd.DataFrame({"twist_deg": [0, 0, 5, 0]}), ["twist_deg"]).tolist()
     [0, 1, 0, 0]
     """
-    same = np.ones(max(len(table) - 1, 0), dtype=bool)
-    for name in state:
-        values = table[name].to_numpy()
-        imposed = name in IMPOSED and values.dtype.kind in "if"
-        same &= stays(values.astype(np.float64), name) if imposed else values[1:] == values[:-1]
-    visit = np.r_[0, np.cumsum(~same)][: len(table)]
+    visit = np.r_[0, np.cumsum(~stood(table, state))][: len(table)]
     return np.asarray(table.groupby(visit, sort=False).cumcount(), dtype=np.int64)
 
 

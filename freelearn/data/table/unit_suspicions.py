@@ -10,7 +10,7 @@ import pandas as pd
 
 from freelearn.data.beds import DEG, FORCE, KPA, MM, bed_of
 from freelearn.data.columns import used_rows
-from freelearn.data.flicker import flickers, stays
+from freelearn.data.flicker import flickers, stood
 from freelearn.data.logs import is_log
 
 # What is said about columns whose numbers suggest another unit than their names say.
@@ -280,9 +280,7 @@ STANDS = 0.25
 
 
 def _stands(used: pd.DataFrame, state: list[str]) -> bool:
-    same = used["sample"].to_numpy()[1:] == used["sample"].to_numpy()[:-1]
-    for name in state:
-        same &= stays(used[name].to_numpy(np.float64), name)
+    same = stood(used, ["sample", *state])
     return bool((same & (np.diff(used["pressure_kpa"].to_numpy(np.float64)) != 0)).sum() > STANDS * len(used))
 
 

@@ -16,12 +16,10 @@ from freelearn.data.rows import Rows
 from freelearn.data.states import begun_under_pressure, kinematic_state, pressure_direction
 from freelearn.discovery.fits.derivatives import trials
 from freelearn.discovery.fits.prepare import Question, prepare
-from freelearn.discovery.noise.linear_algebra import orthonormal
+from freelearn.discovery.noise.linear_algebra import left_over, orthonormal
 from freelearn.discovery.noise.shapes import both_loads
 from freelearn.discovery.thresholds import REACHED
-
-# Effects that go by the direction of the pressure.
-DIRECTED = ("friction_hysteresis", "contact_friction", "pressure_hysteresis")
+from freelearn.physics.effects.registry import EFFECTS
 
 
 def as_risen(rows: Rows) -> Rows:
@@ -39,7 +37,7 @@ def risen(question: Question) -> bool:
     """Whether some effect of the direction explains the rows clearly better where those that begin under pressure count
     as reached by rising pressure, in units of χ² and in the linear model."""
     states = question.rows.states
-    asked = [name for name in DIRECTED if name in (*question.candidates, *question.unshown)]
+    asked = [name for name in (*question.candidates, *question.unshown) if EFFECTS[name].directed]
     if states.members or states.recording is not None or not asked:
         return False
     if not bool(_begun(question.rows).any()):
@@ -51,23 +49,19 @@ def risen(question: Question) -> bool:
         # A zero of the loads does not go by the direction. Where the pressure only rises nothing tells the two apart.
         level = torch.ones(len(rows), 1, dtype=torch.float64)
         known = torch.cat([known, whiten(both_loads(level, level)).flatten(0, 1)], dim=1)
-    span = orthonormal(known)
-    left = _beside(fit.residual.reshape(-1, 1), span)
+    left = left_over(fit.residual.reshape(-1), known)
 
     def gained(of: Rows) -> float:
         each = trials(fit, of, whiten, asked, question.on(question.given))
-        return max(float((orthonormal(_beside(t.columns, span)).T @ left).square().sum()) for t in each)
+        return max(float((orthonormal(left_over(t.columns, known)).T @ left).square().sum()) for t in each)
 
     return gained(as_risen(rows)) > gained(rows) + REACHED
-
-
-def _beside(columns: Tensor, span: Tensor) -> Tensor:
-    return columns - span @ (span.T @ columns)
 
 
 def marked(table: pd.DataFrame) -> pd.DataFrame:
     """A measurement table with the mark of rows that rising pressure reached, those of states that begin under pressure
     among them."""
     pressure = table["pressure_kpa"].to_numpy(np.float64)
-    begun = begun_under_pressure(pressure, pressure_direction(table), kinematic_state(table))
+    state = kinematic_state(table)
+    begun = begun_under_pressure(pressure, pressure_direction(table, state), state)
     return table.assign(**{RISEN: begun.astype(np.int64)})

@@ -64,6 +64,7 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str], rows:
     out: list[Candidate] = []
     unshown: dict[str, str] = {}
     still = not rows.states.members and rows.states.recording is None
+    acting = ACTING_SWEPT if swept(rows.states) else ACTING
     for name, effect in EFFECTS.items():
         # Along no log there is no history: nothing is said of it.
         if name in known or (effect.port == "history" and rows.states.recording is None):
@@ -77,7 +78,7 @@ def candidates(model: Model, given: Iterable[str], columns: Iterable[str], rows:
             out.append(not_testable(name, reason))
         elif reason := unseen(name, present, rows):
             out.append(not_testable(name, reason))
-            if still and name in (ACTING_SWEPT if swept(rows.states) else ACTING):
+            if still and name in acting:
                 unshown[name] = reason
         else:
             names.append(name)

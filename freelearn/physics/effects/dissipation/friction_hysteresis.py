@@ -8,7 +8,7 @@ from freelearn.physics.chain.ports import DissipationEffect, columns
 
 
 class Friction(Parameters):
-    """force, moment: against the direction of the pressure."""
+    """force, moment: against the direction of the pressure, or of the bed."""
 
     force: Tensor = parameter(
         "F_f",
