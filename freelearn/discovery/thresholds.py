@@ -4,6 +4,9 @@
 
 # Difference in the logarithm of the evidence up to which one set is as good as another: odds of 20 to 1.
 TIES = 3.0
+# The same within which a set that fits and predicts no worse is asked where the referee does not let the one shown
+# stand: what he finds is by chance once in a million, which outweighs odds of 3,000 to 1.
+OUTWEIGHED = 8.0
 # Probability that an effect, or what stands in for it, must have to be part of an answer.
 SURE = 0.95
 # Probability that nothing is missing below which a model is not called adequate.

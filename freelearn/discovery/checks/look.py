@@ -74,9 +74,9 @@ def repeated(plain: Plain, accuracy: Accuracy, stated: bool) -> TableCheck:
     rows = Rows.from_table(plain.table)
     groups = repeat_rows(rows)
     if len(groups) < FEWEST_REPEATS:
-        return TableCheck(
-            NAME, CANNOT, None, MOST_SCATTER, f"{len(groups)} places were visited again: too few to tell."
-        )
+        few = f"{len(groups)} places were visited again: too few to tell."
+        says = few if rows.states.recording is None else "A log's samples have what came before in them: no repeats."
+        return TableCheck(NAME, CANNOT, None, MOST_SCATTER, says)
     some = np.sort(np.concatenate(groups[:: max(1, len(groups) // ENOUGH)]))
     rows = rows[torch.as_tensor(some)]
     model = plain.build(plain.given)

@@ -224,8 +224,8 @@ def repeats(where: pd.DataFrame, state: np.ndarray) -> list[np.ndarray]:
 
 
 def repeat_rows(rows: Rows) -> list[np.ndarray]:
-    """`repeats` of the rows, by where they were measured."""
-    return repeats(places(rows.states), rows.visits)
+    """`repeats` of the rows, by where they were measured. A log has none: what came before is part of a sample."""
+    return repeats(places(rows.states), rows.visits) if rows.states.recording is None else []
 
 
 def repeat_scale(residual: Tensor, rows: Rows, whiten: Whitener) -> float | None:

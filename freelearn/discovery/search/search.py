@@ -33,7 +33,7 @@ from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
 from freelearn.discovery.search.throughout import throughout
-from freelearn.discovery.thresholds import EVEN, IDLE, MODELS_TOLD, MOST_ALIKE, MOST_KEPT, RISES
+from freelearn.discovery.thresholds import EVEN, IDLE, MODELS_TOLD, MOST_ALIKE, MOST_KEPT, OUTWEIGHED, RISES
 
 # Told of each new step and what it is.
 Watch = Callable[[Step, str], None]
@@ -212,16 +212,26 @@ def rivals(ending: Ending) -> dict[str, Step]:
 
 
 def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | None:
-    """Of the sets that are as good as the one that the referee does not let stand, the one that predicts best of those
-    that he does, and what he says of it; None where no such set stands. Whether it may be claimed, the others decide
-    as before, the one that does not stand among them."""
+    """Of the sets that are as good as the one that the referee does not let stand, or else fit and predict no worse,
+    the one that predicts best of those that he does, and what he says of it; None where no such set stands. Whether it
+    may be claimed, the others decide as before, the one that does not stand among them."""
     if ending.proposals:
         return None
+    shown, unshown = ending.answer.shown, set(prepared.question.unshown)
     # The one shown does not stand: that it is a part of another, and more probable, says nothing against that.
-    others = [h for h, _ in ending.answer.close if h.effects and h.key != ending.answer.shown.key]
-    close = minimal([h for h in others if not h.key & set(prepared.question.unshown)])
-    ahead([partial(ending.models.step, h) for h in close])
-    for hypothesis in sorted(close, key=lambda h: ending.models.step(h).E_heldout)[:ASKED_AGAIN]:
+    others = [h for h in ending.known.hypotheses.ordered() if h.effects and h.key != shown.key and not h.key & unshown]
+    told = {h.key for h, _ in ending.answer.close}
+    close = minimal([h for h in others if h.key in told])
+    after = minimal([h for h in others if h.key not in told and h.evidence >= shown.evidence - OUTWEIGHED])
+    after = [h for h in after if h.fit.chi2 <= shown.fit.chi2]
+    ahead([partial(ending.models.step, h) for h in [*close, *after]])
+
+    def predicts(hypothesis: Hypothesis) -> float:
+        return ending.models.step(hypothesis).E_heldout
+
+    no_worse = [h for h in after if predicts(h) <= predicts(shown)]
+    asked = [*sorted(close, key=predicts)[:ASKED_AGAIN], *sorted(no_worse, key=predicts)[:ASKED_AGAIN]]
+    for hypothesis in asked:
         other = ended(prepared, ending.known, ending.disagreed, hypothesis)
         if other.answer.shown is not hypothesis or verdict(other) not in CLAIMS:
             continue
