@@ -9,8 +9,8 @@ what they may be taken for. --plan wrong: tables that were mapped wrongly, of wh
 claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
 sessions: samples that differ in their rubber, their fibers or their sensors, or a zero that wanders. --plan few:
 tables of few states, judged by states between those that were measured. --plan time: logs with effects of the history,
-integrated by small steps. --plan unknown: random smooth functions of place and pressure added to what a laboratory
-measures, of which no effect of the library may be claimed.
+integrated by small steps; held and hung: on beds that hold and that hang. --plan unknown: random smooth functions of
+place and pressure added to what a laboratory measures, of which no effect of the library may be claimed.
 
 Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong, hidden_few,
 hidden_time, hidden_unknown, hidden_regular or hidden_sessions, and plots recovery against size, the confusion matrix,
@@ -29,7 +29,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hidden_effects.few import few
-from hidden_effects.over_time import held, over_time, report_time
+from hidden_effects.over_time import held, hung, over_time, report_time
 from hidden_effects.plan import PLANS, some
 from hidden_effects.regular import regular
 from hidden_effects.sessions import sessions
@@ -47,6 +47,7 @@ OUT = {
     "few": Path("outputs/hidden_few"),
     "time": Path("outputs/hidden_time"),
     "held": Path("outputs/hidden_held"),
+    "hung": Path("outputs/hidden_hung"),
     "unknown": Path("outputs/hidden_unknown"),
     "directions": Path("outputs/hidden_directions"),
     "regular": Path("outputs/hidden_regular"),
@@ -90,14 +91,14 @@ def done(job: dict, out: Path) -> bool:
 def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
-    logs = {"time": over_time, "held": held}
+    logs = {"time": over_time, "held": held, "hung": hung}
     plans = PLANS | {"wrong": wrong, "few": few, **logs, "regular": regular, "sessions": sessions}
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
         "--seeds",
         type=int,
         default=1,
-        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 36 or 10 data sets each",
+        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 28, 36 or 14 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")

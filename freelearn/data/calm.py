@@ -56,6 +56,13 @@ class Calm:
         """Places and weights, (M, WIDEST + 1) each."""
         return self._make()
 
+    @cached_property
+    def within(self) -> Tensor:
+        """Samples on a line with those before and behind them, (M,) bool."""
+        places, _ = self.lines
+        here = torch.arange(len(places), device=places.device)
+        return (places.amin(1) < here) & (places.amax(1) > here)
+
     def of(self, signal: Tensor) -> Tensor:
         """A signal along the samples (M, c), every one on its line."""
         places, weights = self.lines

@@ -177,7 +177,8 @@ class Recording(Generic[S]):
 
     states: of the M rows as the table has them. run: number of the recording (M,), int64. time: (M,) s. turns: samples
     that are no row of the table, but where something imposed turned between two (M,) bool; None: no sample is. calm:
-    of a log that was measured, what its samples were without noise; None: what is imposed is known.
+    of a log that was measured, what its samples were without noise; None: what is imposed is known. flicker: what that
+    noise makes of the loads, where a model has told, (M, 2).
     """
 
     states: S
@@ -185,6 +186,7 @@ class Recording(Generic[S]):
     time: Tensor
     turns: Tensor | None = None
     calm: Calm | None = None
+    flicker: Tensor | None = None
 
     @classmethod
     def from_table(cls, table: pd.DataFrame, states: S) -> Recording[S]:
@@ -198,17 +200,19 @@ class Recording(Generic[S]):
     def to(self, device: torch.device | str) -> Recording[S]:
         """The same on a device."""
         turns = None if self.turns is None else self.turns.to(device)
-        return Recording(self.states.to(device), self.run.to(device), self.time.to(device), turns, self.calm)
+        flicker = None if self.flicker is None else self.flicker.to(device)
+        return Recording(self.states.to(device), self.run.to(device), self.time.to(device), turns, self.calm, flicker)
 
     def __getitem__(self, rows: Tensor) -> Recording[S]:
         """The samples of these numbers, in the order of time."""
         turns = None if self.turns is None else self.turns[rows]
         calm = None if self.calm is None else self.calm[rows]
-        return Recording(self.states[rows], self.run[rows], self.time[rows], turns, calm)
+        flicker = None if self.flicker is None else self.flicker[rows]
+        return Recording(self.states[rows], self.run[rows], self.time[rows], turns, calm, flicker)
 
     def with_states(self, states: S) -> Recording[S]:
         """The same samples in other states."""
-        return Recording(states, self.run, self.time, self.turns, self.calm)
+        return Recording(states, self.run, self.time, self.turns, self.calm, self.flicker)
 
     def calmed(self, signal: Tensor) -> Tensor:
         """A signal (M, c) as it was without the noise of what was imposed, as far as the samples tell."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,11 +19,14 @@ from freelearn.fitting.problem import Problem, Pull, pulled
 from freelearn.fitting.starts import starts, with_delay
 from freelearn.fitting.store import FitOutcome
 from freelearn.fitting.training import FitData, Fitting, run
+from freelearn.physics.chain.history import settled_flicker
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.prediction import Status
 
 # Most rounds in which the rows of the loss may change.
 ROUNDS = 8
+# Rounds of them before which a log's flicker is told anew: from where a fit starts, and from where it came to.
+FLICKERS = 2
 
 
 def fit(
@@ -56,7 +60,9 @@ def fit(
     places = torch.stack([with_delay(model, train, place) for place in places])
     history: list[tuple[int, float, float]] = []
     settled, ended = None, (False, "")
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
+        if turn < FLICKERS:
+            train, validation = (_settled(model, rows) for rows in (train, validation))
         make = partial(_algorithm, starts=places, options=options, generator=generator)
         module = Fitting(model, make, options.max_epochs, options.patience, options.race)
         data = FitData(_some(train, kept), _some(validation, kept_validation))
@@ -71,7 +77,8 @@ def fit(
             module.converged, module.message = ended
             kept, kept_validation = torch.ones_like(kept), torch.ones_like(kept_validation)
             break
-        if torch.equal(now, kept) and torch.equal(now_validation, kept_validation):
+        same = torch.equal(now, kept) and torch.equal(now_validation, kept_validation)
+        if same and (turn >= FLICKERS - 1 or not model.remembers(train.states)):
             break
         settled, ended = model.vector().detach().clone(), (module.converged, module.message)
         places = settled[None]
@@ -100,6 +107,13 @@ def _pulled(
     run(module, FitData(train, validation))
     history += [(epoch + history[-1][0] + 1, error, watched) for epoch, error, watched in module.history]
     return module.converged, module.message
+
+
+def _settled(model: Model, rows: Rows) -> Rows:
+    """Rows of a log with what its gauges' noise makes of the loads about the model as it is."""
+    if not model.remembers(rows.states):
+        return rows
+    return replace(rows, states=settled_flicker(model, rows.states, model.values()))
 
 
 def _some(rows: Rows, kept: Tensor) -> Rows:

@@ -1,5 +1,7 @@
 """Effects of the history against fine-step integration by SciPy, and rows against their recordings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -42,6 +44,48 @@ def test_a_lag_is_exact_between_samples(recording, tau):
         own = recording.run == run
         expected = integrated(recording.time[own].numpy(), x[own].numpy(), tau)
         np.testing.assert_allclose(y[own], expected, rtol=1e-6)
+
+
+def measured(curve, time, pressure):
+    """A measured log whose pressure went straight from row to row of a ramp, and a signal that went along a curve."""
+    table = recordings((3,)).iloc[np.zeros(len(time), dtype=int)].reset_index(drop=True)
+    table = table.assign(time_s=time, pressure_kpa=pressure, run=1, step=range(len(time)))
+    return Rows.from_table(table).states.recording, torch.as_tensor(curve(time))[:, None]
+
+
+@pytest.mark.parametrize("tau", [1e-3, 0.05, 0.7, 20.0, 1e4])
+def test_a_lag_of_a_curve_along_a_ramp_is_exact(tau):
+    """Loads go along curves where a ramp is straight: as a straight line from row to row a lag would take a hundredth
+    of it for late."""
+    time = np.arange(0, 4.01, 0.2)
+    recording, x = measured(lambda t: 1.3 * t**2 + 0.2 * t, time, 10 * time)
+    expected = solve_ivp(
+        lambda t, y: (1.3 * t**2 + 0.2 * t - y) / tau, (0, 4), [0.0], t_eval=time, rtol=1e-10, atol=1e-12, method="Radau"
+    ).y[0]
+    y = x - lag(x, recording, torch.tensor(tau, dtype=torch.float64))
+    np.testing.assert_allclose(y[:, 0], expected, rtol=0, atol=1e-6)
+
+
+def test_a_swing_of_a_curve_along_a_ramp_is_exact():
+    time, period, damping = np.arange(0, 4.01, 0.2), 0.9, 0.2
+    recording, x = measured(lambda t: 1.3 * t**2 + 0.2 * t, time, 10 * time)
+    omega = 2 * np.pi / period
+    expected = solve_ivp(
+        lambda t, y: [y[1], -2 * damping * omega * y[1] - omega**2 * (y[0] - 1.3 * t**2 - 0.2 * t)],
+        (0, 4), [0.0, 0.0], t_eval=time, rtol=1e-10, atol=1e-12,
+    ).y[0]  # fmt: skip
+    each = (torch.tensor(value, dtype=torch.float64) for value in ([period], damping))
+    np.testing.assert_allclose(rung(x, recording, *each)[:, 0], expected, rtol=0, atol=1e-6)
+
+
+def test_where_a_ramp_turns_a_lag_is_of_straight_lines():
+    """Of three rows about a corner none tells a curve: the lag is that of a command with the same rows."""
+    time = np.arange(0, 4.01, 0.2)
+    corners = np.interp(time, [0, 2, 4], [0, 30, 10])
+    recording, x = measured(lambda t: np.interp(t, [0, 2, 4], [0.0, 30.0, 10.0]), time, corners)
+    tau = torch.tensor(0.4, dtype=torch.float64)
+    plain = lag(x, replace(recording, calm=None), tau)
+    np.testing.assert_allclose(lag(x, recording, tau), plain, rtol=0, atol=1e-9)
 
 
 def test_a_delay_is_an_interpolation_of_each_recording(recording):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
@@ -22,6 +22,7 @@ from freelearn.discovery.noise.noise import Noise, Whitener, relative_error, sen
 from freelearn.discovery.noise.scatter import Scatter, huber, scatter
 from freelearn.discovery.thresholds import BOUNDED, WHITENINGS
 from freelearn.fitting.starts import starts
+from freelearn.physics.chain.history import settled_flicker
 from freelearn.physics.chain.model import Model
 from freelearn.physics.chain.parameters import Prior
 from freelearn.physics.chain.prediction import Status
@@ -136,6 +137,9 @@ def prepare(question: Question) -> tuple[Prepared, WhiteFit, Noise]:
     start = starts(model, rows, 1, torch.Generator().manual_seed(question.seed))[0]
     kept = torch.ones(len(rows), dtype=torch.bool)
     fit = _first_fit(model, rows, start, prior)
+    if rows.states.recording is not None:
+        rows = replace(rows, states=settled_flicker(model, rows.states, model.physical(fit.vector)))
+        fit = evaluated(model, rows, fit.vector)
     every = rows = joined_visits(fit, rows)
     noise: Noise | None = None
     for _ in range(WHITENINGS):

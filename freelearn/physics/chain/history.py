@@ -6,7 +6,8 @@ sensors → `readings` carried. Only the steady middle is costly, and it knows n
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import torch
@@ -22,6 +23,8 @@ from freelearn.physics.chain.raw_vector import Values
 
 # Rows of the steady chain at once (as chain has them).
 BLOCK = 4096
+# What effects act on that carry loads or readings on.
+CARRIED = ("wall", "loads", "readings")
 
 
 class Chain(Protocol):
@@ -71,7 +74,9 @@ def along(chain: Chain, states: States, values: Values) -> Prediction:
 
 def measured_along(chain: Chain, recording: Recording[States], values: Values) -> Prediction:
     """What the bed measures at every sample of the recordings."""
-    found = _blocks(chain, recording.states.with_inputs(supplied(chain, recording, values)), values)
+    given = supplied(chain, recording, values)
+    found = _blocks(chain, recording.states.with_inputs(given), values)
+    recording = flickering(chain, recording, given, found.loads, values)
     lost = found.status == Status.NO_EQUILIBRIUM
     return Prediction(carried(chain, recording, found.loads, values, lost), found.status)
 
@@ -97,6 +102,41 @@ def _calmly(effect: Callable[..., Tensor], signal: Tensor, recording: Recording[
     calm = recording.calmed(signal)
     found: Tensor = effect(calm, recording, p)
     return found if calm is signal else found + (signal - calm)
+
+
+def settled_flicker(chain: Chain, states: States, values: Values) -> States:
+    """Rows of a measured log, (N,), in whose recordings stands what their gauges' noise makes of the loads, as the
+    model has it at these values; other rows as they are. A fit needs it to stay while its values move."""
+    if states.recording is None or states.recording.calm is None:
+        return states
+    with torch.no_grad():
+        given = supplied(chain, states.recording, values)
+        loads = _blocks(chain, states.recording.states.with_inputs(given), values).loads
+        flicker = _flicker(chain, states.recording, given, loads, values)
+    return states.replace(recording=replace(states.recording, flicker=flicker))
+
+
+def flickering(
+    chain: Chain, recording: Recording[States], given: Sequence[Tensor], loads: Tensor, values: Values
+) -> Recording[States]:
+    """The recording with what its gauges' noise makes of the steady loads (M, 2) at the inputs that are given, (M,)
+    each, where it is a measured one and does not know that yet. Of that noise nothing is carried on: no effect may fit
+    better by smoothing it."""
+    if recording.calm is None or recording.flicker is not None or not any(chain.history[name] for name in CARRIED):
+        return recording
+    with torch.no_grad():
+        return replace(recording, flicker=_flicker(chain, recording, given, loads, values))
+
+
+def _flicker(
+    chain: Chain, recording: Recording[States], given: Sequence[Tensor], loads: Tensor, values: Values
+) -> Tensor:
+    inputs = torch.stack(recording.states.inputs(), dim=-1)
+    noise = (inputs - recording.calmed(inputs)).unbind(-1)
+    calm = [x.detach() - off for x, off in zip(given, noise, strict=True)]
+    fixed = {name: value.detach() for name, value in values.items()}
+    quiet = _blocks(chain, recording.states.with_inputs(calm), fixed).loads
+    return (loads.detach() - quiet).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:
@@ -133,7 +173,11 @@ def stages(chain: Chain, recording: Recording[States]) -> list[Stage]:
     """From the steady loads before the sensors, or the places under a dead load, to what is shown, in order."""
 
     def carry(effect: HistoryEffect[Any]) -> Stage:
-        return Stage(effect, lambda loads, values: _calmly(effect.carry, loads, recording, effect.own(values)))
+        def of(loads: Tensor, values: Values) -> Tensor:
+            quick = 0.0 if recording.flicker is None else recording.flicker
+            return effect.carry(loads - quick, recording, effect.own(values)) + quick
+
+        return Stage(effect, of)
 
     def sense(loads: Tensor, values: Values) -> Tensor:
         return chain.sensed(chain.evaded(loads, recording.states, values), recording.states, values)

@@ -14,6 +14,8 @@ from freelearn.data.stops import Spread, stops
 
 # No lag is shorter [s]; below it nothing is left of one.
 SHORTEST = 1e-9
+# Steps in units of a lag's time below which a series is more exact than what it stands for.
+FLAT = 0.03
 # No delay is longer [s].
 LONGEST = 30.0
 # Elements that stick; of exp(−r), the power of which equal steps lie between them.
@@ -38,26 +40,55 @@ def exponential(count: int) -> Spread:
 SPREAD = exponential(ELEMENTS)
 
 
+def bend(signal: Tensor, recording: Recording[States]) -> Tensor:
+    """Half the second derivative of a signal (M, c) on the way to each sample of a measured log, (M, c): while what is
+    imposed goes straight on, loads go along a curve. Zero where no three samples tell."""
+    if STEPPING.get() is not None or recording.calm is None or len(recording) < 3:
+        return torch.zeros_like(signal)
+    step = torch.where(recording.first, 1.0, recording.step)[:, None]
+    slope = recording.change(signal) / step
+    within = recording.calm.within.to(signal.device)[:, None]
+    none = torch.zeros_like(signal[:1])
+    curve = torch.cat([none, (slope[2:] - slope[1:-1]) / (step[2:] + step[1:-1]), none])
+    curve = torch.where(within, curve, 0.0)
+    before = torch.cat([curve[:1], curve[:-1]])
+    told = within.to(signal.dtype) + torch.cat([within[:1], within[:-1]])
+    return torch.where(recording.first[:, None], 0.0, (curve + before) / told.clamp_min(1.0))
+
+
 def lag(signal: Tensor, recording: Recording[States], time: Tensor) -> Tensor:
-    """By how much x is ahead of y with τ y' = x − y, (M, c): exact where x is a straight line from sample to sample.
+    """By how much x is ahead of y with τ y' = x − y, (M, c): exact where x is a straight line from sample to sample, or
+    a parabola along a line of what was imposed.
 
     signal: x (M, c); time: τ [s], (), (c,) or (M, 1). At a recording's first sample y = x: it had stood still.
     """
     first, step = recording.first[:, None], recording.step[:, None]
     step = torch.where(first, 1.0, step)
     left = torch.where(first, 0.0, torch.exp(-step / time.clamp_min(SHORTEST)))
-    return recurred(left, (1 - left) * (time / step) * recording.change(signal))
+    ahead = (1 - left) * (time / step) * recording.change(signal)
+    return recurred(left, ahead + bend(signal, recording) * _bent(step, time.clamp_min(SHORTEST)))
+
+
+def _bent(step: Tensor, time: Tensor) -> Tensor:
+    """What x = t (t − h) is ahead by after a step h [s], τ² (a − 2 + (2 + a) exp(−a)) with a = h/τ: (M, c) s²."""
+    a = step / time
+    series = a * a * a * (1 / 6 - a * (1 / 12 - a * (1 / 40 - a / 180)))
+    return time * time * torch.where(a < FLAT, series, a - 2 + (a + 2) * torch.exp(-a))
 
 
 def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: Tensor) -> Tensor:
-    """y with y'' + 2ζω y' + ω² (y − x) = 0, (M, c): exact where x is a straight line from sample to sample.
+    """y with y'' + 2ζω y' + ω² (y − x) = 0, (M, c): exact where x is a straight line from sample to sample, or a
+    parabola along a line of what was imposed.
 
     signal: x (M, c); period: 2π/ω [s], (c,), and damping: 0 < ζ < 1, (), of the ringing. At a recording's first sample
     y = x stands still.
     """
     first, step = recording.first[:, None], recording.step[:, None]
     omega = 2 * math.pi / period.clamp_min(SHORTEST)
-    slope = recording.change(signal) / torch.where(first, 1.0, step)
+    curve = bend(signal, recording)
+    # At the beginning of the step, and at its end.
+    slope = recording.change(signal) / torch.where(first, 1.0, step) - curve * step
+    ending = slope + 2 * curve * step
     ringing = omega * (1 - damping**2).sqrt()
     fades = torch.where(first, 0.0, torch.exp(-damping * omega * step))
     cosine, sine = torch.cos(ringing * step), torch.sin(ringing * step) / ringing
@@ -67,13 +98,14 @@ def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: 
         (-fades * omega**2 * sine, fades * (cosine - across)),
     )
     # What y − x and y' are where x has gone on as it does for long.
-    lasting = -2 * damping / omega * slope, slope
-    added = tuple(
-        last - row[0] * lasting[0] - row[1] * lasting[1] for last, row in zip(lasting, turn, strict=True)
-    )  # fmt: skip
+    late = 2 * damping / omega
+    curved = 2 * curve * (late**2 - 1 / omega**2)
+    begun = curved - late * slope, slope - 2 * late * curve
+    last = curved - late * ending, ending - 2 * late * curve
+    added = tuple(end - row[0] * begun[0] - row[1] * begun[1] for end, row in zip(last, turn, strict=True))
     behind, _ = turned(turn, (added[0], added[1]))
     # Without a period: the signal itself, whose slope by the period is that of short swings.
-    return signal + torch.where(period > 0, behind, -damping / math.pi * period * slope)
+    return signal + torch.where(period > 0, behind, -damping / math.pi * period * ending)
 
 
 def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor) -> Tensor:

@@ -17,6 +17,7 @@ from freelearn.physics.chain.history import (
     before_sensors,
     bridged,
     carried,
+    flickering,
     stages,
     supplied,
     without,
@@ -62,6 +63,7 @@ def log_jacobian(chain: Chain, states: States, vector: Tensor, wanted: Collectio
     remembering = owned([effect for effects in chain.history.values() for effect in effects])
     steady = [i for i in asked if i not in remembering]
     loads, rates, lost = _steady_rates(chain, recording.states, inputs, vector, steady, by_head)
+    recording = flickering(chain, recording, inputs.unbind(-1), loads, chain.physical(vector))
     lost = without(loads, lost)
     some, begun = bool(lost.any()), rates
     if some:
@@ -143,6 +145,7 @@ def shifted(chain: Chain, states: States, values: Values) -> Tensor:
     recording, place = states.recording.around(states.place)
     inputs = torch.stack(supplied(chain, recording, values), dim=-1)
     whole, by, lost = _steady_by_inputs(chain, recording.states, inputs, values)
+    recording = flickering(chain, recording, inputs.unbind(-1), whole, values)
     by = by[:, :, :2]
 
     first, second, *others = recording.states.inputs()
@@ -174,7 +177,9 @@ def by_inputs(chain: Chain, recording: Recording[States], values: Values, sample
     def tail(of: Tensor, x: Tensor) -> Tensor:
         return carried(chain, moved(x), of, values, lost)
 
-    loads, by, lost = _steady_by_inputs(chain, recording.states, head(inputs), values)
+    given = head(inputs)
+    loads, by, lost = _steady_by_inputs(chain, recording.states, given, values)
+    recording = flickering(chain, recording, given.unbind(-1), loads, values)
     places = torch.arange(len(recording), device=inputs.device)
 
     def column(sample: Tensor) -> Tensor:

@@ -200,7 +200,7 @@ def carried(
     pressure = pressure * (1 + known("pressure_gain", "gain"))
     place = place[0] + known("length_offset", "length") / MM, place[1]
     if "supply_lag" in effects:
-        pressure = _late(pressure, effects["supply_lag"]["time"], dt)
+        pressure = late(pressure, effects["supply_lag"]["time"], dt)
     if "dead_time" in effects:
         pressure = np.interp(time - effects["dead_time"]["delay"], time, pressure)
     if "valve_flow" in effects:
@@ -239,14 +239,14 @@ def carried(
     loads[:, 0] = loads[:, 0] * (1 + drifted("force gain", "gain")) + drifted("force zero", "force")
     if "warming" in effects:
         worked = np.abs(np.gradient(pressure, dt)) / (RATE * KPA)
-        loads = loads * (1 - effects["warming"]["share"] * (_late(worked, COOLS, dt) - worked[0]))[:, None]
+        loads = loads * (1 - effects["warming"]["share"] * (late(worked, COOLS, dt) - worked[0]))[:, None]
     if "inertia" in effects:
         p = effects["inertia"]
         each = p["force"], p["moment"]
-        loads = np.stack([_swung(x, period, p["damping"], dt) for x, period in zip(loads.T, each, strict=True)], axis=1)
+        loads = np.stack([swung(x, period, p["damping"], dt) for x, period in zip(loads.T, each, strict=True)], axis=1)
     if "sensor_lag" in effects:
         each = effects["sensor_lag"]["force"], effects["sensor_lag"]["moment"]
-        loads = np.stack([_late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
+        loads = np.stack([late(x, tau, dt) for x, tau in zip(loads.T, each, strict=True)], axis=1)
     return loads, worst
 
 
@@ -272,7 +272,7 @@ def _worked(
     return found, worst
 
 
-def _late(signal: Array, tau: float, dt: float) -> Array:
+def late(signal: Array, tau: float, dt: float) -> Array:
     """τ y' = x − y by Heun's method, in as many steps as a short lag needs."""
     y, found = float(signal[0]), np.empty_like(signal)
     found[0] = y
@@ -288,7 +288,7 @@ def _late(signal: Array, tau: float, dt: float) -> Array:
     return found
 
 
-def _swung(signal: Array, period: float, damping: float, dt: float) -> Array:
+def swung(signal: Array, period: float, damping: float, dt: float) -> Array:
     """y with y'' + 2 ζ ω y' + ω² (y − x) = 0, by Heun's method in as many steps as a swing needs."""
     omega = 2 * np.pi / period
     parts = int(np.ceil(dt / (0.01 * period)))
