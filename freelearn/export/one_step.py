@@ -33,6 +33,9 @@ class OneStep:
     Effects ask for their states in the same order in every call. ports says what they are, after what they become.
     """
 
+    # What an export is told has no noise.
+    calm, flicker = None, None
+
     def __init__(self, dt: Tensor, before: Sequence[Tensor] | None, usual: float) -> None:
         self.states: States
         self.before, self.usual = before, usual
@@ -56,7 +59,7 @@ class OneStep:
         )
 
     def calmed(self, signal: Tensor) -> Tensor:
-        """The signal (1, c): what an export is told has no noise."""
+        """The signal (1, c)."""
         return signal
 
     @contextmanager

@@ -15,6 +15,7 @@ from freelearn.discovery.checks.rows_order import order
 from freelearn.discovery.checks.table_check import CANNOT, FAIL, PASS, actuator
 from freelearn.discovery.checks.zeros_of_places import _springs
 from freelearn.physics.models.build import build_model
+from freelearn.testing.reference.hung_logs import hung_log
 
 ACCURACY = Accuracy.engineering(**NOISE)
 
@@ -205,6 +206,20 @@ def test_an_accuracy_that_repeats_refute_is_said(plain):
     again = plain.assign(force_n=plain["force_n"] + generator.normal(0, 4.0, len(plain)))
     twice = pd.concat([plain.assign(elongation_mm=plain["elongation_mm"] + 1e-3), again], ignore_index=True)
     assert "data.accuracy" in said(twice)
+
+
+def test_what_a_log_s_samples_remember_is_no_misstated_accuracy():
+    """A tube that hangs is under one load at one pressure again and again, on the way up and down: 7 times as much as
+    stated, and no answer of its search was let stand."""
+    made = hung_log({"supply_lag": {"time": 0.5}}, 0, recordings=3)
+    accuracy = Accuracy.engineering(**made.accuracy)
+    (check,) = [check for check in looked(made.table, accuracy=accuracy) if check.name == "stated accuracy"]
+    assert check.status == CANNOT
+    assert "A log's samples" in check.says
+    # The same rows as a table have repeats that say so.
+    as_table = made.table.drop(columns=["time_s", "run"])
+    (check,) = [check for check in looked(as_table, accuracy=accuracy) if check.name == "stated accuracy"]
+    assert check.status == FAIL
 
 
 def test_a_look_takes_two_seconds_at_most_also_at_a_wrong_table(plain):

@@ -60,7 +60,13 @@ def test_a_lag_of_a_curve_along_a_ramp_is_exact(tau):
     time = np.arange(0, 4.01, 0.2)
     recording, x = measured(lambda t: 1.3 * t**2 + 0.2 * t, time, 10 * time)
     expected = solve_ivp(
-        lambda t, y: (1.3 * t**2 + 0.2 * t - y) / tau, (0, 4), [0.0], t_eval=time, rtol=1e-10, atol=1e-12, method="Radau"
+        lambda t, y: (1.3 * t**2 + 0.2 * t - y) / tau,
+        (0, 4),
+        [0.0],
+        t_eval=time,
+        rtol=1e-10,
+        atol=1e-12,
+        method="Radau",
     ).y[0]
     y = x - lag(x, recording, torch.tensor(tau, dtype=torch.float64))
     np.testing.assert_allclose(y[:, 0], expected, rtol=0, atol=1e-6)

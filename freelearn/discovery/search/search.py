@@ -222,8 +222,9 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     others = [h for h in ending.known.hypotheses.ordered() if h.effects and h.key != shown.key and not h.key & unshown]
     told = {h.key for h, _ in ending.answer.close}
     close = minimal([h for h in others if h.key in told])
-    after = minimal([h for h in others if h.key not in told and h.evidence >= shown.evidence - OUTWEIGHED])
-    after = [h for h in after if h.fit.chi2 <= shown.fit.chi2]
+    # An effect more always fits better.
+    other = [h for h in others if h.key not in told and not h.key > shown.key and h.fit.chi2 <= shown.fit.chi2]
+    after = minimal([h for h in other if h.evidence >= shown.evidence - OUTWEIGHED])
     ahead([partial(ending.models.step, h) for h in [*close, *after]])
 
     def predicts(hypothesis: Hypothesis) -> float:
@@ -232,12 +233,12 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     no_worse = [h for h in after if predicts(h) <= predicts(shown)]
     asked = [*sorted(close, key=predicts)[:ASKED_AGAIN], *sorted(no_worse, key=predicts)[:ASKED_AGAIN]]
     for hypothesis in asked:
-        other = ended(prepared, ending.known, ending.disagreed, hypothesis)
-        if other.answer.shown is not hypothesis or verdict(other) not in CLAIMS:
+        now = ended(prepared, ending.known, ending.disagreed, hypothesis)
+        if now.answer.shown is not hypothesis or verdict(now) not in CLAIMS:
             continue
-        referee = looked_at(prepared, other)
+        referee = looked_at(prepared, now)
         if referee.stands:
-            return other, referee
+            return now, referee
     return None
 
 
