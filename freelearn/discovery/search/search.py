@@ -223,14 +223,14 @@ def _next_best(prepared: Prepared, ending: Ending) -> tuple[Ending, Referee] | N
     told = {h.key for h, _ in ending.answer.close}
     close = minimal([h for h in others if h.key in told])
     # An effect more always fits better.
-    other = [h for h in others if h.key not in told and not h.key > shown.key and h.fit.chi2 <= shown.fit.chi2]
+    other = [h for h in others if h.key not in told and not h.key > shown.key and h.fit.chi2 < shown.fit.chi2 + 1]
     after = minimal([h for h in other if h.evidence >= shown.evidence - OUTWEIGHED])
     ahead([partial(ending.models.step, h) for h in [*close, *after]])
 
     def predicts(hypothesis: Hypothesis) -> float:
         return ending.models.step(hypothesis).E_heldout
 
-    no_worse = [h for h in after if predicts(h) <= predicts(shown)]
+    no_worse = [h for h in after if not ending.models.step(h).worse(ending.models.step(shown))]
     asked = [*sorted(close, key=predicts)[:ASKED_AGAIN], *sorted(no_worse, key=predicts)[:ASKED_AGAIN]]
     for hypothesis in asked:
         now = ended(prepared, ending.known, ending.disagreed, hypothesis)
