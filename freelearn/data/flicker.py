@@ -15,6 +15,9 @@ IMPOSED = tuple(quantity.column for quantity in (*KINEMATIC.state, *DEAD_LOAD.st
 # lengths [mm] at least by so much.
 SHARE = 0.01
 LEAST = {"twist_deg": 0.3, "elongation_mm": 0.02}
+# Readings that flicker by more are told by a gap: the next larger change is so many times as large, and no larger than
+# this share of the largest reading; and by their changes, which turn back (of white noise by half).
+GAP, WIDEST, BACK = 2.5, 0.05, -0.2
 # Fewest rows of a state that tell its flicker, and of all states; von Neumann's ratio, one of white noise and less than
 # half of a place that creeps with the pressure, above which it is no creep.
 FEWEST, ENOUGH, WHITE = 3, 12, 0.7
@@ -26,9 +29,36 @@ def stays(values: np.ndarray, column: str) -> np.ndarray:
     >>> stays(np.array([0.0, 0.1, -40.2, -40.0]), "twist_deg").tolist()
     [True, False, True]
     """
-    near = max(SHARE * float(np.abs(values).max(initial=0.0)), LEAST.get(column, 0.0))
-    same: np.ndarray = np.abs(np.diff(values)) <= near
+    same: np.ndarray = np.abs(np.diff(values)) <= _near(values, column)
     return same
+
+
+def _near(values: np.ndarray, column: str, size: float = 0.0) -> float:
+    """By how much one of values (N,) may be read otherwise where it stays, in the column's unit. size: as `settled`."""
+    largest = max(float(np.abs(values).max(initial=0.0)), size)
+    return max(SHARE * largest, LEAST.get(column, 0.0), _noise(values, WIDEST * largest))
+
+
+def _noise(values: np.ndarray, most: float) -> float:
+    """The largest change that is noise, where a gap tells it from moves: 0 where none does, or it is more than `most`.
+
+    >>> noise = np.random.default_rng(0).normal(0, 0.6, 60)
+    >>> 1.0 < _noise(np.repeat([0.0, 40.0, -80.0], 20) + noise, 4.0) < 4.0
+    True
+    >>> _noise(np.r_[np.linspace(0, 80, 50), 0.0], 4.0)
+    0.0
+    """
+    change = np.diff(values)
+    sizes = np.sort(np.abs(change[change != 0]))
+    if len(sizes) < ENOUGH:
+        return 0.0
+    below = np.flatnonzero((sizes[1:] >= GAP * sizes[:-1]) & (sizes[:-1] <= most))
+    below = below[2 * (below + 1) >= len(sizes)]
+    if not len(below):
+        return 0.0
+    small = np.where(np.abs(change) <= sizes[below[-1]], change, 0.0)
+    back = float((small[1:] * small[:-1]).sum()) < BACK * float((small**2).sum())
+    return float(sizes[below[-1]]) if back else 0.0
 
 
 def stood(table: pd.DataFrame, columns: Sequence[str]) -> np.ndarray:
@@ -56,7 +86,7 @@ def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.
     off = values - mean[state]
     most = np.zeros(len(count))
     np.maximum.at(most, state, np.abs(off))
-    near = max(SHARE * max(float(np.abs(values).max()), size), LEAST.get(column, 0.0))
+    near = _near(values, column, size)
     held = (count >= FEWEST) & (most > 0) & (most <= near)
     asked = held[state]
     if asked.sum() < ENOUGH:

@@ -91,6 +91,13 @@ class Scatter:
         right = (self.weight > 0) & ~self.slipped
         return replace(self, reading=torch.where(right, self.reading / self.weight, 0.0), position=0.0)
 
+    def wider(self, times: float) -> Scatter:
+        """All errors so many times as large."""
+        return replace(
+            self, scale=times * self.scale, position=times * self.position, z=self.z / times,
+            reading=self.reading / times**2,
+        )  # fmt: skip
+
     @property
     def slipped(self) -> Tensor:
         """Readings to point out, (N, 2) bool."""

@@ -29,6 +29,7 @@ from freelearn.discovery.search.hypothesis import Effects, Hypothesis
 from freelearn.discovery.thresholds import (
     AT_ONCE,
     BEAM,
+    CONSISTENT,
     FAR,
     FEW_STATES,
     FORERUNNERS,
@@ -227,9 +228,23 @@ class _View:
             beam, most = 1, 1 if share or self.lacks(now.best) else MOST_EXPANDED
         now.explore(self.told, beam, most)
         if not share and not self.lacks(now.best):
+            now = self.as_left(now)
             # What is claimed is what all sets share that are as good: where something may be, these are asked too.
             now.explore(self.told, beam, MOST_EXPANDED, RIVALS)
         return now
+
+    def as_left(self, now: Hypotheses) -> Hypotheses:
+        """The sets under a noise no less than what the best of them leaves, of which nothing is systematic: of rows that
+        are states of their own, smooth shapes take a part of the noise for theirs, and what is left of it lets an
+        effect of chance pass for one."""
+        free = self.rows.readings.count - len(now.best.fit.vector)
+        times = math.sqrt(now.best.fit.chi2 / max(free, 1))
+        if times <= CONSISTENT:
+            return now
+        self.noise = replace(self.noise, scatter=self.noise.scatter.wider(times))
+        other = now.under(self._whitener(0.0), self.rows, now.worth_keeping(REFITTED), self.about(now.best))
+        other.exchanged = set(now.exchanged)
+        return other
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
         """The sets on all rows. share: by which the best one is wrong in every reading; less, where a better one is
