@@ -154,14 +154,16 @@ def test_a_cell_that_was_not_tared_is_seen_of_several_samples_which_have_a_zero_
 
 
 def test_a_mount_that_is_off_by_as_little_as_mounts_are_is_said_beside_a_cell_that_was_not_tared(plain):
-    """Without a row at rest a length that is off by 1.6 mm reads like a zero of the force; none reads like 40 N."""
-    for effects, force, mounts in (({"length_offset": {"length": 1.6e-3}}, 0.0, True), ({}, 40.0, False)):
+    """Without a row at rest a length that is off by 1.6 mm reads like a zero of the force, which of both a search is
+    left to tell; none reads like 40 N."""
+    for effects, force, status in (({"length_offset": {"length": 1.6e-3}}, 0.0, CANNOT), ({}, 40.0, FAIL)):
         rows = table(effects, samples=(3,))
         near = rows["elongation_mm"].abs().between(0.2, 2.0) & (rows["pressure_kpa"] < 40) & (rows["pressure_kpa"] > 2)
         rows = rows[near & (rows["buckled"] == 0)].reset_index(drop=True)
-        words = said(rows.assign(force_n=rows["force_n"] + force))
-        assert "not tared" in words
-        assert ("the mount is off by" in words) == mounts
+        (check,) = [c for c in looked(rows.assign(force_n=rows["force_n"] + force)) if c.name == "loads at rest"]
+        assert "not tared" in check.says
+        assert check.status == status
+        assert ("the mount is off by" in check.says) == (status == CANNOT)
 
 
 def test_what_an_absolute_pressure_does_to_the_loads_is_no_zero_of_theirs(plain):
