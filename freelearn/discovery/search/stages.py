@@ -234,9 +234,9 @@ class _View:
         return now
 
     def as_left(self, now: Hypotheses) -> Hypotheses:
-        """The sets under a noise no less than what the best of them leaves, of which nothing is systematic: of rows that
-        are states of their own, smooth shapes take a part of the noise for theirs, and what is left of it lets an
-        effect of chance pass for one."""
+        """The sets under a noise no less than what the best of them leaves, of which nothing is systematic: where every
+        row is a state of its own, smooth shapes take a part of the noise for theirs, and chance passes for an effect.
+        """
         free = self.rows.readings.count - len(now.best.fit.vector)
         times = math.sqrt(now.best.fit.chi2 / max(free, 1))
         if times <= CONSISTENT:
