@@ -15,9 +15,9 @@ IMPOSED = tuple(quantity.column for quantity in (*KINEMATIC.state, *DEAD_LOAD.st
 # lengths [mm] at least by so much.
 SHARE = 0.01
 LEAST = {"twist_deg": 0.3, "elongation_mm": 0.02}
-# Readings that flicker by more are told by a gap: the next larger change is so many times as large, and no larger than
-# this share of the largest reading; and by their changes, which turn back (of white noise by half).
-GAP, WIDEST, BACK = 2.5, 0.05, -0.2
+# Readings that flicker by more, so many times as much at most, are told by a gap, the next larger change being so many
+# times as large; and by their changes, which turn back (of white noise by half).
+WIDER, GAP, BACK = 5.0, 2.5, -0.2
 # Fewest rows of a state that tell its flicker, and of all states; von Neumann's ratio, one of white noise and less than
 # half of a place that creeps with the pressure, above which it is no creep.
 FEWEST, ENOUGH, WHITE = 3, 12, 0.7
@@ -35,8 +35,12 @@ def stays(values: np.ndarray, column: str) -> np.ndarray:
 
 def _near(values: np.ndarray, column: str, size: float = 0.0) -> float:
     """By how much one of values (N,) may be read otherwise where it stays, in the column's unit. size: as `settled`."""
-    largest = max(float(np.abs(values).max(initial=0.0)), size)
-    return max(SHARE * largest, LEAST.get(column, 0.0), _noise(values, WIDEST * largest))
+    least = _least(values, column, size)
+    return max(least, _noise(values, WIDER * least))
+
+
+def _least(values: np.ndarray, column: str, size: float = 0.0) -> float:
+    return max(SHARE * max(float(np.abs(values).max(initial=0.0)), size), LEAST.get(column, 0.0))
 
 
 def _noise(values: np.ndarray, most: float) -> float:
@@ -47,6 +51,8 @@ def _noise(values: np.ndarray, most: float) -> float:
     True
     >>> _noise(np.r_[np.linspace(0, 80, 50), 0.0], 4.0)
     0.0
+    >>> round(_noise(np.tile([0.0, 0.1, 0.0, 1.0, 1.1, 1.0, 8.0, 8.1], 9), 4.0), 1)
+    0.1
     """
     change = np.diff(values)
     sizes = np.sort(np.abs(change[change != 0]))
@@ -56,9 +62,11 @@ def _noise(values: np.ndarray, most: float) -> float:
     below = below[2 * (below + 1) >= len(sizes)]
     if not len(below):
         return 0.0
-    small = np.where(np.abs(change) <= sizes[below[-1]], change, 0.0)
+    # The first such gap: beyond it, small moves may stand apart from large ones.
+    size = float(sizes[below[0]])
+    small = np.where(np.abs(change) <= size, change, 0.0)
     back = float((small[1:] * small[:-1]).sum()) < BACK * float((small**2).sum())
-    return float(sizes[below[-1]]) if back else 0.0
+    return size if back else 0.0
 
 
 def stood(table: pd.DataFrame, columns: Sequence[str]) -> np.ndarray:
@@ -86,15 +94,21 @@ def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.
     off = values - mean[state]
     most = np.zeros(len(count))
     np.maximum.at(most, state, np.abs(off))
-    near = _near(values, column, size)
-    held = (count >= FEWEST) & (most > 0) & (most <= near)
-    asked = held[state]
-    if asked.sum() < ENOUGH:
-        return values
+    # A gap may be one between what a bed gives way by and where it was set.
+    for near in (_near(values, column, size), _least(values, column, size)):
+        held = (count >= FEWEST) & (most > 0) & (most <= near)
+        asked = held[state]
+        if asked.sum() >= ENOUGH and _white(off, asked, state, asked.sum() - held.sum()):
+            return np.where(asked, mean[state], values)
+    return values
+
+
+def _white(off: np.ndarray, asked: np.ndarray, state: np.ndarray, freedom: int) -> bool:
+    """Whether what rows (N,) are off their states' means by has no order, of those that are asked for, (N,) bool."""
     pairs = asked[1:] & (state[1:] == state[:-1])
-    freedom = asked.sum() - held.sum()
-    ratio = (np.diff(off)[pairs] ** 2).mean() / (2 * (off[asked] ** 2).sum() / freedom) if pairs.any() else 0.0
-    return np.where(asked & (ratio > WHITE), mean[state], values)
+    if not pairs.any():
+        return False
+    return bool((np.diff(off)[pairs] ** 2).mean() > WHITE * 2 * (off[asked] ** 2).sum() / freedom)
 
 
 def flickers(values: np.ndarray, column: str) -> bool:

@@ -44,6 +44,18 @@ def test_the_states_are_those_of_the_set_places(exact, flickering):
     assert order(flickering).status == PASS
 
 
+def test_a_coarse_encoder_s_flicker_is_told_by_the_gap_to_moves(exact):
+    """Half a degree and 0.03 mm in one standard deviation: a tenth of the rows differ from the last by more than 1 %."""
+    noise = np.random.default_rng(2)
+    read = exact.assign(
+        elongation_mm=exact["elongation_mm"].round(0) * 2 + noise.normal(0, 0.03, len(exact)),
+        twist_deg=exact["twist_deg"].round(-1) + noise.normal(0, 0.5, len(exact)),
+    )
+    moved = np.abs(np.diff(read["twist_deg"])) > 0.01 * read["twist_deg"].abs().max()
+    assert (moved & (np.diff(kinematic_state(exact)) == 0)).mean() > 0.05
+    np.testing.assert_array_equal(kinematic_state(read), kinematic_state(exact))
+
+
 def test_steps_are_counted_as_at_the_set_places(exact, flickering):
     state = ["sample", "elongation_mm", "twist_deg"]
     np.testing.assert_array_equal(count_steps(flickering, state), exact["step"])
