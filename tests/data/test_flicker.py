@@ -45,7 +45,7 @@ def test_the_states_are_those_of_the_set_places(exact, flickering):
 
 
 def test_a_coarse_encoder_s_flicker_is_told_by_the_gap_to_moves(exact):
-    """Half a degree and 0.03 mm in one standard deviation: a tenth of the rows differ from the last by more than 1 %."""
+    """Half a degree and 0.03 mm, one standard deviation: many rows differ from the last by more than 1 %."""
     noise = np.random.default_rng(2)
     read = exact.assign(
         elongation_mm=exact["elongation_mm"].round(0) * 2 + noise.normal(0, 0.03, len(exact)),

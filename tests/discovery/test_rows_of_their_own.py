@@ -34,7 +34,7 @@ def found(table: pd.DataFrame):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_nothing_systematic_is_left_of_is_noise(seed):
-    """Right models left 1.1 to 1.9 times what was found to scatter, and effects of chance were as much more probable."""
+    """Right models left 1.1 to 1.9 times what was found to scatter, and chance passed for an effect."""
     findings = found(visited(seed))
     fit, readings = findings.final.fit, int(findings.rows.readings.count)
     assert findings.verdict in ("adequate", "undecided")
