@@ -63,6 +63,11 @@ class Calm:
         here = torch.arange(len(places), device=places.device)
         return (places.amin(1) < here) & (places.amax(1) > here)
 
+    @cached_property
+    def straight(self) -> bool:
+        """Whether there is any such sample."""
+        return bool(self.within.any())
+
     def of(self, signal: Tensor) -> Tensor:
         """A signal along the samples (M, c), every one on its line."""
         places, weights = self.lines

@@ -130,13 +130,22 @@ def flickering(
 
 def _flicker(
     chain: Chain, recording: Recording[States], given: Sequence[Tensor], loads: Tensor, values: Values
-) -> Tensor:
+) -> Tensor | None:
+    """None where no noise of what is imposed can be told."""
     inputs = torch.stack(recording.states.inputs(), dim=-1)
-    noise = (inputs - recording.calmed(inputs)).unbind(-1)
-    calm = [x.detach() - off for x, off in zip(given, noise, strict=True)]
+    noise = inputs - recording.calmed(inputs)
+    rows = noise.any(dim=-1).nonzero()[:, 0]
+    if not len(rows):
+        return None
     fixed = {name: value.detach() for name, value in values.items()}
-    quiet = _blocks(chain, recording.states.with_inputs(calm), fixed).loads
-    return (loads.detach() - quiet).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
+    quiet = torch.stack([x.detach() for x in given], dim=-1) - noise
+    # Whole recordings know where a search for their equilibria begins.
+    states = recording.states if 2 * len(rows) > len(noise) else recording.states[rows]
+    calm = quiet if states is recording.states else quiet[rows]
+    found = _blocks(chain, states.with_inputs(calm.unbind(-1)), fixed).loads
+    if states is not recording.states:
+        found = loads.detach().index_copy(0, rows, found)
+    return (loads.detach() - found).nan_to_num(nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def carried(chain: Chain, recording: Recording[States], loads: Tensor, values: Values, lost: Tensor) -> Tensor:

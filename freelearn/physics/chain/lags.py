@@ -43,7 +43,7 @@ SPREAD = exponential(ELEMENTS)
 def bend(signal: Tensor, recording: Recording[States]) -> Tensor:
     """Half the second derivative of a signal (M, c) on the way to each sample of a measured log, (M, c): while what is
     imposed goes straight on, loads go along a curve. Zero where no three samples tell."""
-    if STEPPING.get() is not None or recording.calm is None or len(recording) < 3:
+    if STEPPING.get() is not None or recording.calm is None or not recording.calm.straight:
         return torch.zeros_like(signal)
     step = torch.where(recording.first, 1.0, recording.step)[:, None]
     slope = recording.change(signal) / step
