@@ -7,15 +7,16 @@ muscles taught, hidden in helices and in braids, on the kinematic and the isomet
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
 claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
-sessions: samples that differ in their rubber, their fibers or their sensors, or a zero that wanders. --plan few:
-tables of few states, judged by states between those that were measured. --plan time: logs with effects of the history,
-integrated by small steps; held and hung: on beds that hold and that hang. --plan unknown: random smooth functions of
-place and pressure added to what a laboratory measures, of which no effect of the library may be claimed.
+scattered: every row a place of its own, or places as coarse encoders read them. --plan sessions: samples that differ in
+their rubber, their fibers or their sensors, or a zero that wanders. --plan few: tables of few states, judged by states
+between those that were measured. --plan time: logs with effects of the history, integrated by small steps; held and
+hung: on beds that hold and that hang. --plan unknown: random smooth functions of place and pressure added to what a
+laboratory measures, of which no effect of the library may be claimed.
 
-Prints, writes to outputs/hidden_effects, hidden_laboratory, hidden_braids, hidden_moves, hidden_wrong, hidden_few,
-hidden_time, hidden_unknown, hidden_regular or hidden_sessions, and plots recovery against size, the confusion matrix,
-what slipped, false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables, of the plans
-time, unknown, regular and sessions it only prints. Data sets already done are not done again.
+Prints, writes to outputs/hidden_effects, or hidden_ and the name of another plan, and plots recovery against size, the
+confusion matrix, what slipped, false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables,
+of the plans time, held, hung, unknown, regular, scattered and sessions it only prints. Data sets already done are not
+done again.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from hidden_effects.few import few
 from hidden_effects.over_time import held, hung, over_time, report_time
 from hidden_effects.plan import PLANS, some
 from hidden_effects.regular import regular
+from hidden_effects.scattered import report_scattered, scattered
 from hidden_effects.sessions import sessions
 from hidden_effects.wrong import wrong
 from rich.progress import track
@@ -51,6 +53,7 @@ OUT = {
     "unknown": Path("outputs/hidden_unknown"),
     "directions": Path("outputs/hidden_directions"),
     "regular": Path("outputs/hidden_regular"),
+    "scattered": Path("outputs/hidden_scattered"),
     "sessions": Path("outputs/hidden_sessions"),
 }
 
@@ -69,6 +72,10 @@ def examine(job: dict) -> dict:
         from hidden_effects.examine_sessions import examine_sessions
 
         return examine_sessions(job)
+    if "scattered" in job:
+        from hidden_effects.scattered import examine_scattered
+
+        return examine_scattered(job)
     if "recordings" in job:
         from hidden_effects.over_time import examine_time
 
@@ -92,13 +99,20 @@ def main() -> None:
     """Runs the command."""
     parser = argparse.ArgumentParser(prog="python experiments/hidden_effects", description=__doc__.split("\n")[0])
     logs = {"time": over_time, "held": held, "hung": hung}
-    plans = PLANS | {"wrong": wrong, "few": few, **logs, "regular": regular, "sessions": sessions}
+    plans = PLANS | {
+        "wrong": wrong,
+        "few": few,
+        **logs,
+        "regular": regular,
+        "scattered": scattered,
+        "sessions": sessions,
+    }
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
         "--seeds",
         type=int,
         default=1,
-        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 28, 36 or 14 data sets each",
+        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 28, 36, 72 or 14 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
@@ -132,6 +146,9 @@ def main() -> None:
         from hidden_effects.examine_regular import report_regular
 
         report_regular(results)
+        return
+    if arguments.plan == "scattered":
+        report_scattered(results)
         return
     if arguments.plan == "sessions":
         from hidden_effects.examine_sessions import report_sessions
