@@ -17,7 +17,7 @@ SHARE = 0.01
 LEAST = {"twist_deg": 0.3, "elongation_mm": 0.02}
 # Readings that flicker by more, so many times as much at most, are told by a gap, the next larger change being so many
 # times as large; and by their changes, which turn back (of white noise by half).
-WIDER, GAP, BACK = 5.0, 2.5, -0.2
+WIDER, GAP, BACK = 5.0, 2.0, -0.2
 # Fewest rows of a state that tell its flicker, and of all states; von Neumann's ratio, one of white noise and less than
 # half of a place that creeps with the pressure, above which it is no creep.
 FEWEST, ENOUGH, WHITE = 3, 12, 0.7
