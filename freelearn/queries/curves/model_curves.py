@@ -124,7 +124,7 @@ def model_curve(
     model: Model[Any], states: States, usable: np.ndarray, taut: np.ndarray, bands: Bands | None = None
 ) -> pd.DataFrame:
     """What is predicted along the path that the pressures took: from zero to the first step, then from step to step. Of
-    several actuators those begin at zero that move.
+    several actuators those begin at zero that move. Of a log, at its rows, with a blank between two recordings.
 
     states: one kinematic state's rows in time order; usable, taut: (N,) bool of them, see taut_rows. Points between two
     steps remember what the later one does (its direction, its times), so that rising and falling pressure draw two
@@ -135,21 +135,14 @@ def model_curve(
     """
     first, second, *imposed = (value.numpy() for value in states.inputs())
     pressure = np.stack(imposed)
-    held = ~moving_actuators(pressure.T) & bool(states.members)
-    before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]]
-    # As dense on a long way as on a short one: else the way up and the way down would seem to differ.
-    way = np.abs(pressure - before).max(axis=0)
-    count = np.maximum(1, np.round(POINTS * way / max(way.sum(), 1.0))).astype(np.int64)
-    step = np.repeat(np.arange(len(states)), count)
-    share = np.concatenate([np.arange(1, n + 1) / n for n in count])
-    along = np.c_[before[:, 0], before[:, step] + share * (pressure - before)[:, step]]
-    rows = np.r_[0, step]
+    rows, along, gaps = _samples(states, pressure) if states.recording is not None else _on_the_way(states, pressure)
     path = states[torch.as_tensor(rows)].with_inputs(
         [torch.as_tensor(value) for value in (first[rows], second[rows], *along)]
     )
     with torch.no_grad():
         shown, status = model(path)
     shown[status == Status.NO_EQUILIBRIUM] = torch.nan
+    shown[gaps] = torch.nan
     outside = _outside(along, pressure[:, usable] if usable.any() else pressure)
     each = {pressure_column(i): value / KPA for i, value in enumerate(along, 1)} if states.members else {}
     bed = states.bed
@@ -159,6 +152,30 @@ def model_curve(
         within = ~_outside(along, pressure[:, taut]) & (status == Status.OK).numpy()
         predicted |= band_ends(bands, path, shown, within)
     return pd.DataFrame({"pressure_kpa": path.pressure.numpy() / KPA, **each, **predicted, "extrapolated": outside})
+
+
+def _on_the_way(states: States, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of points from zero to the first of pressures (actuators, n) and on to each: the row that each belongs to, their
+    pressures (actuators, N), and no gaps."""
+    held = ~moving_actuators(pressure.T) & bool(states.members)
+    before = np.c_[np.where(held, pressure[:, 0], 0.0), pressure[:, :-1]]
+    # As dense on a long way as on a short one: else the way up and the way down would seem to differ.
+    way = np.abs(pressure - before).max(axis=0)
+    count = np.maximum(1, np.round(POINTS * way / max(way.sum(), 1.0))).astype(np.int64)
+    step = np.repeat(np.arange(len(states)), count)
+    share = np.concatenate([np.arange(1, n + 1) / n for n in count])
+    along = np.c_[before[:, 0], before[:, step] + share * (pressure - before)[:, step]]
+    return np.r_[0, step], along, np.zeros(0, dtype=np.int64)
+
+
+def _samples(states: States, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of a log: its rows alone, since what they remember is no one's between them, and a gap before each
+    recording but the first."""
+    assert states.recording is not None
+    run = states.recording.run[states.place].numpy()
+    begins = np.flatnonzero(np.diff(run)) + 1
+    rows = np.insert(np.arange(len(run)), begins, begins)
+    return rows, pressure[:, rows], begins + np.arange(len(begins))
 
 
 def _outside(along: np.ndarray, pressure: np.ndarray) -> np.ndarray:
