@@ -17,8 +17,9 @@ def test_a_curve_of_a_log_goes_through_what_is_predicted_of_its_rows():
     model = build_model("continuum", {"supply_lag.time": 0.5}, ["supply_lag"]).requires_grad_(False)
     curve = model_curve(model, states, usable, usable)
     between = curve["force_pred_n"].isna().to_numpy()
-    assert between.sum() == table["run"].nunique() - 1
-    begins = np.flatnonzero(table["run"].to_numpy()[1:] != table["run"].to_numpy()[:-1]) + 1
+    # Recordings of two samples, two of each.
+    begins = np.flatnonzero(table["run"].diff().fillna(0) != 0)
+    assert len(begins) == 3
     np.testing.assert_array_equal(np.flatnonzero(between), begins + np.arange(len(begins)))
     rows = curve[~between]
     np.testing.assert_allclose(rows["pressure_kpa"], table["pressure_kpa"], rtol=1e-12)
