@@ -112,8 +112,10 @@ def report_scattered(results: list[dict[str, Any]]) -> None:
     from hidden_effects.rates import answer, rate, rates_table, seconds
     from rich.console import Console
 
+    from freelearn.discovery.referee.referee import CLAIMS
+
     console, frame = Console(width=120), pd.DataFrame(results)
-    claims = frame["verdict"].isin(("named", "class", "proposed"))
+    claims = frame["classes"].map(bool) & frame["verdict"].isin(CLAIMS)
     hidden = [set(names) for names in frame["hidden"]]
     there = pd.Series(
         [bool(h) and any(h & set(c) for c in each) for h, each in zip(hidden, frame["classes"], strict=True)]

@@ -95,7 +95,7 @@ def settled(values: np.ndarray, state: np.ndarray, column: str, size: float = 0.
     most = np.zeros(len(count))
     np.maximum.at(most, state, np.abs(off))
     # A gap may be one between what a bed gives way by and where it was set.
-    for near in (_near(values, column, size), _least(values, column, size)):
+    for near in dict.fromkeys((_near(values, column, size), _least(values, column, size))):
         held = (count >= FEWEST) & (most > 0) & (most <= near)
         asked = held[state]
         if asked.sum() >= ENOUGH and _white(off, asked, state, asked.sum() - held.sum()):

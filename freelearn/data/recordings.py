@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -212,7 +212,7 @@ class Recording(Generic[S]):
 
     def with_states(self, states: S) -> Recording[S]:
         """The same samples in other states."""
-        return Recording(states, self.run, self.time, self.turns, self.calm, self.flicker)
+        return replace(self, states=states)
 
     def calmed(self, signal: Tensor) -> Tensor:
         """A signal (M, c) as it was without the noise of what was imposed, as far as the samples tell."""

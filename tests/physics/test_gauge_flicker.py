@@ -20,8 +20,8 @@ def late():
     return log({"sensor_lag": LATE}, 0, (3,), 8)
 
 
-def model(effects=("sensor_lag",), **values):
-    return build_model("continuum", {"C1": C1, "C2": C2}, list(effects)).requires_grad_(False)
+def model():
+    return build_model("continuum", {"C1": C1, "C2": C2}, ["sensor_lag"]).requires_grad_(False)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.15])

@@ -130,10 +130,10 @@ def _by_fit(plain: Plain, offered: Sequence[str], better: float) -> TableCheck:
         return TableCheck(NAME, CANNOT, max(shares, default=None), LARGE, why)
     says = _untared(" and ".join(parts), 0)
     if places := _mounted_elsewhere(plain, found):
-        # Which of both it is the search tells better than errors of two fits do, where the rows tell at all.
         says += f" Or it was, and the mount is off by {places}, which does as well in these rows: measure one at rest."
-        return TableCheck(NAME, CANNOT, max(shares), LARGE, says, _option(plain.given, offered))
-    return TableCheck(NAME, FAIL, max(shares), LARGE, says, _option(plain.given, offered))
+    # Which of both it is the search tells better than errors of two fits do, where the rows tell at all.
+    status = CANNOT if places else FAIL
+    return TableCheck(NAME, status, max(shares), LARGE, says, _option(plain.given, offered))
 
 
 def _mounted_elsewhere(plain: Plain, found: PlainFit) -> str:

@@ -212,10 +212,7 @@ class _View:
         whole = self._whole(before.best)
         self.noise = self.prepared.noise(whole, self.noise.scatter)
         self.even = self.even or self.far_off(replace(before.best, fit=whole))
-        now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
-        if same:
-            # Under hardly another noise nothing else stands in for what does not any more.
-            now.exchanged = set(before.exchanged)
+        now = self.anew(before, share, same)
         if not share and not self.adequate(now):
             # Under a little doubt none of these sets was adequate, and hardly one is next to them.
             now.expand(now.best)
@@ -242,9 +239,15 @@ class _View:
         if times <= CONSISTENT:
             return now
         self.noise = replace(self.noise, scatter=self.noise.scatter.wider(times))
-        other = now.under(self._whitener(0.0), self.rows, now.worth_keeping(REFITTED), self.about(now.best))
-        other.exchanged = set(now.exchanged)
-        return other
+        return self.anew(now, 0.0, same=True)
+
+    def anew(self, before: Hypotheses, share: float, same: bool) -> Hypotheses:
+        """The sets that are worth keeping, fitted under the noise as it is now. same: whether it is hardly another
+        one, under which nothing else stands in for what does not any more."""
+        now = before.under(self._whitener(share), self.rows, before.worth_keeping(REFITTED), self.about(before.best))
+        if same:
+            now.exchanged = set(before.exchanged)
+        return now
 
     def ended(self, last: Hypotheses, share: float) -> Explored:
         """The sets on all rows. share: by which the best one is wrong in every reading; less, where a better one is

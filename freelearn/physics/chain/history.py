@@ -100,14 +100,21 @@ def _calmly(effect: Callable[..., Tensor], signal: Tensor, recording: Recording[
     """What an effect makes of a signal (M, c), on top of what a gauge flickers in it, of which it is not the cause: no
     effect may fit better by smoothing noise."""
     calm = recording.calmed(signal)
-    found: Tensor = effect(calm, recording, p)
-    return found if calm is signal else found + (signal - calm)
+    return _around(effect, calm, None if calm is signal else signal - calm, recording, p)
+
+
+def _around(
+    effect: Callable[..., Tensor], quiet: Tensor, noise: Tensor | None, recording: Recording[States], p: Any
+) -> Tensor:
+    """What an effect makes of a quiet signal (M, c), and the noise that passes by it."""
+    found: Tensor = effect(quiet, recording, p)
+    return found if noise is None else found + noise
 
 
 def settled_flicker(chain: Chain, states: States, values: Values) -> States:
     """Rows of a measured log, (N,), in whose recordings stands what their gauges' noise makes of the loads, as the
     model has it at these values; other rows as they are. A fit needs it to stay while its values move."""
-    if states.recording is None or states.recording.calm is None:
+    if states.recording is None or not _straight(states.recording):
         return states
     with torch.no_grad():
         given = supplied(chain, states.recording, values)
@@ -122,21 +129,27 @@ def flickering(
     """The recording with what its gauges' noise makes of the steady loads (M, 2) at the inputs that are given, (M,)
     each, where it is a measured one and does not know that yet. Of that noise nothing is carried on: no effect may fit
     better by smoothing it."""
-    if recording.calm is None or recording.flicker is not None or not any(chain.history[name] for name in CARRIED):
+    carries = any(chain.history[name] for name in CARRIED)
+    if not carries or recording.flicker is not None or not _straight(recording):
         return recording
     with torch.no_grad():
         return replace(recording, flicker=_flicker(chain, recording, given, loads, values))
 
 
+def _straight(recording: Recording[States]) -> bool:
+    """Whether what was imposed went along lines somewhere, by which its noise is told."""
+    return recording.calm is not None and recording.calm.straight
+
+
 def _flicker(
     chain: Chain, recording: Recording[States], given: Sequence[Tensor], loads: Tensor, values: Values
-) -> Tensor | None:
-    """None where no noise of what is imposed can be told."""
+) -> Tensor:
+    """By how much the steady loads (M, 2) are off those of what was imposed without its noise."""
     inputs = torch.stack(recording.states.inputs(), dim=-1)
     noise = inputs - recording.calmed(inputs)
     rows = noise.any(dim=-1).nonzero()[:, 0]
     if not len(rows):
-        return None
+        return torch.zeros_like(loads)
     fixed = {name: value.detach() for name, value in values.items()}
     quiet = torch.stack([x.detach() for x in given], dim=-1) - noise
     # Whole recordings know where a search for their equilibria begins.
@@ -183,8 +196,9 @@ def stages(chain: Chain, recording: Recording[States]) -> list[Stage]:
 
     def carry(effect: HistoryEffect[Any]) -> Stage:
         def of(loads: Tensor, values: Values) -> Tensor:
-            quick = 0.0 if recording.flicker is None else recording.flicker
-            return effect.carry(loads - quick, recording, effect.own(values)) + quick
+            noise = recording.flicker
+            quiet = loads if noise is None else loads - noise
+            return _around(effect.carry, quiet, noise, recording, effect.own(values))
 
         return Stage(effect, of)
 

@@ -40,11 +40,11 @@ def exponential(count: int) -> Spread:
 SPREAD = exponential(ELEMENTS)
 
 
-def bend(signal: Tensor, recording: Recording[States]) -> Tensor:
+def bend(signal: Tensor, recording: Recording[States]) -> Tensor | None:
     """Half the second derivative of a signal (M, c) on the way to each sample of a measured log, (M, c): while what is
-    imposed goes straight on, loads go along a curve. Zero where no three samples tell."""
-    if STEPPING.get() is not None or recording.calm is None or not recording.calm.straight:
-        return torch.zeros_like(signal)
+    imposed goes straight on, loads go along a curve. Zero where no three samples tell; None where none do at all."""
+    if recording.calm is None or not recording.calm.straight:
+        return None
     step = torch.where(recording.first, 1.0, recording.step)[:, None]
     slope = recording.change(signal) / step
     within = recording.calm.within.to(signal.device)[:, None]
@@ -66,7 +66,8 @@ def lag(signal: Tensor, recording: Recording[States], time: Tensor) -> Tensor:
     step = torch.where(first, 1.0, step)
     left = torch.where(first, 0.0, torch.exp(-step / time.clamp_min(SHORTEST)))
     ahead = (1 - left) * (time / step) * recording.change(signal)
-    return recurred(left, ahead + bend(signal, recording) * _bent(step, time.clamp_min(SHORTEST)))
+    curve = bend(signal, recording)
+    return recurred(left, ahead if curve is None else ahead + curve * _bent(step, time.clamp_min(SHORTEST)))
 
 
 def _bent(step: Tensor, time: Tensor) -> Tensor:
@@ -85,10 +86,7 @@ def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: 
     """
     first, step = recording.first[:, None], recording.step[:, None]
     omega = 2 * math.pi / period.clamp_min(SHORTEST)
-    curve = bend(signal, recording)
-    # At the beginning of the step, and at its end.
-    slope = recording.change(signal) / torch.where(first, 1.0, step) - curve * step
-    ending = slope + 2 * curve * step
+    slope = recording.change(signal) / torch.where(first, 1.0, step)
     ringing = omega * (1 - damping**2).sqrt()
     fades = torch.where(first, 0.0, torch.exp(-damping * omega * step))
     cosine, sine = torch.cos(ringing * step), torch.sin(ringing * step) / ringing
@@ -97,15 +95,19 @@ def rung(signal: Tensor, recording: Recording[States], period: Tensor, damping: 
         (fades * (cosine + across), fades * sine),
         (-fades * omega**2 * sine, fades * (cosine - across)),
     )
-    # What y − x and y' are where x has gone on as it does for long.
+    # What y − x and y' are where x has gone on as it does for long: at the beginning of the step, and at its end.
     late = 2 * damping / omega
-    curved = 2 * curve * (late**2 - 1 / omega**2)
-    begun = curved - late * slope, slope - 2 * late * curve
-    last = curved - late * ending, ending - 2 * late * curve
+    begun = last = -late * slope, slope
+    curve = bend(signal, recording)
+    if curve is not None:
+        curved = 2 * curve * (late**2 - 1 / omega**2)
+        beginning, slope = slope - curve * step, slope + curve * step
+        begun = curved - late * beginning, beginning - 2 * late * curve
+        last = curved - late * slope, slope - 2 * late * curve
     added = tuple(end - row[0] * begun[0] - row[1] * begun[1] for end, row in zip(last, turn, strict=True))
     behind, _ = turned(turn, (added[0], added[1]))
     # Without a period: the signal itself, whose slope by the period is that of short swings.
-    return signal + torch.where(period > 0, behind, -damping / math.pi * period * ending)
+    return signal + torch.where(period > 0, behind, -damping / math.pi * period * slope)
 
 
 def held(signal: Tensor, recording: Recording[States], low: Tensor, high: Tensor) -> Tensor:
