@@ -229,3 +229,26 @@ def test_a_look_takes_two_seconds_at_most_also_at_a_wrong_table(plain):
     began = time.process_time()
     looked(many.assign(force_n=-many["force_n"]))
     assert time.process_time() - began < 4
+
+
+def test_a_cell_at_the_end_of_its_range_is_said_and_no_search_runs(plain):
+    most = 0.7 * plain["force_n"].abs().max()
+    clipped = looked(plain.assign(force_n=plain["force_n"].clip(-most, most)))
+    says = next(check for check in failed(clipped) if check.name == "ends of range")
+    assert f"{most:.5g}" in says.sentence
+    assert "left_out" in says.sentence
+    assert useless(clipped) is says
+
+
+def test_of_coarse_digits_the_model_says_whether_a_column_s_end_is_the_cell_s(plain):
+    largest = plain["force_n"].abs().max()
+    coarse = (plain["force_n"] / largest * 60).round() * largest / 60
+    assert "ends of range" not in said(plain.assign(force_n=coarse))
+    assert "ends of range" in said(plain.assign(force_n=coarse.clip(-largest / 2, largest / 2)))
+
+
+def test_a_log_that_holds_the_largest_load_is_not_at_the_end_of_its_cell(plain):
+    """The place of the largest force, of which a cell with coarse digits reads the same again and again."""
+    highest = plain.loc[[plain["force_n"].abs().idxmax()] * 40]
+    held = pd.concat([plain, highest]).reset_index(drop=True)
+    assert "ends of range" not in said(held.assign(force_n=held["force_n"].round(1)))

@@ -13,6 +13,7 @@ from freelearn.data.intake.readers.cells import is_blank
 from freelearn.data.intake.readers.raw_table import RawTable
 from freelearn.data.intake.recipes.recipe import NEEDED_DESIGN
 from freelearn.data.intake.scale_jumps import scale_jumps
+from freelearn.data.piled import piled
 from freelearn.data.table.unit_suspicions import unit_warnings
 
 # Whether the force under pressure has the sign that the fiber angle gives it.
@@ -95,10 +96,6 @@ def summary_rows(raw: RawTable) -> Iterator[tuple[str, list[str], list[int]]]:
 
 # Columns from which units are judged.
 UNITS_JUDGED_BY = (*NEEDED_DESIGN, "step", "elongation_mm", "twist_deg", "pressure_kpa", "force_n", "moment_nmm")
-# A reading that stands at the extreme so often did not get there by chance.
-LEAST_SATURATED, SATURATED_SHARE = 5, 0.01
-# A channel with fewer different values is one of settings or switches, not of readings.
-LEAST_VALUES = 20
 # A vented gauge reads no more than this [kPa]; beds keep a few kPa to hold a tube open.
 REST_KPA = 20.0
 # A visit to a state ends vented below this share of the largest pressure; where so many do, they go back there.
@@ -161,16 +158,9 @@ def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
 def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
     for name in readings:
         values = raw.most_numbers(name)
-        if values is None:
-            continue
-        levels, counts = np.unique(values[~np.isnan(values)], return_counts=True)
-        if len(levels) < LEAST_VALUES:
-            continue
-        least = max(LEAST_SATURATED, SATURATED_SHARE * counts.sum(), 5 * float(np.median(counts)))
-        for place, what in ((0, "smallest"), (-1, "largest")):
-            # Zero is a true reading of many channels: a vented gauge, a slack tube.
-            if counts[place] >= least and levels[place] != 0:
-                yield f"column {name!r} is {levels[place]:g}, its {what} value, in {counts[place]} rows: saturated?"
+        for end, count in () if values is None else piled(values):
+            what = "largest" if end == np.nanmax(values) else "smallest"
+            yield f"column {name!r} is {end:g}, its {what} value, in {count} rows: saturated?"
 
 
 def _backwards(raw: RawTable, time: str | None) -> Iterator[str]:

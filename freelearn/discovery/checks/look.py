@@ -14,6 +14,8 @@ from freelearn.data.rows import Rows
 from freelearn.data.table.unit_suspicions import UnitWarning, unit_warnings
 from freelearn.discovery.checks.at_rest import at_rest
 from freelearn.discovery.checks.column_readings import DOUBTED, LEAST, SEVERAL, meant
+from freelearn.discovery.checks.ends_of_range import NAME as ENDS
+from freelearn.discovery.checks.ends_of_range import ends_of_range
 from freelearn.discovery.checks.plain_fit import Build, Plain
 from freelearn.discovery.checks.rows_order import NAME as ORDER
 from freelearn.discovery.checks.rows_order import order
@@ -126,6 +128,7 @@ def looked_over(
         read = list(meant(plain))
         better = max((check.figure or 1.0 for check in failed(read)), default=1.0)
         checks += [*read, at_rest(plain, accuracy, better), zeros_of_places(plain, accuracy), order(table)]
+        checks += [ends_of_range(plain, accuracy)]
         checks += [repeated(plain, accuracy, stated), answers(plain), leaves(plain)]
     return sorted(checks, key=lambda check: check.status != FAIL)
 
@@ -167,5 +170,6 @@ def failed(checks: Sequence[TableCheck]) -> list[TableCheck]:
 
 def useless(checks: Sequence[TableCheck]) -> TableCheck | None:
     """The first that says that no search can tell anything: of rows that were sorted it is not known which are one
-    state's, and what came before; of a cell that was zeroed at each place what belongs to the loads."""
-    return next((check for check in failed(checks) if check.name in (ORDER, ZEROS)), None)
+    state's, and what came before; of a cell that was zeroed at each place what belongs to the loads; of one at the end
+    of its range what it should have read."""
+    return next((check for check in failed(checks) if check.name in (ORDER, ZEROS, ENDS)), None)
