@@ -158,7 +158,9 @@ def _constant(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
 def _saturated(raw: RawTable, readings: Sequence[str]) -> Iterator[str]:
     for name in readings:
         values = raw.most_numbers(name)
-        for end, count in () if values is None else piled(values):
+        if values is None:
+            continue
+        for end, count in piled(values):
             what = "largest" if end == np.nanmax(values) else "smallest"
             yield f"column {name!r} is {end:g}, its {what} value, in {count} rows: saturated?"
 
