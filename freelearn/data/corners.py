@@ -14,6 +14,7 @@ import numpy as np
 import torch
 
 from freelearn.data.calm import Calm
+from freelearn.data.curves import MAD, between, flicker, pieces, smooth
 from freelearn.data.recordings import Recording
 from freelearn.data.states import States
 
@@ -21,8 +22,6 @@ from freelearn.data.states import States
 # the noise had moved let a dead time stand beside a warm gas); share of the turn by which two slopes on one side of it
 # may differ: a curve bends by half of it.
 OFF, STRAIGHT = 3.0, 0.25
-# Standard deviations in a median absolute deviation, of normal noise.
-MAD = 1.4826
 # Share of the pressure's range that no noise is smaller than.
 LEAST = 1e-6
 # Fewest steps between the values of a signal by which it may have been rounded, by how much of the least one each may
@@ -41,7 +40,12 @@ SYNCHRONOUS = 0.25
 
 
 def with_corners(states: States) -> States:
-    """The same rows (N,) of a log, in whose recordings a sample more stands at each corner; other rows as they are."""
+    """The same rows (N,) of a log, in whose recordings a sample more stands at each corner, and some along each curve;
+    other rows as they are."""
+    return _with_more(states, along_curves=True)
+
+
+def _with_more(states: States, along_curves: bool) -> States:
     if states.recording is None or states.place is None:
         return states
     recording = states.recording
@@ -49,24 +53,36 @@ def with_corners(states: States) -> States:
     inputs = torch.stack(recording.states.inputs(), dim=1)
     within, turned = np.zeros(len(recording)), np.zeros((len(recording), inputs.shape[1]))
     most = np.zeros(len(recording))
-    for column, signal in enumerate(inputs.unbind(1)):
-        share, off = corners(signal.numpy(), recording)
+    cut = np.ones((inputs.shape[1], len(recording)), dtype=np.int64)
+    for column, signal in enumerate(inputs.numpy().T):
+        noise_there = _flicker(signal, recording)
+        along = smooth(signal, recording, noise_there)
+        share, off = corners(signal, recording, along)
         # Of several that turn in one interval the corner is that of the one that turns most, of its range.
-        size = np.abs(off) / max(float(signal.max() - signal.min()), 1e-300)
+        size = np.abs(off) / max(float(np.ptp(signal)), 1e-300)
         more = size > most
         most[more], within[more], turned[more] = size[more], share[more], 0.0
         turned[more, column] = off[more]
-    later = np.flatnonzero(turned.any(axis=1))
+        if along_curves:
+            cut[column] = pieces(signal, recording, along, noise_there)
+    cornered = (turned != 0).any(axis=1)
+    number = np.where(cornered, 2, cut.max(axis=0))
+    later = np.repeat(np.arange(len(recording)), number - 1)
     if not len(later):
         return states
-    over = torch.as_tensor(within[later])
+    begun = np.cumsum(number - 1) - (number - 1)
+    over = (np.arange(len(later)) - begun[later] + 1) / number[later]
+    over[cornered[later]] = within[cornered]
+    straight = torch.lerp(inputs[later - 1], inputs[later], torch.as_tensor(over)[:, None]).numpy()
+    for column, signal in enumerate(inputs.numpy().T):
+        curved = ~cornered[later] & (cut[column] > 1)[later]
+        straight[curved, column] = between(signal, recording, later[curved], over[curved])
     # A new sample stands before the row that its interval ends with, and is a copy of that in all but what is imposed.
     rows = torch.as_tensor(np.insert(np.arange(len(recording)), later, later))
     new = torch.as_tensor(later + np.arange(len(later)))
     imposed, time = inputs[rows], recording.time[rows]
-    straight = torch.lerp(inputs[later - 1], inputs[later], over[:, None])
-    imposed[new] = straight + torch.as_tensor(turned[later])
-    time[new] = torch.lerp(recording.time[later - 1], recording.time[later], over)
+    imposed[new] = torch.as_tensor(straight + turned[later])
+    time[new] = torch.lerp(recording.time[later - 1], recording.time[later], torch.as_tensor(over))
     finer = recording.states[rows].with_inputs(imposed.unbind(1))
     turns = torch.zeros(len(rows), dtype=torch.bool)
     turns[new] = True
@@ -93,9 +109,9 @@ def with_calm(states: States) -> States:
     return states.replace(recording=replace(recording, calm=calm))
 
 
-def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarray, np.ndarray]:
+def corners(signal: np.ndarray, recording: Recording[States], along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of the interval before each sample, the share of it that is over at its corner, and how far the signal there is
-    off the straight line: zeros where there is none, (M,) each."""
+    off the straight line: zeros where there is none, (M,) each. along: rows about which the signal is smooth."""
     slope, step = _slopes(signal, recording), recording.step.numpy()
     before, after = _shifted(slope, 1), _shifted(slope, -1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -104,6 +120,7 @@ def corners(signal: np.ndarray, recording: Recording[States]) -> tuple[np.ndarra
         off = -share * (1 - share) * step * turn
         sides = np.abs(before - _shifted(slope, 2)), np.abs(after - _shifted(slope, -2))
         straight = np.fmin(*sides) < STRAIGHT * np.abs(turn)
+        straight[1:] &= ~(along[1:] & along[:-1])
         found = straight & (share > 0) & (share < 1) & (np.abs(off) > OFF * noise(signal, slope, step))
     return np.where(found, share, 0.0), np.where(found, off, 0.0)
 
@@ -118,6 +135,11 @@ def untold(states: States) -> np.ndarray:
     at rows where it is seen to. A log is one by all its rows, whichever of them these are. states: with_corners."""
     if states.recording is None or states.place is None:
         return np.zeros(len(states), dtype=bool)
+    if states.recording.turns is not None:
+        # What stands along curves has no beginning and no end.
+        states = _with_more(_rows_alone(states), along_curves=False)
+    assert states.recording is not None
+    assert states.place is not None
     recording = states.recording
     first, step = recording.first.numpy(), recording.step.numpy()
     found = np.zeros(len(recording), dtype=bool)
@@ -139,6 +161,16 @@ def untold(states: States) -> np.ndarray:
     share = found[~between].mean()
     dark: np.ndarray = found[states.place.numpy()]
     return dark if FEW < share < MOST else np.zeros_like(dark)
+
+
+def _rows_alone(states: States) -> States:
+    """The same rows of a log, in whose recordings no sample stands that is no row of the table."""
+    recording, place = states.recording, states.place
+    if recording is None or place is None or recording.turns is None:
+        return states
+    own = torch.nonzero(~recording.turns)[:, 0]
+    plain = replace(recording[own], turns=None)
+    return states.replace(recording=plain, place=torch.searchsorted(own, place))
 
 
 def _slopes(signal: np.ndarray, recording: Recording[States]) -> np.ndarray:
@@ -184,13 +216,9 @@ def steps(signal: np.ndarray) -> np.ndarray:
 
 
 def _flicker(signal: np.ndarray, recording: Recording[States]) -> float:
-    """Standard deviation of a signal's noise where it may go along curves: by its fourth differences, in which a curve
-    leaves hardly anything, where these say that it is less."""
-    begun = recording.first.numpy()
-    inside = ~np.logical_or.reduce([begun[k : len(begun) - 4 + k] for k in range(1, 5)])
-    fourth = np.abs(np.diff(signal, 4))[inside]
-    curves = float(np.median(fourth)) * MAD / 70**0.5 if len(fourth) else 0.0
-    return max(min(_about_lines(signal, _slopes(signal, recording), recording.step.numpy()), curves), rounding(signal))
+    """Standard deviation of a signal's noise where it may go along lines or along curves."""
+    about_lines = _about_lines(signal, _slopes(signal, recording), recording.step.numpy())
+    return max(min(about_lines, flicker(signal, recording)), rounding(signal))
 
 
 def _shifted(values: np.ndarray, by: int) -> np.ndarray:

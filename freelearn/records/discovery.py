@@ -98,6 +98,7 @@ def document(
         "says": verdict_in_words(findings, classes_of(findings), stopping),
         "effects": findings.effects,
         "classes": classes_of(findings),
+        "beside": findings.answer.beside if findings.answer else [],
         "models": [vars(model) for model in findings.models],
         "predicts_best": vars(findings.predicts_best) if findings.predicts_best else None,
         "shares": findings.answer.shares if findings.answer else {},

@@ -131,7 +131,7 @@ def _stopped(stopping: Sequence[TableCheck]) -> str:
 
 def _claim(findings: Findings, classes: Sequence[Sequence[str]]) -> str:
     names, seen = ", ".join(findings.effects), findings.referee is None or findings.referee.sees_nothing
-    left = f"with {'it' if len(findings.effects) == 1 else 'them'} {NOTHING_LEFT}"
+    left = f"with {'it' if len(findings.effects) == 1 else 'them'}{_beside(findings)} {NOTHING_LEFT}"
     more = f"; {left}" if seen else "; whether more is missing these rows cannot tell"
     if findings.verdict == "adequate":
         return "Adequate: at this accuracy nothing systematic is missing."
@@ -147,6 +147,14 @@ def _claim(findings: Findings, classes: Sequence[Sequence[str]]) -> str:
         f"{beside} and something that is in no library were missing" if beside else "what was missing is in no library"
     )
     return f"Proposed: {library}; the search wrote {wrote}{more.replace('them', 'it')}."
+
+
+def _beside(findings: Findings) -> str:
+    """What the model needs and is not claimed."""
+    names = findings.answer.beside if findings.answer else []
+    if not names:
+        return ""
+    return f" and {' and '.join(names)}, which other forms of {'it' if len(findings.effects) == 1 else 'them'} may be,"
 
 
 def _unexplained(findings: Findings) -> str:

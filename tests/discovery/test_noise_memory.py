@@ -11,7 +11,7 @@ from freelearn.data.accuracy import Accuracy
 from freelearn.data.rows import Rows
 from freelearn.discovery.noise.memory import Filter, Memory, remembered
 from freelearn.discovery.noise.noise import Whitener, sensitivities
-from freelearn.discovery.noise.scatter import huber
+from freelearn.discovery.noise.scatter import _seen_in, huber
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.simulated_logs import UNIT, log
 
@@ -161,3 +161,18 @@ def test_the_place_of_a_recording_is_seen_through_what_is_carried():
             for way in (1, -1)
         )
     torch.testing.assert_close(rates, (far - near) / (2 * step * 1e-3), rtol=1e-4, atol=1e-2)
+
+
+def test_what_is_white_with_the_shapes_has_no_memory_without_them():
+    """Two recordings that are off by a constant each: what is left without shapes that wander is their opposite."""
+    generator = np.random.default_rng(5)
+    visit, clock = torch.arange(2).repeat_interleave(400), torch.arange(800, dtype=torch.float64) / 10
+    wander = torch.sin(clock / 3)[:, None].expand(-1, 2)
+    white = torch.as_tensor(generator.normal(size=(800, 2))) + 3.0 * visit[:, None]
+    counts = torch.ones_like(white)
+    said = remembered(white - 3.0 * visit[:, None] + wander, counts, visit, clock)
+    assert said is not None
+    assert _seen_in(said, white, counts, visit, clock) is None
+    seen = _seen_in(said, white + wander, counts, visit, clock)
+    assert seen is not None
+    torch.testing.assert_close(seen.share, said.share)

@@ -1,6 +1,7 @@
 """What changes over a session, within recordings or with work refutes a claim: on logs of the bed apart."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -110,3 +111,17 @@ def test_a_session_goes_on_where_stamps_begin_anew():
     np.testing.assert_allclose(session_clock(table), np.tile(0.2 * np.arange(count), 2), atol=1e-9)
     kept = table.assign(time_s=time + 100.0 * table["run"])
     np.testing.assert_allclose(session_clock(kept)[:count], (kept["time_s"] - 100.0).to_numpy()[:count])
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_gauge_s_errors_are_no_work(monkeypatch, seed):
+    """Of a slow cell what changes with its time goes by the gauge, whose error in a row is in what is left there."""
+
+    def growing(time, seconds, generator):
+        turn = 6 * time / seconds
+        return 10 * (np.floor(turn) + 1) * np.minimum(2 * (turn % 1), 2 - 2 * (turn % 1))
+
+    measured = partial(log, recordings=2, rate=10.0, seconds=60.0, moves=False)
+    monkeypatch.setattr("freelearn.testing.reference.simulated_logs.pressures", growing)
+    monkeypatch.setitem(checks.__globals__, "log", measured)
+    assert checks({"sensor_lag": {"force": 0.4, "moment": 0.3}}, ["sensor_lag"], seed)["with work"].result == PASS

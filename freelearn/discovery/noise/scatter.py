@@ -158,8 +158,11 @@ def scatter(
         now = _updated(now, samples, parts, base, loads, states.pressure, told, cautious, rounds - turn <= GROWING)
         if clock is not None and not cautious:
             size = noise * now.scale * now.growth.factor(loads, states.pressure)
-            error, counts = (torch.where(told, x, 0.0) for x in ((raw - now.smooth) / size, now.weight))
-            now = replace(now, memory=remembered(error, counts, visit, clock))
+            error, whole, counts = (
+                torch.where(told, x, 0.0) for x in ((raw - now.smooth) / size, raw / size, now.weight)
+            )
+            memory = remembered(error, counts, visit, clock)
+            now = replace(now, memory=None if memory is None else _seen_in(memory, whole, counts, visit, clock))
     # Places that are off as stated are no misfit, however much a stiff actuator makes of them.
     places = (min(now.position, 1.0) * positions).square().sum(-1)
     beyond = (raw.square() - places).clamp_min(0.0).sqrt()
@@ -221,6 +224,21 @@ def _unknown(raw: Tensor, noise: Tensor, like: Accuracy, told: Tensor) -> Scatte
     return Scatter(
         like, scale, 1.0, EVEN, Tails(), z, 0 * one, one, reading, state, (), torch.ones_like(scale), _bounded(z) ** 2
     )
+
+
+def _seen_in(memory: Memory, whole: Tensor, counts: Tensor, visit: Tensor, clock: Tensor) -> Memory | None:
+    """A memory of what is left without smooth shapes, as far as what is left with them (N, 2) has one, but for what a
+    recording has in common: shapes and a memory that were once there for a misfit hold each other up, one the other's
+    opposite, in errors that are white."""
+    sums, number = (torch.zeros(int(visit.max()) + 1, 2, dtype=whole.dtype).index_add_(0, visit, x) for x in (
+        whole * counts, counts
+    ))  # fmt: skip
+    own = torch.where(counts > 0, whole - (sums / number.clamp_min(1e-300))[visit], 0.0)
+    seen = remembered(own, counts, visit, clock)
+    if seen is None:
+        return None
+    share = torch.where(seen.share > 0, memory.share, 0.0)
+    return replace(memory, share=share) if bool(share.any()) else None
 
 
 def _typical(z: Tensor, told: Tensor) -> Tensor:

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from freelearn.common.formats import in_words, signed
 from freelearn.data.beds import behind
+from freelearn.data.calm import WIDEST
 from freelearn.data.recordings import Recording, recurred
 from freelearn.data.states import States
 from freelearn.discovery.noise.linear_algebra import VANISHING, norms
@@ -88,7 +89,8 @@ def _powers(x: Tensor) -> Tensor:
 
 def work(recording: Recording[States]) -> Tensor:
     """How far each quantity imposed has lately gone up and down, forgotten in several times, from none at a recording's
-    beginning: (M, k), less their means."""
+    beginning: (M, k), less their means. Up to some rows before each: a gauge's error in a row is in what a model leaves
+    there, and would be in the work that it seems to have done."""
     inputs = torch.stack([scaled(x) for x in recording.states.inputs()], dim=1)
     moved = recording.change(inputs).abs()
     moved = moved[:, moved.amax(0) > 0]
@@ -97,7 +99,8 @@ def work(recording: Recording[States]) -> Tensor:
     for time in times(recording)[-LATELY:]:
         left = torch.where(begins, 0.0, torch.exp(-step / time))
         columns.append(recurred(left, (1 - left) * time / torch.where(begins, 1.0, step) * moved))
-    worked = torch.cat(columns, dim=1)
+    earlier = torch.maximum(torch.arange(len(moved), device=moved.device) - WIDEST - 1, recording.ends[0])
+    worked = torch.cat(columns, dim=1)[earlier]
     return worked - worked.mean(0)
 
 

@@ -40,32 +40,43 @@ class Answer:
     """shown: the smallest set that is as good as the best. classes: for each of its effects all single ones that the
     data cannot tell from it, itself first, with the set that has it instead. close: all sets that are as good, the most
     probable first, and the probability of each among all that were looked at. shares: of each effect, the probability
-    of the sets that have it."""
+    of the sets that have it. beside: effects of the set shown of which other forms of the others may do as much: the
+    model needs them, but they are not claimed, and have no class. imitated: those that the set shown is without for
+    that."""
 
     shown: Hypothesis
     classes: list[dict[str, Hypothesis]]
     close: list[tuple[Hypothesis, float]] = field(default_factory=list)
     shares: dict[str, float] = field(default_factory=dict)
     doubted: list[str] = field(default_factory=list)
+    beside: list[str] = field(default_factory=list)
+    imitated: list[str] = field(default_factory=list)
 
 
-def answered(hypotheses: Hypotheses, without: Sequence[Effects] = (), instead: Hypothesis | None = None) -> Answer:
+def answered(
+    hypotheses: Hypotheses,
+    without: Sequence[Effects] = (),
+    instead: Hypothesis | None = None,
+    beside: Sequence[str] = (),
+) -> Answer:
     """The answer of what was looked at. without: sets that do not count, because they predict clearly worse. instead:
-    what is shown in the place of the smallest set that is as good."""
+    what is shown in the place of the smallest set that is as good. beside: what of it is not claimed."""
     known = [h for h in hypotheses.ordered() if h.key not in without and math.isfinite(h.evidence)]
     # Where no evidence is finite (an accuracy of zero), or none is left, the model as it is.
     known = known or [replace(hypotheses.found[frozenset()], evidence=0.0)]
     known = sorted((believed(h, hypotheses) for h in known), key=lambda h: -h.evidence)
     weights = _weights(known)
-    shown = instead or _shown(hypotheses, known, weights)
+    shown, imitated = (instead, list[str]()) if instead else _shown(hypotheses, known, weights)
     close = [h for h in known if h.evidence >= shown.evidence - TIES]
     shares = {
         name: sum(weights[h.key] for h in known if name in h.key) for name in {n for h in known for n in h.effects}
     }
     told = sorted(((h, weights[h.key]) for h in close), key=lambda pair: -pair[1])[:TOLD]
-    classes = [_class(name, shown, close) for name in shown.effects]
-    doubted = [name for name in shown.effects if _doubted(name, shown, close, weights)]
-    return Answer(shown, classes, told, dict(sorted(shares.items(), key=lambda pair: -pair[1])), doubted)
+    claimed = [name for name in shown.effects if name not in beside]
+    classes = [_class(name, shown, close) for name in claimed]
+    doubted = [name for name in claimed if _doubted(name, shown, close, weights)]
+    ordered = dict(sorted(shares.items(), key=lambda pair: -pair[1]))
+    return Answer(shown, classes, told, ordered, doubted, list(beside), imitated)
 
 
 def believed(hypothesis: Hypothesis, hypotheses: Hypotheses) -> Hypothesis:
@@ -85,23 +96,29 @@ def _weights(known: Sequence[Hypothesis]) -> dict[Effects, float]:
     return {key: weight / total for key, weight in each.items()}
 
 
-def _shown(hypotheses: Hypotheses, known: Sequence[Hypothesis], weights: dict[Effects, float]) -> Hypothesis:
-    """The smallest set that is as good as the best, and of whose effects none may be missing."""
+def _shown(
+    hypotheses: Hypotheses, known: Sequence[Hypothesis], weights: dict[Effects, float]
+) -> tuple[Hypothesis, list[str]]:
+    """The smallest set that is as good as the best, and of whose effects none may be missing; and those that it is
+    without only because other forms of the others may do as much."""
     by_key = {h.key: h for h in known}
     ties = [h for h in known if h.evidence >= known[0].evidence - TIES]
     unshown = set(hypotheses.question.unshown)
     # Of equal ones that which the rows can show.
     shown = min(ties, key=lambda h: (len(h.effects), len(h.key & unshown), -h.evidence))
+    imitated = list[str]()
     while shown.effects:
         close = [h for h in known if h.evidence >= shown.evidence - TIES]
-        doubtful = [n for n in shown.effects if _doubted(n, shown, close, weights) or _imitated(hypotheses, shown, n)]
+        doubted = [n for n in shown.effects if _doubted(n, shown, close, weights)]
+        doubtful = doubted + [n for n in shown.effects if n not in doubted and _imitated(hypotheses, shown, n)]
         fewer = [by_key[shown.key - {name}] for name in doubtful if shown.key - {name} in by_key]
         # Whichever it is: that nothing at all is missing may be out of the question.
         fewer = [h for h in fewer if h.effects or h.evidence > known[0].evidence - HOPELESS]
         if not fewer:
             break
-        shown = max(fewer, key=lambda h: h.evidence)
-    return shown
+        before, shown = shown, max(fewer, key=lambda h: h.evidence)
+        imitated += [name for name in before.effects if name not in {*shown.effects, *doubted}]
+    return shown, imitated
 
 
 def _doubted(name: str, shown: Hypothesis, close: Sequence[Hypothesis], weights: dict[Effects, float]) -> bool:
@@ -171,9 +188,22 @@ def ended(
     if disagreed:
         kept = None if instead and instead.key in disagreed else instead
         answer = answered(known.hypotheses, [*without, *disagreed], kept)
+    answer = _with_beside(models, answer, [*without, *disagreed])
     final = models.step(answer.shown)
     classes = [{name: models.step(h) for name, h in members.items()} for members in answer.classes]
     return Ending(known, models, answer, final, classes, disagreed=disagreed)
+
+
+def _with_beside(models: Models, answer: Answer, without: Sequence[Effects]) -> Answer:
+    """The answer with what it is without only because other forms of its effects may do as much, where something is
+    left without that, and nothing with it: what else is claimed does not hang on what that is."""
+    known = models.known
+    whole = known.hypotheses.found.get(answer.shown.key | frozenset(answer.imitated))
+    if not answer.imitated or known.share or whole is None or whole.key in without:
+        return answer
+    if not models.step(answer.shown).left.shows or models.step(whole).left.shows:
+        return answer
+    return answered(known.hypotheses, without, whole, answer.imitated)
 
 
 class Models:

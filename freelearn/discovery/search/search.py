@@ -174,7 +174,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
     pointed_out = [block.suspect(rows, kept, ordered) for block in together] + suspects(final, rows, kept)
     if not together:
         pointed_out += state_outliers(final, rows, kept, lacking=final.left.shows)
-    effects = prepared.question.added(final.effects)
+    effects = [e for e in prepared.question.added(final.effects) if e not in ending.answer.beside]
     order = list(dict.fromkeys(name for step in steps for name in step.effects if name in effects))
     # Of what was written only what is in the answer has a file; its other forms are told as its twins.
     known = [n for c in ending.classes for n in c if n in effects or n not in hypotheses.odds]
@@ -184,7 +184,7 @@ def _findings(prepared: Prepared, ending: Ending, watch: Watch) -> Findings:
         claim, order, classes, steps, rows, kept, final.floor, pointed_out, sorted_by if DRIFT in order else [],
         ending.proposals, ending.answer, ranking.cosines(), referee, told_models(ending), claimed,
         rivals(ending) if claim == "undecided" else {}, None if claim in CLAIMS else predicts_best(ending),
-        [] if set(asked) == set(effects) else asked,
+        [] if set(asked) == set(prepared.question.added(final.effects)) else asked,
     )  # fmt: skip
 
 
