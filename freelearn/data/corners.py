@@ -3,7 +3,8 @@
 An effect of the history follows straight lines from sample to sample. A valve's ramp or hold begins at a time of its
 own, between two rows, and a lag of a fraction of their distance then feels a slope that no straight line has. Where the
 pressure went straight before an interval and after it, both lines meet in it, and there the sample is that is lacking
-(the subcell resolution of Harten, J. Comput. Phys. 83, 148, 1989).
+(the subcell resolution of Harten, J. Comput. Phys. 83, 148, 1989). Where it goes along a curve, samples stand on that
+(see curves).
 """
 
 from __future__ import annotations
@@ -50,13 +51,12 @@ def _with_more(states: States, along_curves: bool) -> States:
         return states
     recording = states.recording
     assert recording.turns is None, "the corners of a log are put into it once"
-    inputs = torch.stack(recording.states.inputs(), dim=1)
-    within, turned = np.zeros(len(recording)), np.zeros((len(recording), inputs.shape[1]))
-    most = np.zeros(len(recording))
-    cut = np.ones((inputs.shape[1], len(recording)), dtype=np.int64)
-    for column, signal in enumerate(inputs.numpy().T):
-        noise_there = _flicker(signal, recording)
-        along = smooth(signal, recording, noise_there)
+    inputs = torch.stack(recording.states.inputs(), dim=1).numpy()
+    within, turned, most = np.zeros(len(recording)), np.zeros(inputs.shape), np.zeros(len(recording))
+    cut = np.ones(inputs.shape, dtype=np.int64)
+    for column, signal in enumerate(inputs.T):
+        error = _flicker(signal, recording)
+        along = smooth(signal, recording, error)
         share, off = corners(signal, recording, along)
         # Of several that turn in one interval the corner is that of the one that turns most, of its range.
         size = np.abs(off) / max(float(np.ptp(signal)), 1e-300)
@@ -64,29 +64,37 @@ def _with_more(states: States, along_curves: bool) -> States:
         most[more], within[more], turned[more] = size[more], share[more], 0.0
         turned[more, column] = off[more]
         if along_curves:
-            cut[column] = pieces(signal, recording, along, noise_there)
+            cut[:, column] = pieces(signal, recording, along, error)
     cornered = (turned != 0).any(axis=1)
-    number = np.where(cornered, 2, cut.max(axis=0))
+    number = np.where(cornered, 2, cut.max(axis=1))
+    # Of each new sample: the row that its interval ends with, and the share of that which is over.
     later = np.repeat(np.arange(len(recording)), number - 1)
     if not len(later):
         return states
     begun = np.cumsum(number - 1) - (number - 1)
     over = (np.arange(len(later)) - begun[later] + 1) / number[later]
     over[cornered[later]] = within[cornered]
-    straight = torch.lerp(inputs[later - 1], inputs[later], torch.as_tensor(over)[:, None]).numpy()
-    for column, signal in enumerate(inputs.numpy().T):
-        curved = ~cornered[later] & (cut[column] > 1)[later]
-        straight[curved, column] = between(signal, recording, later[curved], over[curved])
-    # A new sample stands before the row that its interval ends with, and is a copy of that in all but what is imposed.
+    imposed = inputs[later - 1] + over[:, None] * (inputs[later] - inputs[later - 1]) + turned[later]
+    for column, signal in enumerate(inputs.T):
+        curved = ~cornered[later] & (cut[later, column] > 1)
+        imposed[curved, column] = between(signal, recording, later[curved], over[curved])
+    return _inserted(states, recording, later, over, imposed)
+
+
+def _inserted(
+    states: States, recording: Recording[States], later: np.ndarray, over: np.ndarray, new: np.ndarray
+) -> States:
+    """The rows with more samples in their recording: each before the row later (n,), where a share over (n,) of its
+    interval is over, a copy of that row in all but what is imposed, new (n, i)."""
     rows = torch.as_tensor(np.insert(np.arange(len(recording)), later, later))
-    new = torch.as_tensor(later + np.arange(len(later)))
-    imposed, time = inputs[rows], recording.time[rows]
-    imposed[new] = torch.as_tensor(straight + turned[later])
-    time[new] = torch.lerp(recording.time[later - 1], recording.time[later], torch.as_tensor(over))
-    finer = recording.states[rows].with_inputs(imposed.unbind(1))
     turns = torch.zeros(len(rows), dtype=torch.bool)
-    turns[new] = True
+    turns[later + np.arange(len(later))] = True
+    imposed, time = torch.stack(recording.states.inputs(), dim=1)[rows], recording.time[rows]
+    imposed[turns] = torch.as_tensor(new)
+    time[turns] = torch.lerp(recording.time[later - 1], recording.time[later], torch.as_tensor(over))
+    finer = recording.states[rows].with_inputs(imposed.unbind(1))
     place = torch.nonzero(~turns)[:, 0]
+    assert states.place is not None
     return states.replace(recording=Recording(finer, recording.run[rows], time, turns), place=place[states.place])
 
 
