@@ -14,7 +14,6 @@ from functools import cached_property, partial
 
 import numpy as np
 import torch
-from scipy.ndimage import maximum_filter1d
 from torch import Tensor
 
 # Rows beside the one that is asked for, on both sides together, that a line goes through, at most.
@@ -23,8 +22,6 @@ WIDEST = 6
 ABOUT = 2.0
 # How far off one of them may be, in standard deviations of the noise.
 FAR = 3.5
-# Samples on either side that tell gentle turns of a line, and standard deviations of its slope by which one is told.
-BESIDE, TURNED = (4, 10), 4.0
 # Windows that are looked at together.
 TOGETHER = 1 << 16
 # Share of a signal's range below which nothing is noise.
@@ -104,7 +101,7 @@ def _lines(time: np.ndarray, piece: np.ndarray, inputs: np.ndarray, noises: Sequ
     places = np.repeat(np.arange(count)[:, None], WIDEST + 1, axis=1)
     weights = np.zeros((count, WIDEST + 1))
     weights[:, 0] = 1.0
-    bent = _bends(time, piece, values) | _turns(time, piece, values)
+    bent = _bends(time, piece, values)
     bends = np.cumsum(bent)
     # On a curve, all of which are, no line is looked for.
     straight = np.pad(~bent, 1)
@@ -143,32 +140,6 @@ def _bends(time: np.ndarray, piece: np.ndarray, values: np.ndarray) -> np.ndarra
             off = np.abs(np.diff(slope, axis=0)).max(1, initial=0.0) / size
         found[1:-1] = (off > _allowed(WIDEST + 1) ** 0.5) & (piece[:-2] == piece[2:])
     return found
-
-
-def _turns(time: np.ndarray, piece: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Samples (M,) at which a line turns as gently as only many rows on either side tell: a line through seven about
-    such a corner cuts it off, within the noise of each row, at every corner alike."""
-    found = np.zeros(len(time), dtype=bool)
-    for beside in BESIDE:
-        inside = np.arange(beside, len(time) - beside)
-        inside = inside[piece[inside - beside] == piece[inside + beside]]
-        turned = np.zeros(len(time))
-        for some in np.array_split(inside, len(inside) // TOGETHER + 1):
-            (before, one), (behind, two) = (
-                _slope(values[rows], time[rows])
-                for rows in (some[:, None] + np.arange(-beside, 1), some[:, None] + np.arange(beside + 1))
-            )
-            turned[some] = np.abs(behind - before).max(1, initial=0.0) / np.sqrt(one + two)
-        found |= (turned > TURNED) & (turned >= maximum_filter1d(turned, beside + 1))
-    return found
-
-
-def _slope(values: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes (n, i) of lines through windows of samples (n, k, i) at times (n, k), and their variance where each sample
-    has one of one, (n,)."""
-    off = time - time.mean(1, keepdims=True)
-    square = (off**2).sum(1)
-    return np.einsum("nk,nki->ni", off, values) / square[:, None], 1 / square
 
 
 def _straight(values: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

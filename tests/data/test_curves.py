@@ -75,15 +75,3 @@ def test_what_comes_late_of_a_sine_is_that_of_small_steps(effect, values):
     along = missed(Rows.from_table(seen))
     assert along < 0.006
     assert along < missed(Rows.straight(seen)) / 3
-
-
-def test_a_line_through_many_rows_does_not_cut_off_a_gentle_corner():
-    """Of 4 kPa/s, which turns by less than three standard deviations in a row."""
-    time = np.arange(0.0, 20.0, 0.1)
-    there = np.abs(time - 10.0) * 2.0
-    off = []
-    for seed in range(12):
-        read = there + np.random.default_rng(seed).normal(0, NOISE, len(time))
-        recording = Rows.from_table(table(time, read)).states.recording
-        off.append((recording.calmed(recording.states.pressure[:, None])[:, 0].numpy() / 1e3 - there)[98:103])
-    assert np.abs(np.mean(off, axis=0)).max() < 0.1

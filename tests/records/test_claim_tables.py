@@ -61,9 +61,9 @@ def test_the_most_probable_effect_stands_first():
     assert rows == (("end_clamps", "90.0"), ("twist_offset", "20.0"))
 
 
-def findings(verdict, claimed, effects=(), checks=(), shares=(), doubted=(), best=None, E=0.1):
+def findings(verdict, claimed, effects=(), checks=(), shares=(), doubted=(), best=None, E=0.1, beside=()):
     """As far as the sentence looks at them. best: effects and error of the set that predicts best; E: what stands."""
-    answer = SimpleNamespace(shares=dict(shares), doubted=list(doubted))
+    answer = SimpleNamespace(shares=dict(shares), doubted=list(doubted), beside=list(beside))
     return SimpleNamespace(
         verdict=verdict, claimed=claimed, effects=list(effects), classes=[], proposals=[], answer=answer,
         referee=Referee(list(checks)), final=SimpleNamespace(E_heldout=E),
@@ -112,4 +112,13 @@ def test_a_claim_nothing_was_looked_for_beside_says_so():
     seen = Check("black box, rows left out", "pass", 0.0, 0.1, "It sees nothing.")
     assert verdict_in_words(findings("named", "named", ["end_clamps"], [seen]), []) == (
         "Named: end_clamps was missing; with it nothing systematic is left."
+    )
+
+
+def test_what_a_model_needs_and_is_not_claimed_is_named():
+    seen = Check("black box, rows left out", "pass", 0.0, 0.1, "It sees nothing.")
+    found = findings("named", "named", ["sensor_lag"], [seen], beside=["force_offset"])
+    assert verdict_in_words(found, []) == (
+        "Named: sensor_lag was missing; with it and force_offset, which other forms of it may be, nothing systematic "
+        "is left."
     )
