@@ -17,8 +17,9 @@ from freelearn.data.states import States
 # a row is off its line where it is bent, and the share of rows that are.
 AROUND, SMOOTH, BENT, SHARE = 7, 0.3, 3.0, 0.5
 # Standard deviations of the noise that a curve has to be off the line, what a line between the samples put there may be
-# off by, and pieces of an interval at most.
-OFF, LEFT, MOST = 1.0, 0.5, 4
+# off by, and pieces of an interval at most. Share of a signal's range that no noise counts as less than: the rows of a
+# slow sine need nothing between them, however exact they are.
+OFF, LEFT, MOST, LEAST = 1.0, 0.5, 4, 1e-3
 # Rows that tell the noise of a long log, about, and how many of them follow each other.
 ENOUGH, BLOCK = 20_000, 500
 # Rows on one side that a polynomial goes through which tells the noise, at most; share of what fewer say below which
@@ -49,7 +50,7 @@ def smooth(signal: np.ndarray, recording: Recording[States], noise: float) -> np
 def pieces(signal: np.ndarray, recording: Recording[States], along: np.ndarray, noise: float) -> np.ndarray:
     """Into how many pieces the interval before each sample is to be cut, (M,): one where the signal goes straight.
     along: rows about which it is smooth."""
-    found = np.ones(len(signal), dtype=np.int64)
+    found, noise = np.ones(len(signal), dtype=np.int64), max(noise, LEAST * float(np.ptp(signal)))
     inside = 1 + np.flatnonzero(along[1:] & along[:-1])
     off = between(signal, recording, inside, np.full(len(inside), 0.5)) - (signal[inside] + signal[inside - 1]) / 2
     off = np.abs(np.nan_to_num(off))

@@ -75,3 +75,9 @@ def test_what_comes_late_of_a_sine_is_that_of_small_steps(effect, values):
     along = missed(Rows.from_table(seen))
     assert along < 0.006
     assert along < missed(Rows.straight(seen)) / 3
+
+
+def test_a_slow_sine_needs_nothing_between_its_rows_however_exact_they_are():
+    time = np.arange(0.0, 20.0, 0.2)
+    plain = States.from_table(table(time, sine(time, 100)))
+    assert with_corners(plain) is plain
