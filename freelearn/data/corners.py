@@ -174,8 +174,9 @@ def untold(states: States) -> np.ndarray:
 def _rows_alone(states: States) -> States:
     """The same rows of a log, in whose recordings no sample stands that is no row of the table."""
     recording, place = states.recording, states.place
-    if recording is None or place is None or recording.turns is None:
-        return states
+    assert recording is not None
+    assert place is not None
+    assert recording.turns is not None
     own = torch.nonzero(~recording.turns)[:, 0]
     plain = replace(recording[own], turns=None)
     return states.replace(recording=plain, place=torch.searchsorted(own, place))

@@ -131,7 +131,10 @@ def _stopped(stopping: Sequence[TableCheck]) -> str:
 
 def _claim(findings: Findings, classes: Sequence[Sequence[str]]) -> str:
     names, seen = ", ".join(findings.effects), findings.referee is None or findings.referee.sees_nothing
-    left = f"with {'it' if len(findings.effects) == 1 else 'them'}{_beside(findings)} {NOTHING_LEFT}"
+    they = "it" if len(findings.effects) == 1 else "them"
+    beside = " and ".join(findings.answer.beside if findings.answer else [])
+    left = f"with {they} and {beside}, which other forms of {they} may be," if beside else f"with {they}"
+    left = f"{left} {NOTHING_LEFT}"
     more = f"; {left}" if seen else "; whether more is missing these rows cannot tell"
     if findings.verdict == "adequate":
         return "Adequate: at this accuracy nothing systematic is missing."
@@ -142,19 +145,11 @@ def _claim(findings: Findings, classes: Sequence[Sequence[str]]) -> str:
         return f"Class: what was missing is {groups}{more}. The data cannot tell the alternatives apart."
     new = [p for p in findings.proposals if p.written.name in findings.effects]
     wrote = "; ".join(f"{p.written.formula} ({p.written.place.changes}, file {file_of(p)})" for p in new)
-    beside = ", ".join(e for e in findings.effects if e not in [p.written.name for p in new])
+    known = ", ".join(e for e in findings.effects if e not in [p.written.name for p in new])
     library = (
-        f"{beside} and something that is in no library were missing" if beside else "what was missing is in no library"
+        f"{known} and something that is in no library were missing" if known else "what was missing is in no library"
     )
     return f"Proposed: {library}; the search wrote {wrote}{more.replace('them', 'it')}."
-
-
-def _beside(findings: Findings) -> str:
-    """What the model needs and is not claimed."""
-    names = findings.answer.beside if findings.answer else []
-    if not names:
-        return ""
-    return f" and {' and '.join(names)}, which other forms of {'it' if len(findings.effects) == 1 else 'them'} may be,"
 
 
 def _unexplained(findings: Findings) -> str:

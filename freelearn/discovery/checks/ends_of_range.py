@@ -31,7 +31,9 @@ def ends_of_range(plain: Plain, accuracy: Accuracy) -> TableCheck:
     doubtful = list(_piled(plain))
     if not doubtful:
         return TableCheck(NAME, PASS, None, None, "No reading stands at the end of its column again and again.")
-    sure = [_sure(plain, each, doubtful, accuracy) for each in doubtful]
+    others = ~np.any([rows for _, _, rows in doubtful], axis=0)
+    missed = _missed(plain, others)
+    sure = [_sure(plain, each, others, missed, accuracy) for each in doubtful]
     told = [each for each, how in zip(doubtful, sure, strict=True) if how >= 1]
     if not told:
         says = "Readings stand at the end of their column again and again, and a tube of the other rows does no more."
@@ -57,11 +59,11 @@ def _piled(plain: Plain) -> Iterator[Doubtful]:
             yield from ((quantity, end, values == end) for end, _ in piled(values))
 
 
-def _sure(plain: Plain, doubtful: Doubtful, all_doubtful: list[Doubtful], accuracy: Accuracy) -> float:
-    """How many times as much as would do tells that an instrument was at its end."""
+def _sure(plain: Plain, doubtful: Doubtful, others: np.ndarray, missed: np.ndarray, accuracy: Accuracy) -> float:
+    """How many times as much as would do tells that an instrument was at its end. others: rows without any doubtful
+    reading, (N,); missed: see below."""
     quantity, end, at_end = doubtful
-    others = ~np.any([rows for _, _, rows in all_doubtful], axis=0)
-    missed = _missed(plain, others, quantity)
+    missed = missed[:, bed_of(plain.table).readings.index(quantity)]
     values, there = plain.table[quantity.column].to_numpy(np.float64), np.isfinite(missed)
     more = np.sign(end - np.nanmedian(values)) * missed[at_end & there]
     if not len(more):
@@ -76,16 +78,12 @@ def _sure(plain: Plain, doubtful: Doubtful, all_doubtful: list[Doubtful], accura
     return float(max(often, min(np.median(more), apart) / usual / BEYOND))
 
 
-def _missed(plain: Plain, others: np.ndarray, quantity: Quantity) -> np.ndarray:
-    """By how much the plain model of these rows goes beyond what all read (N,), SI; NaN where it says nothing."""
+def _missed(plain: Plain, others: np.ndarray) -> np.ndarray:
+    """By how much the plain model of these rows goes beyond what all read (N, 2), SI; NaN where it says nothing."""
     fit = plain.of(plain.table[others].reset_index(drop=True))
-    rows = Rows.from_table(plain.table)
     if not fit.values:
-        return np.full(len(plain.table), np.nan)
-    model = plain.build(plain.given)
-    model.prepare(rows)
-    model.set_values(fit.values)
+        return np.full((len(plain.table), 2), np.nan)
+    rows = Rows.from_table(plain.table)
     with torch.no_grad():
-        missed = (model(rows.states).loads - rows.loads)[:, rows.states.bed.readings.index(quantity)]
-    found: np.ndarray = missed.numpy()
-    return found
+        missed: np.ndarray = (plain.model(rows, fit.values)(rows.states).loads - rows.loads).numpy()
+    return missed

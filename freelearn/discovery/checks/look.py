@@ -81,9 +81,7 @@ def repeated(plain: Plain, accuracy: Accuracy, stated: bool) -> TableCheck:
         return TableCheck(NAME, CANNOT, None, MOST_SCATTER, says)
     some = np.sort(np.concatenate(groups[:: max(1, len(groups) // ENOUGH)]))
     rows = rows[torch.as_tensor(some)]
-    model = plain.build(plain.given)
-    model.prepare(rows)
-    model.set_values(plain.itself.values)
+    model = plain.model(rows, plain.itself.values)
     with torch.no_grad():
         missed = rows.readings.missed(model(rows.states).loads)
     state, bed = torch.as_tensor(rows.state), rows.states.bed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -86,6 +86,13 @@ class Plain:
         each = shares(missed / usual(rows), rows)
         least = [min(one, other) for one, other in zip(self.itself.channels, each.tolist(), strict=True)]
         return least[0], least[1]
+
+    def model(self, rows: Rows, values: Mapping[str, float]) -> Model:
+        """The model with these values by label, SI, ready for rows."""
+        model = self.build(self.given)
+        model.prepare(rows)
+        model.set_values(values)
+        return model
 
     def of(self, table: pd.DataFrame, more: Sequence[str] = (), roughly: bool = False) -> PlainFit:
         """Of the table as read otherwise, or of a model with more effects. E is infinite where there is no fit.

@@ -110,9 +110,7 @@ def _by_changes(plain: Plain, table: pd.DataFrame, zeroed: Sequence[Quantity]) -
 
 def _loads(plain: Plain, rows: Rows, times: tuple[int, int]) -> np.ndarray:
     """At so many times either modulus, (N, 2) SI, NaN where the model has none."""
-    model = plain.build(plain.given)
-    model.prepare(rows)
-    model.set_values({name: n * modulus for name, n, modulus in zip(("C1", "C2"), times, MODULI, strict=True)})
+    model = plain.model(rows, {name: n * modulus for name, n, modulus in zip(("C1", "C2"), times, MODULI, strict=True)})
     with torch.no_grad():
         shown: np.ndarray = model(rows.states).loads.numpy()
     return shown
