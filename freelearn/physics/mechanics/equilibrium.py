@@ -24,9 +24,10 @@ NEWTON_TOLERANCE = 1e-5
 HALLEY_TOLERANCE = 1e-4
 # From a start nearby the first step is small already, and no longer one of many: then it has to be this much smaller.
 NEARER = 1e-2
-# Largest change of u = r_i² in one iteration, as a factor.
+# Largest change of u = r_i² in one iteration, as a factor; and before the stable branch, which may be short.
 NEWTON_GROWTH = 1.6
 HALLEY_GROWTH = 2.5
+OUTWARD = 1.25
 QUICK_ITERATIONS = 15
 # By this name States.near keeps the radii.
 RADIUS = "radius"
@@ -87,7 +88,8 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
 
     The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
     equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
-    can carry passes a maximum (a limit point) on the way.
+    can carry passes a maximum (a limit point) on the way. Of a tube that is pushed together, whose fibers have to bulge
+    out, the stable branch begins beyond a minimum, and the unloaded radius lies before it.
 
     A wall that stiffens all along needs no bracket, and plain steps of bounded size are several times cheaper; rows
     that meet a falling branch there or do not settle are left to the bracketed search.
@@ -99,12 +101,10 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     else:
         u, settled = _newton(wall, start, ceiling, pressure, near)
         if all_if_known(settled) is None:  # inside vmap every row takes as many steps as the slowest
-            return _search(wall, reference, start, ceiling, pressure)
+            return _search(wall, start, ceiling, pressure)
     settled, left = settled & (u < ceiling), indices_if_known(~settled)
     if left is not None and len(left):
-        found, balanced = _search(
-            wall.some(left, len(u)), reference.expand_as(u)[left], start[left], ceiling[left], pressure[left]
-        )
+        found, balanced = _search(wall.some(left, len(u)), start[left], ceiling[left], pressure[left])
         u, settled = u.index_copy(0, left, found), settled.index_copy(0, left, balanced)
     return u, settled
 
@@ -150,23 +150,27 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: 
     return u, settled & rises
 
 
-def _search(wall: Wall, reference: Tensor, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
+def _search(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
     """Newton's method inside a bracket, for walls of any kind: as `_solve`."""
     low, high = 1e-4 * ceiling, ceiling
     u = start
     lost = torch.zeros_like(u, dtype=torch.bool)
+    risen = lost
     for _ in range(MAX_ITERATIONS):
         value, slope = wall.carried(u)
         excess = value - pressure
         short = excess < 0
-        # Carrying too little at the bound, or on a falling branch beyond the reference: only ballooning ahead. What is
-        # no number leads nowhere.
-        lost = lost | (short & ((u >= ceiling) | ((slope <= 0) & (u > reference)))) | slope.isnan()
+        # Carrying too little at the bound, or on a branch that falls after it rose: only ballooning ahead. What is no
+        # number leads nowhere.
+        falls = slope <= 0
         low = torch.where(short, u, low)
         high = torch.where(short, high, u)
+        ahead = high >= ceiling  # nowhere is as much carried yet
+        lost = lost | (short & ahead & ((u >= ceiling) | (falls & risen))) | slope.isnan()
+        risen = risen | ~falls
         # Bounded steps, so that a limit point is met and not jumped over; bisection along a falling branch.
         newton = torch.minimum(torch.maximum(u - excess / slope, u / NEWTON_GROWTH), u * NEWTON_GROWTH)
-        target = torch.where(slope > 0, newton, (low + high) / 2)
+        target = torch.where(falls, torch.where(short & ahead, u * OUTWARD, (low + high) / 2), newton)
         target = torch.maximum(torch.minimum(target, high), low)
         done = lost | ((target - u).abs() <= NEWTON_TOLERANCE * u)
         u = target

@@ -31,6 +31,8 @@ DEG, MM, KPA = np.pi / 180, 1e-3, 1e3
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 STEP = 1e-30
 BISECTIONS = 46
+# Radii at which a tube is looked at that carries more than the pressure at a small one.
+GRID = 60
 BALLOON = 2.5
 # Places on either side of a band of play at which the moment's sign is looked at.
 SCANNED = 4
@@ -149,6 +151,12 @@ def inflated(s: dict[str, Array], c1: float, c2: float, fx: Effects) -> tuple[Ar
         slope = wall_energy(length, twist, u + 1j * STEP, *design).imag / STEP
         return slope / (np.pi * length) - pressure
 
+    below = excess(low) < 0
+    if not below.all():
+        # Pushed together, a tube carries least somewhere in between, and rests outward of there.
+        tried = np.linspace(low, high, GRID)
+        carried = np.nan_to_num([excess(u) for u in tried], nan=np.inf)
+        low = np.where(below, low, tried[carried.argmin(axis=0), np.arange(len(low))])
     balanced = (excess(low) < 0) & ~(excess(high) <= 0)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

@@ -280,7 +280,7 @@ def test_halley_finds_what_the_bracketed_search_finds(material, random_states):
     wall, reference = energy.wall(tube), states.inner_radius**2
     quick, settled = _halley(wall, tube.unloaded_u, BALLOON**2 * reference, states.pressure)
     assert settled.all()
-    slow, balanced = _search(wall, reference, tube.unloaded_u, BALLOON**2 * reference, states.pressure)
+    slow, balanced = _search(wall, tube.unloaded_u, BALLOON**2 * reference, states.pressure)
     assert torch.equal(quick < BALLOON**2 * reference, balanced)
     torch.testing.assert_close(quick, slow, rtol=1e-6, atol=0)
     pressures = torch.stack([states.pressure, 0.5 * states.pressure])
