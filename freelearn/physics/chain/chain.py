@@ -171,7 +171,7 @@ class Chain(RawVector):
         beside = states.side_by_side() if states.members else states
         if self._tilts:
             soft = [effect.tilt(states, effect.own(values, states)) for effect in self._tilts]
-            loads, status = tilt(beside, count, sum(soft[1:], start=soft[0]), each, self._alone)
+            loads, status = tilt(beside, count, sum(soft[1:], start=soft[0]), each, self._alone, self.rows_of)
         else:
             loads, status = self._alone(beside, each)
         # The first reason not to trust a member's loads is one not to trust the sum.
