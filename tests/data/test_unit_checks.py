@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import ROOT
+from scipy.linalg import lstsq
 
 from freelearn.data.beds import BEDS
 from freelearn.data.intake.convert import convert
@@ -13,7 +14,7 @@ from freelearn.data.intake.readers.raw_files import read_sources
 from freelearn.data.intake.recipes.recipe_file import recipe_of
 from freelearn.data.table.measurement_table import read_table
 from freelearn.data.table.members_table import read_members
-from freelearn.data.table.unit_suspicions import UnitWarning, unit_warnings
+from freelearn.data.table.unit_suspicions import UnitWarning, _rise, unit_warnings
 from freelearn.testing.reference.other_beds import measure, nominal
 from freelearn.testing.small_tables import visits
 
@@ -151,3 +152,39 @@ def test_a_twist_that_is_held_at_zero_is_not_in_radians():
     assert not [w for w in unit_warnings(held) if "radians" in w]
     turned = held.assign(twist_deg=np.repeat(noise.uniform(-0.25, 0.25, len(many)), 5)[: len(many)])
     assert [w for w in unit_warnings(turned) if "radians" in w]
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (1e-3, "outer_diameter_mm may be in meters (largest 0.01755): in mm it would be 17.55."),
+        (1 / INCH, "outer_diameter_mm may be in inches (largest 0.6909): in mm it would be 17.55."),
+        (1e3, "outer_diameter_mm may be in micrometers (largest 1.755e+04): in mm it would be 17.55."),
+        (0.4, "outer_diameter_mm may be a radius (largest 7.02 beside an unloaded diameter of 13): give the diameter."),
+        (1.0, None),
+    ],
+)
+def test_a_diameter_of_an_actuator_in_another_unit_is_suspected(factor, said):
+    """Swollen to 1.35 times the 13 mm that it has unloaded."""
+    table = inflated(100.0, 5.0, 6.5, 200.0)
+    table["outer_diameter_mm"] *= factor
+    told = [warning for warning in unit_warnings(table) if "outer_diameter_mm" in warning]
+    assert told == ([] if said is None else [said])
+
+
+def test_a_load_that_rises_does_so_by_the_t_value_of_a_regression():
+    """Of a regression with a level for each sample and the other place beside, by SciPy's least squares."""
+    generator = np.random.default_rng(3)
+    sample = np.repeat([1, 2, 3], 9)
+    rows = pd.DataFrame(
+        {"force_n": 0.0, "elongation_mm": generator.normal(size=27), "twist_deg": generator.normal(size=27)}
+    )
+    rows["sample"] = sample
+    rows["force_n"] = sample + 0.3 * rows["elongation_mm"] - 2.0 * rows["twist_deg"] + generator.normal(size=27)
+    design = np.column_stack([rows["elongation_mm"], rows["twist_deg"], *(sample == n for n in (1, 2, 3))]).astype(
+        float
+    )
+    solved = lstsq(design, rows["force_n"])
+    left = float(((rows["force_n"] - design @ solved[0]) ** 2).sum()) / (27 - 5)
+    error = (left * np.linalg.inv(design.T @ design)[0, 0]) ** 0.5
+    assert _rise(rows) == pytest.approx(solved[0][0] / error, rel=1e-9)
