@@ -20,7 +20,7 @@ from freelearn.discovery.referee.case import FAIL, Check
 from freelearn.discovery.referee.referee import Referee
 from freelearn.discovery.search import search as searching
 from freelearn.discovery.search.hypotheses import Hypotheses
-from freelearn.discovery.search.hypothesis import log_evidence, minimal
+from freelearn.discovery.search.hypothesis import SIZES, log_evidence, minimal
 from freelearn.discovery.search.search import search
 from freelearn.discovery.thresholds import MOST_KEPT
 from freelearn.physics.chain.parameters import Parameters, Prior, parameter
@@ -232,6 +232,25 @@ def quadratic(effects, slopes, residual, at, low, high, size):
         jacobian=torch.as_tensor(slopes)[:, None, :],
         prior=RawPrior(torch.zeros(len(effects), dtype=torch.float64), torch.diag(torch.as_tensor(size**2))),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.03, 0.3])
+def test_numbers_that_are_as_often_one_as_not_are_taken_for_either(apart):
+    """Lags of two channels: the mean, over sizes, of the normal densities of the readings where both are one number and
+    where each is one of its own."""
+    labels, size = ["sensor_lag.force", "sensor_lag.moment"], np.array([0.2, 0.2])
+    slopes = np.random.default_rng(1).normal(size=(30, 2)) * 40
+    readings = slopes @ [0.3, 0.3 + apart] + np.random.default_rng(2).normal(size=30)
+    fit = quadratic(["force", "moment"], slopes, -readings, np.zeros(2), np.full(2, -np.inf), np.full(2, np.inf), size)
+    fit.model.labels, fit.model.declared = lambda: labels, {label: SimpleNamespace(none=0.0) for label in labels}
+
+    def density(own, both):
+        spread = np.eye(30) + slopes @ (np.diag(np.full(2, own**2)) + both**2) @ slopes.T
+        return multivariate_normal.logpdf(readings, cov=spread) + 15 * np.log(2 * np.pi)
+
+    each = [value for f in SIZES for value in (density(0.2 * f, 0.0), density(2e-4 * f, 0.2 * f))]
+    expected = np.logaddexp.reduce(each) - np.log(len(each))
+    assert log_evidence(fit, ["sensor_lag"]) == pytest.approx(expected, abs=0.01)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -61,23 +61,38 @@ def log_evidence(fit: WhiteFit, effects: Sequence[str]) -> float:
     """Logarithm of the probability of the rows under the fit's model, up to a constant that all models of them share.
 
     The sum of squares is taken for quadratic about the most probable parameters (Laplace; MacKay 1992). The deviations
-    of each effect's parameters are multiplied by each of SIZES, of which the mean is taken, effect by effect in turn
-    about the most probable ones. effects: those whose size is not known; the model may have more.
+    of each effect's parameters are multiplied by each of SIZES, and those that are alike as often as not (Effect.alike)
+    are taken for either; of all that the mean is taken, effect by effect in turn about the most probable ones. effects:
+    those whose size is not known; the model may have more.
     """
     assert fit.prior is not None
     view = _Quadratic(fit)
-    chosen: dict[str, float] = {}
+    chosen: dict[str, _Guess] = {}
     best, spread, before = -math.inf, 0.0, None
-    # Of several effects each one's best size depends on the others'.
+    # Of several effects each one's best guess depends on the others'.
     while chosen != before:
         before, spread = dict(chosen), 0.0
         for name in effects:
-            each = np.array([view.evidence(chosen | {name: size}) for size in SIZES])
+            guesses = _guesses(name)
+            each = np.array([view.evidence(chosen | {name: guess}) for guess in guesses])
             most = int(each.argmax())
             if name not in chosen or each[most] > best:
-                chosen[name], best = SIZES[most], float(each[most])
-            spread += float(np.logaddexp.reduce(each - best)) - math.log(len(SIZES))
+                chosen[name], best = guesses[most], float(each[most])
+            spread += float(np.logaddexp.reduce(each - best)) - math.log(len(guesses))
     return (best if effects else view.evidence({})) + spread
+
+
+class _Guess(NamedTuple):
+    """What an effect's parameters may be like. size: their deviations, in those of their prior; one: whether those that
+    may be alike are one number."""
+
+    size: float
+    one: bool
+
+
+def _guesses(effect: str) -> list[_Guess]:
+    either = (False, True) if effect in EFFECTS and EFFECTS[effect].alike else (False,)
+    return [_Guess(size, one) for size in SIZES for one in either]
 
 
 class _Quadratic:
@@ -92,9 +107,13 @@ class _Quadratic:
         self.low, self.high = (bound.numpy() for bound in fit.model.raw_bounds())
         self.sized = {name for name, p in fit.model.declared.items() if p.none is not None}
 
-    def evidence(self, sizes: Mapping[str, float]) -> float:
-        """With the deviations of some effects' parameters multiplied."""
+    def evidence(self, guesses: Mapping[str, _Guess]) -> float:
+        """With what is guessed of some effects' parameters."""
+        sizes = {name: guess.size for name, guess in guesses.items()}
         prior: RawPrior = self.prior.scaled(self.labels, sizes, self.sized)  # type: ignore[union-attr]
+        for name, guess in guesses.items():
+            if guess.one:
+                prior = prior.tied(self.labels, [f"{name}.{parameter}" for parameter in EFFECTS[name].alike])
         covariance = prior.covariance.numpy()
         deviations = np.linalg.cholesky(np.where(np.isinf(covariance), VAST, covariance))
         held = np.linalg.inv(deviations)

@@ -53,6 +53,8 @@ class Effect(Generic[P]):
     # Share of what it explains that other forms of it in the literature would explain otherwise: so much of its gain is
     # no evidence for anything else.
     loose: ClassVar[float] = 0.0
+    # Parameters that are as often one number as not: two channels of one amplifier are filtered alike.
+    alike: ClassVar[tuple[str, ...]] = ()
     # The effect of which it is a further term: a search tries it only beside that one, whose place it would take.
     beside: ClassVar[str] = ""
 

@@ -16,6 +16,8 @@ from freelearn.physics.chain.parameters import Prior
 
 # Largest loads that count at least [N, N·m]: a sensor's errors are those of its range, not of a table without load.
 LEAST_SPANS = {"force": 1.0, "moment": 1e-3}
+# Correlation of what is one number, but for a thousandth.
+ALIKE = 1 - 5e-7
 
 
 def spans(rows: Rows) -> dict[str, float]:
@@ -65,6 +67,14 @@ class RawPrior:
         each = [factors.get(label.split(".")[0], 1.0) if label in sized else 1.0 for label in labels]
         factor = torch.tensor(each, dtype=torch.float64)
         return RawPrior(self.middle, self.covariance * factor[:, None] * factor)
+
+    def tied(self, labels: Sequence[str], names: Collection[str]) -> RawPrior:
+        """The same where some parameters, of one deviation and without a prior in common yet, are one number, within a
+        thousandth of that deviation. names: theirs, without what numbers samples or members."""
+        one = torch.tensor([label.split("[")[0] in names for label in labels])
+        each = self.covariance.diagonal().sqrt()
+        share = torch.where(torch.eye(len(labels), dtype=torch.bool), 1.0, ALIKE) * each[:, None] * each
+        return RawPrior(self.middle, torch.where(one[:, None] & one, share, self.covariance))
 
 
 def raw_prior(model: Model, spans: Mapping[str, float], given: Mapping[str, Prior] | None = None) -> RawPrior:

@@ -92,6 +92,7 @@ class SensorLag(HistoryEffect[Late]):
     source = "first-order sensor: Doebelin, Measurement Systems (2003)"
     parameter_class = Late
     loose = 0.02
+    alike = ("force", "moment")
 
     def carry(self, signal: Tensor, recording: Recording[States], p: Late) -> Tensor:
         """As HistoryEffect.carry."""
