@@ -137,3 +137,23 @@ def test_an_artery_brings_its_fibers():
     told = stated("continuum", values={"C2": 7e4}, errors={"C2": 1e4}, of="artery")
     assert told.priors["C2"].middle == 7e4
     assert "C2" not in stated("continuum", of="latex").priors
+
+
+def test_numbers_that_are_one_differ_by_a_thousandth_and_are_known_as_well():
+    model = build_model("continuum", {}, ["sensor_lag"])
+    labels = model.labels()
+    names = ["sensor_lag.force", "sensor_lag.moment"]
+    prior = raw_prior(model, {})
+    tied = prior.tied(labels, names)
+    a, b = (labels.index(name) for name in names)
+    difference = tied.covariance[a, a] + tied.covariance[b, b] - 2 * tied.covariance[a, b]
+    assert float(difference.sqrt()) == pytest.approx(1e-3 * float(prior.covariance[a, a].sqrt()), rel=1e-3)
+    assert torch.equal(tied.covariance.diagonal(), prior.covariance.diagonal())
+    assert torch.equal(tied.middle, prior.middle)
+
+
+@pytest.mark.parametrize("given", [Prior(0.0, 0.01, "a data sheet"), Prior(0.1, 0.2, "a data sheet")])
+def test_what_a_user_knows_of_one_of_them_is_kept(given):
+    model = build_model("continuum", {}, ["sensor_lag"])
+    prior = raw_prior(model, {}, {"sensor_lag.force": given})
+    assert prior.tied(model.labels(), ["sensor_lag.force", "sensor_lag.moment"]) is prior

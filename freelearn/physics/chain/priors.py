@@ -69,11 +69,16 @@ class RawPrior:
         return RawPrior(self.middle, self.covariance * factor[:, None] * factor)
 
     def tied(self, labels: Sequence[str], names: Collection[str]) -> RawPrior:
-        """The same where some parameters, of one deviation and without a prior in common yet, are one number, within a
-        thousandth of that deviation. names: theirs, without what numbers samples or members."""
+        """The same where some parameters are one number, but for a thousandth of their deviation; as it is where it
+        says something else of each of them, as a user's own prior or a fixed value does. names: theirs, without what
+        numbers samples or members."""
         one = torch.tensor([label.split("[")[0] in names for label in labels])
-        each = self.covariance.diagonal().sqrt()
-        share = torch.where(torch.eye(len(labels), dtype=torch.bool), 1.0, ALIKE) * each[:, None] * each
+        variance, middle = self.covariance.diagonal()[one], self.middle[one]
+        if len(variance) < 2 or not bool(variance.isfinite().all() & (variance == variance[0]).all()):
+            return self
+        if not bool((middle == middle[0]).all()):
+            return self
+        share = variance[0] * torch.full_like(self.covariance, ALIKE).fill_diagonal_(1.0)
         return RawPrior(self.middle, torch.where(one[:, None] & one, share, self.covariance))
 
 
