@@ -22,10 +22,9 @@ def test_one_cell_changes(content, line, place):
     """Lines are those of the file: a record of two lines is marked by its first."""
     before, after = rows(content), rows(mark_left_out(content, [line]))
     column = after[0].index("left_out")
-    assert [row[column] for row in after[1:]] == [
-        "1" if number == place else row[column] if "left_out" in before[0] else ""
-        for number, row in enumerate(before[1:] if "left_out" in before[0] else after[1:], start=1)
-    ]
+    marks = [row[column] if "left_out" in before[0] else "" for row in before[1:]]
+    marks[place - 1] = "1"
+    assert [row[column] for row in after[1:]] == marks
     others = [[*row[:column], *row[column + 1 :]] for row in after]
     assert others == [[cell for cell, name in zip(row, before[0], strict=True) if name != "left_out"] for row in before]
 

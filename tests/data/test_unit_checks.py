@@ -181,9 +181,8 @@ def test_a_load_that_rises_does_so_by_the_t_value_of_a_regression():
     )
     rows["sample"] = sample
     rows["force_n"] = sample + 0.3 * rows["elongation_mm"] - 2.0 * rows["twist_deg"] + generator.normal(size=27)
-    design = np.column_stack([rows["elongation_mm"], rows["twist_deg"], *(sample == n for n in (1, 2, 3))]).astype(
-        float
-    )
+    levels = (sample[:, None] == [1, 2, 3]).astype(float)
+    design = np.column_stack([rows[["elongation_mm", "twist_deg"]], levels])
     solved = lstsq(design, rows["force_n"])
     left = float(((rows["force_n"] - design @ solved[0]) ** 2).sum()) / (27 - 5)
     error = (left * np.linalg.inv(design.T @ design)[0, 0]) ** 0.5

@@ -73,12 +73,10 @@ class RawPrior:
         says something else of each of them, as a user's own prior or a fixed value does. names: theirs, without what
         numbers samples or members."""
         one = torch.tensor([label.split("[")[0] in names for label in labels])
-        variance, middle = self.covariance.diagonal()[one], self.middle[one]
-        if len(variance) < 2 or not bool(variance.isfinite().all() & (variance == variance[0]).all()):
+        said = torch.stack([self.covariance.diagonal()[one], self.middle[one]])
+        if said.shape[1] < 2 or not bool((said.isfinite() & (said == said[:, :1])).all()):
             return self
-        if not bool((middle == middle[0]).all()):
-            return self
-        share = variance[0] * torch.full_like(self.covariance, ALIKE).fill_diagonal_(1.0)
+        share = said[0, 0] * torch.full_like(self.covariance, ALIKE).fill_diagonal_(1.0)
         return RawPrior(self.middle, torch.where(one[:, None] & one, share, self.covariance))
 
 

@@ -11,7 +11,6 @@ from torch import Tensor
 
 from freelearn.common.vmapped import all_if_known, indices_if_known
 from freelearn.data.states import States
-from freelearn.data.warm_start import Near
 from freelearn.physics.chain.prediction import Prediction, Status
 from freelearn.physics.chain.row_derivatives import recorded_with_rate, rows_jacobian
 
@@ -97,10 +96,11 @@ def _solve(
     near, size = states.near, _each(states.reference_length, count)
     if near is not None and near.held:
         return _scouted(states, count, compliance, values, carried)
-    travel = torch.zeros_like(size)
+    none = torch.zeros_like(size)
     if near is None:
-        return _newton(states, count, compliance, values, carried, travel, MAX_ITERATIONS)
-    at = _secants(states, count, compliance, values, carried, near.start(TRAVEL, travel), near)
+        return _newton(states, count, compliance, values, carried, none, MAX_ITERATIONS)
+    begun, known = near.start(TRAVEL, none), near.start(STIFFNESS, none)
+    at = _secants(states, count, compliance, values, carried, begun, known)
     left, done = indices_if_known(~at.settled), EARLY
     if left is None:  # inside vmap
         return _newton(states, count, compliance, values, carried, at.travel, MAX_ITERATIONS)
@@ -125,11 +125,10 @@ def _joined(at: _Lifted, rest: _Lifted, left: Tensor, each: Tensor) -> _Lifted:
 
 
 def _secants(
-    states: States, count: int, compliance: Tensor, values: Values, carried: Carried, travel: Tensor, near: Near
+    states: States, count: int, compliance: Tensor, values: Values, carried: Carried, travel: Tensor, known: Tensor
 ) -> _Lifted:
-    """A few steps from a travel (N, k), with slopes seen on the way."""
+    """A few steps from a travel (N, k), with slopes (N, k) known there, and then seen on the way."""
     size, before = _each(states.reference_length, count), None
-    known = near.start(STIFFNESS, travel * 0.0)
     for _ in range(EARLY):
         loads = carried(states.replace(length=states.length + _flat(travel)[:, 0]), values).loads
         push = _each(loads[:, 0], count)

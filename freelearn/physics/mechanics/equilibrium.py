@@ -72,8 +72,7 @@ def balance(wall: Wall, tube: Tube, reference: Tensor, pressure: Tensor, near: T
     reference: R_i² [m²]. near: where to look first, u of a like problem; the unloaded tube's by default.
     """
     with torch.no_grad():
-        start = tube.unloaded_u.detach() if near is None else near
-        u, balanced = _solve(wall.detach(), reference.detach(), start, pressure.detach(), near is not None)
+        u, balanced = _solve(wall.detach(), reference.detach(), tube.unloaded_u.detach(), pressure.detach(), near)
     carried, slope = wall.carried(u)
     excess = carried - pressure
     # Without an equilibrium the row stays at the bound: no step and no derivative through u.
@@ -81,10 +80,14 @@ def balance(wall: Wall, tube: Tube, reference: Tensor, pressure: Tensor, near: T
     return Inflated(wall, u - excess * gain, balanced, torch.where(balanced, 0.0, -excess))
 
 
-def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near: bool) -> tuple[Tensor, Tensor]:
+def _solve(
+    wall: Wall, reference: Tensor, unloaded: Tensor, pressure: Tensor, near: Tensor | None
+) -> tuple[Tensor, Tensor]:
     """u = r_i² of every tube, no derivatives, and whether it is an equilibrium, both (N,).
 
-    reference: R_i² [m²]; start: where the search begins, on the stable branch or before it.
+    reference: R_i² [m²]. unloaded, near: u of the tube under no load, and of a like problem, where plain steps begin if
+    there is one. The bracketed search begins at the former: from a place beyond a limit point it would go on to where
+    the tube never comes.
 
     The stable branch is the one that the tube reaches from its reference radius, with dP/du > 0. A row has no
     equilibrium when the wall at BALLOON · R_i still carries less than the pressure, or when the pressure that it
@@ -95,16 +98,17 @@ def _solve(wall: Wall, reference: Tensor, start: Tensor, pressure: Tensor, near:
     that meet a falling branch there or do not settle are left to the bracketed search.
     """
     ceiling = (BALLOON**2 * reference).expand_as(pressure)
-    start = start.expand_as(pressure)
+    unloaded = unloaded.expand_as(pressure)
+    start = unloaded if near is None else near
     if wall.stiffens:
-        u, settled = _halley(wall, start, ceiling, pressure, near)
+        u, settled = _halley(wall, start, ceiling, pressure, near is not None)
     else:
-        u, settled = _newton(wall, start, ceiling, pressure, near)
+        u, settled = _newton(wall, start, ceiling, pressure, near is not None)
         if all_if_known(settled) is None:  # inside vmap every row takes as many steps as the slowest
-            return _search(wall, start, ceiling, pressure)
+            return _search(wall, unloaded, ceiling, pressure)
     settled, left = settled & (u < ceiling), indices_if_known(~settled)
     if left is not None and len(left):
-        found, balanced = _search(wall.some(left, len(u)), start[left], ceiling[left], pressure[left])
+        found, balanced = _search(wall.some(left, len(u)), unloaded[left], ceiling[left], pressure[left])
         u, settled = u.index_copy(0, left, found), settled.index_copy(0, left, balanced)
     return u, settled
 
@@ -151,7 +155,7 @@ def _newton(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor, near: 
 
 
 def _search(wall: Wall, start: Tensor, ceiling: Tensor, pressure: Tensor) -> tuple[Tensor, Tensor]:
-    """Newton's method inside a bracket, for walls of any kind: as `_solve`."""
+    """Newton's method inside a bracket, for any wall: as `_solve`. start: on the stable branch or before it."""
     low, high = 1e-4 * ceiling, ceiling
     u = start
     lost = torch.zeros_like(u, dtype=torch.bool)

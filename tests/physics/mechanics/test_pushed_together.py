@@ -4,11 +4,12 @@ the wall carries. The textbook, followed from the reference length, says where."
 import numpy as np
 import pytest
 import torch
-from braids import INNER, LENGTH, OUTER, tubes
+from braids import INNER, LENGTH, OUTER, tensor, tubes
 from scipy.optimize import brentq
 
 from freelearn.data.beds import DEG, KPA, MM
 from freelearn.physics.chain.prediction import Status
+from freelearn.physics.mechanics.equilibrium import _solve
 from freelearn.physics.models.build import build_model
 from freelearn.testing.reference.textbook import Row
 
@@ -61,3 +62,31 @@ def test_a_tube_that_balloons_is_told_from_one_that_bulges():
     with torch.no_grad():
         found = model(tubes(30, np.nan, -5.0, 0.0, 300), model.physical(model.vector()))
     assert int(found.status[0]) == Status.NO_EQUILIBRIUM
+
+
+def test_from_beyond_a_limit_point_the_search_ends_as_from_rest():
+    """A balloon whose chains lock: under more than it carries at its first maximum it has left that branch for good,
+    also where a fit's last radius lies on the falling one, with the locked branch ahead."""
+    reference = tensor([INNER * MM]) ** 2
+
+    class Balloon:
+        """P(u) with a maximum of 1.0 at u = 1.5 reference, a minimum after it, and a second rise."""
+
+        stiffens = False
+
+        def detach(self):
+            return self
+
+        def some(self, rows, count):
+            return self
+
+        def carried(self, u):
+            x = u / reference
+            value = 1.0 - (x - 1.5) ** 2 + 0.35 * (x - 1.5).clamp_min(0) ** 3
+            return value, (-2 * (x - 1.5) + 1.05 * (x - 1.5).clamp_min(0) ** 2) / reference
+
+    pressure = tensor([1.05])
+    cold = _solve(Balloon(), reference, reference, pressure, None)
+    assert not bool(cold[1])
+    for beyond in (1.6, 2.0, 2.6):
+        assert not bool(_solve(Balloon(), reference, reference, pressure, beyond * reference)[1])
