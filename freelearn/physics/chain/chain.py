@@ -35,8 +35,9 @@ from freelearn.physics.chain.prediction import Prediction, SwollenPrediction
 from freelearn.physics.chain.raw_vector import RawVector, Values
 from freelearn.physics.chain.tilt import tilt
 
-# Rows predicted at once: few enough for what one operation reads to stay in the processor's cache.
-BLOCK = 4096
+# Rows predicted at once: few enough for what they make to stay in the processor's cache, and many for what each
+# operation costs whatever it is done to.
+BLOCK = 8192
 
 E = TypeVar("E", bound=Effect[Any])
 

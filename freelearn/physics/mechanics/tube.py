@@ -12,9 +12,9 @@ from torch import Tensor
 
 from freelearn.data.states import States
 
-# ∫ aⁿ da over the wall is this times Tube.powers[n].
 T = TypeVar("T")
-FACTORS = {n: 1.0 if n == -1 else 1 / (n + 1) for n in range(-3, 6)}
+# Powers of the radius that are integrated through the wall.
+LEAST, MOST = -3, 5
 
 
 @dataclass(frozen=True)
@@ -102,25 +102,23 @@ class Tube:
     @cached_property
     def solid(self) -> Tensor:
         """(R_o² − R_i²)/λz = r_o² − r_i², (N,) m²."""
-        return self.powers[1]
+        return 2.0 * self.integral(1)
 
     @cached_property
-    def powers(self) -> dict[int, Tensor]:
-        """What the integrals ∫ aⁿ da are made of, by n: outer^(n+1) − inner^(n+1), or ln(outer/inner) for n = −1.
+    def integrals(self) -> Tensor:
+        """∫ aⁿ da over the wall, for n from LEAST to MOST, (9, N)."""
+        a = torch.stack([self.inner, self.outer])
+        inverse, a2 = torch.reciprocal(a), a * a
+        a3, a4 = a2 * a, a2 * a2
+        raised = torch.stack([inverse * inverse, inverse, torch.log(a), a, a2, a3, a4, a4 * a, a3 * a3])
+        # What is raised to n + 1 is so many times too large; a logarithm is not.
+        times = a.new_tensor([1 / (n + 1 or 1) for n in range(LEAST, MOST + 1)])
+        return times.reshape(-1, *(1,) * self.inner.ndim) * (raised[:, 1] - raised[:, 0])
 
-        ∫ aⁿ da is FACTORS[n] times as much; the sums that need them take the factor along.
-        """
-        a, b = self.inner, self.outer
-        a2, b2, a_, b_ = a * a, b * b, torch.reciprocal(a), torch.reciprocal(b)
-        a3, b3, a4, b4 = a2 * a, b2 * b, a2 * a2, b2 * b2
-        return {
-            -3: b_ * b_ - a_ * a_,
-            -2: b_ - a_,
-            -1: torch.log(b * a_),
-            0: b - a,
-            1: b2 - a2,
-            2: b3 - a3,
-            3: b4 - a4,
-            4: b4 * b - a4 * a,
-            5: b3 * b3 - a3 * a3,
-        }
+    def integral(self, n: int) -> Tensor:
+        """∫ aⁿ da over the wall, (N,)."""
+        return self._rows[n - LEAST]
+
+    @cached_property
+    def _rows(self) -> tuple[Tensor, ...]:
+        return self.integrals.unbind()
