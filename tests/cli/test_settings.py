@@ -14,6 +14,7 @@ from freelearn.api.settings.configuration import settings
 from freelearn.api.settings.settings import CsvData, DiscoverSettings, TrainSettings
 from freelearn.api.tasks.loaded_table import job_key
 from freelearn.common.errors import UserError
+from freelearn.data.beds import DEAD_LOAD, ISOMETRIC, KINEMATIC
 from freelearn.workbench.state.question import Question
 from freelearn.workbench.state.reading import discover_settings, train_settings
 
@@ -64,6 +65,15 @@ def test_settings_are_frozen_and_in_si():
         chosen.seed = 3
     assert (chosen.train, chosen.fit, chosen.effects) == ("sample1+sample3", None, ("end_clamps",))
     assert chosen.data.accuracy.si().pressure == pytest.approx(150.0)
+
+
+@pytest.mark.parametrize("column", ["elongation_mm", "twist_deg"])
+def test_what_is_imposed_may_be_exact_and_what_is_measured_not(column):
+    """Where loads hang, places are measured."""
+    exact = settings(TrainSettings, [f"data.accuracy.{column}=0"]).data.accuracy
+    assert {exact.si(KINEMATIC).length, exact.si(ISOMETRIC).twist} & {0.0}
+    with pytest.raises(UserError, match=f"accuracy.{column} = 0: a bed of the kind dead_load measures this"):
+        exact.si(DEAD_LOAD)
 
 
 @pytest.mark.parametrize(

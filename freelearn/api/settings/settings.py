@@ -11,9 +11,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic.dataclasses import dataclass
 
+from freelearn.common.errors import UserError
 from freelearn.common.package import example
 from freelearn.data.accuracy import OUTER_DIAMETER_MM, Accuracy
-from freelearn.data.beds import BEDS, KINEMATIC
+from freelearn.data.beds import BEDS, KINEMATIC, Bed
 from freelearn.fitting.options import FitOptions
 
 # ± needs quotes in Hydra's grammar, the others do not.
@@ -78,8 +79,14 @@ class AccuracySettings:
     moment_nmm: Positive
     outer_diameter_mm: Positive = OUTER_DIAMETER_MM
 
-    def si(self) -> Accuracy:
-        """The same in SI."""
+    def si(self, bed: Bed = KINEMATIC) -> Accuracy:
+        """The same in SI, of a bed. Raises UserError where something is exact that this bed measures."""
+        for quantity in bed.measured:
+            if vars(self)[quantity.column] == 0:
+                raise UserError(
+                    f"data.accuracy.{quantity.column} = 0: a bed of the kind {bed.name} measures this {quantity.name}, "
+                    "and nothing measured is exact: choose more than 0, or data.accuracy=estimate."
+                )
         return Accuracy.engineering(**vars(self))
 
 

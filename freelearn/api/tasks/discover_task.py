@@ -203,7 +203,7 @@ def _measuring(task: Task) -> Measuring:
     """The stated accuracy, or an estimate from the residuals of the model before anything is added."""
     stated = task.settings.data.accuracy
     if stated is not None:
-        return Measuring(stated.si(), [])
+        return Measuring(stated.si(task.rows.states.bed), [])
     prepared, fit, _ = prepare(replace(task.question(PAPER), candidates=[]))
     return estimated(fit, prepared.rows)
 

@@ -14,7 +14,7 @@ from freelearn.api.settings.parse import mistakes_error
 from freelearn.api.settings.settings import AccuracySettings, DiscoverSettings, Settings
 from freelearn.common.errors import UserError, unknown
 from freelearn.data.accuracy import PAPER, Accuracy
-from freelearn.data.beds import Quantity
+from freelearn.data.beds import Quantity, bed_of
 from freelearn.data.rows import Rows
 from freelearn.discovery.fits.estimated_accuracy import estimate
 from freelearn.discovery.fits.white_fit import WhiteFit, evaluated
@@ -125,7 +125,7 @@ def measuring(model: Model, predictions: pd.DataFrame, stated: AccuracySettings 
     predictions: whole samples, in the columns of predictions.csv.
     """
     if stated is not None:
-        return Measuring(stated.si(), [])
+        return Measuring(stated.si(bed_of(predictions)), [])
     predictions = predictions.reset_index(drop=True)
     place = usable(predictions).index.to_numpy(copy=True)
     if len(place) < FEWEST:

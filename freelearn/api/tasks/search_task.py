@@ -14,6 +14,7 @@ from freelearn.api.settings.settings import DiscoverSettings
 from freelearn.api.tasks.loaded_table import LoadedTable
 from freelearn.api.tasks.preparation import known_of, own_values
 from freelearn.data.accuracy import PAPER, Accuracy
+from freelearn.data.beds import bed_of
 from freelearn.data.columns import members_in, usable_rows
 from freelearn.data.rows import Rows
 from freelearn.discovery.checks.look import looked_over
@@ -97,4 +98,4 @@ def checked(task: Task) -> list[TableCheck]:
         return build_model(CONTINUUM, {}, effects, samples, members)
 
     stated = settings.data.accuracy
-    return looked_over(table, build, given, PAPER if stated is None else stated.si(), stated is not None)
+    return looked_over(table, build, given, PAPER if stated is None else stated.si(bed_of(table)), stated is not None)
