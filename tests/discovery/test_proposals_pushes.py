@@ -77,13 +77,21 @@ def test_a_push_at_a_load_cell_or_beside_the_actuator_is_itself(tube):
 
 
 def test_places_are_those_of_the_models_family_and_nothing_stays_registered(tube):
-    _, seen, fit = tube
+    table, seen, fit = tube
+    rows = asked(table).rows
     assert set(seen.by) == {p.name for p in PLACES if not (p.energy or p.potential)}
     assert all(torch.isfinite(by).all() for by in seen.by.values())
     network = build_model("mlp")
-    assert {p.port for p in places_of(network)} == {"boundary", "dissipation", "measurement"}
+    assert {p.port for p in places_of(network, rows)} == {"boundary", "dissipation", "measurement"}
     assert not [name for name in EFFECTS if "constant" in name]
-    assert places_of(fit.model) == list(PLACES)
+    assert places_of(fit.model, rows) == list(PLACES)
+
+
+def test_what_goes_against_the_direction_is_no_place_of_rows_that_only_rise(tube):
+    """Force lost as the pressure rises would be one more name for what a load cell shows."""
+    table, _, fit = tube
+    rising = asked(table[total_energy.state_of(table)["direction"] >= 0]).rows
+    assert set(PLACES) - set(places_of(fit.model, rising)) == {p for p in PLACES if p.rubs} != set()
 
 
 def test_inputs_are_the_tables_and_count_in_round_numbers_as_large(tube):

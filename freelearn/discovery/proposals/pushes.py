@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -12,6 +13,7 @@ from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.discovery.fits.derivatives import Build, none_vector
 from freelearn.discovery.fits.white_fit import ONE, WhiteFit
+from freelearn.discovery.residuals.hysteresis import FEWEST_COMPARISONS, comparisons
 from freelearn.fitting.problem import Problem
 from freelearn.physics.chain.effect import FAMILIES
 from freelearn.physics.chain.model import Model
@@ -40,9 +42,11 @@ FEWEST_VISITS = 10
 class Pushes:
     """A fit's rows as an unknown function sees them.
 
-    by: derivatives of the readings by what the function changes at each place, (N, 2, m) for m actuators; none for
-    energies and potentials. inputs: their values by name, (N, m) SI; scales: what each counts in, SI."""
+    places: where something unknown may enter. by: derivatives of the readings by what the function changes at each of
+    them, (N, 2, m) for m actuators; none for energies and potentials. inputs: their values by name, (N, m) SI; scales:
+    what each counts in, SI."""
 
+    places: Sequence[Place]
     by: dict[str, Tensor]
     inputs: dict[str, Tensor]
     scales: dict[str, float]
@@ -77,11 +81,12 @@ class Pushes:
 
 def pushes(fit: WhiteFit, rows: Rows, build: Build, clocked: bool = True) -> Pushes:
     """At a fit. build: names → the fit's model with these effects more. clocked: see Question."""
-    places = [place for place in places_of(fit.model) if not (place.energy or place.potential)]
+    places = places_of(fit.model, rows)
     members = len(rows.states.members)
     probes = {
         place.name: Written(place, (place.inputs[0],), (1.0,), CONSTANT, {"amount": 0.0}, each=bool(members))
         for place in places
+        if not (place.energy or place.potential)
     }
     kinds = {name: effect_class(probe) for name, probe in probes.items()}
     with lent(kinds.values()):
@@ -95,7 +100,7 @@ def pushes(fit: WhiteFit, rows: Rows, build: Build, clocked: bool = True) -> Pus
     inputs = _inputs(fit, rows) | _strains(fit, rows)
     if not clocked or _few_visits(rows):
         inputs.pop(TIME.name, None)
-    return Pushes(by, inputs, {name: round_scale(values) for name, values in inputs.items()})
+    return Pushes(places, by, inputs, {name: round_scale(values) for name, values in inputs.items()})
 
 
 def _few_visits(rows: Rows) -> bool:
@@ -104,10 +109,15 @@ def _few_visits(rows: Rows) -> bool:
     return rows.states.recording is None and visits < FEWEST_VISITS
 
 
-def places_of(model: Model) -> list[Place]:
-    """Where something unknown may enter a model of this family."""
+def places_of(model: Model, rows: Rows) -> list[Place]:
+    """Where something unknown may enter a model of this family, and show in these rows.
+
+    What works against the direction of the pressure shows in rows of falling pressure beside rising ones: where there
+    are none it is only another name for what does not go by the direction."""
     ports = FAMILIES[model.family]
-    return [p for p in PLACES if (p.port if p.port != "parallel" else "geometry") in ports]
+    places = [p for p in PLACES if (p.port if p.port != "parallel" else "geometry") in ports]
+    turns = len(comparisons(rows.states, rows.state)) >= FEWEST_COMPARISONS
+    return [p for p in places if turns or not p.rubs]
 
 
 def _placed(fit: WhiteFit, rows: Rows) -> States:

@@ -22,7 +22,7 @@ from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.linear_algebra import orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.proposals.proposal import Guess
-from freelearn.discovery.proposals.pushes import Pushes, places_of
+from freelearn.discovery.proposals.pushes import Pushes
 from freelearn.discovery.thresholds import SECOND_INPUT
 from freelearn.fitting.problem import Problem
 from freelearn.physics.effects.registry import lent
@@ -133,7 +133,7 @@ class Scan:
         """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too.
 
         The chance of each is that of noise, times the forms that were tried with all their shapes (Bonferroni)."""
-        places = places_of(self.fit.model)
+        places = pushes.places
         told = [place for place in places if place.energy and pushes.told(place.inputs[0])]
         jobs = [partial(self._energy, place, pushes) for place in told]
         jobs += [partial(self._of_inputs, inputs, places, pushes) for inputs in _sets(places, pushes, pairs)]
