@@ -36,6 +36,8 @@ TIME = "time_s"
 # Rows that have to show what an effect does.
 FEWEST = 10
 FEWEST_EACH_WAY = 5
+# Where the pressure leaves a smaller share of the variance of the time in a state, it is all that the time could tell.
+APART_FROM_PRESSURE = 0.02
 # A row counts as less severe than an earlier one below this share of the harshest so far.
 MILDER = 0.99
 # Strands lie closer than at rest below this share of the braid's area there.
@@ -188,9 +190,24 @@ def _relaxation(rows: Rows) -> str:
     shortest = np.full(member.max() + 1, np.inf)
     np.minimum.at(shortest, member, dwell)
     count = int((dwell > shortest[member]).sum())
-    if count >= FEWEST:
+    if count < FEWEST:
+        return f"needs {FEWEST} rows that were read later than others of the same state: there are {count}"
+    if _unfollowed(dwell, rows.states.pressure.numpy(), rows.states.sample.numpy()) >= APART_FROM_PRESSURE:
         return ""
-    return f"needs {FEWEST} rows that were read later than others of the same state: there are {count}"
+    return (
+        "needs rows of a state that were read at one pressure at different times: here the time in a state goes with it"
+    )
+
+
+def _unfollowed(target: np.ndarray, pressure: np.ndarray, sample: np.ndarray) -> float:
+    """Share of a number's variance within each sample that no cubic of the pressure follows."""
+    left, whole = 0.0, 0.0
+    for one in np.unique(sample):
+        own, x = target[sample == one] - target[sample == one].mean(), pressure[sample == one]
+        cubic = np.vander((x - x.mean()) / max(float(np.ptp(x)), 1e-300), 4)
+        left += float(np.square(own - cubic @ np.linalg.lstsq(cubic, own, rcond=None)[0]).sum())
+        whole += float(np.square(own).sum())
+    return left / whole if whole else 0.0
 
 
 def _softening(rows: Rows) -> str:
