@@ -192,10 +192,14 @@ def _relaxation(rows: Rows) -> str:
     count = int((dwell > shortest[member]).sum())
     if count < FEWEST:
         return f"needs {FEWEST} rows that were read later than others of the same state: there are {count}"
-    if _unfollowed(dwell, rows.states.pressure.numpy(), rows.states.sample.numpy()) >= APART_FROM_PRESSURE:
+    if rows.states.members:
+        return ""
+    # Where the pressure only rises, step by step, the stress of later rows is that of higher pressures.
+    apart = _unfollowed(dwell, rows.states.pressure.numpy(), rows.states.sample.numpy())
+    if apart >= APART_FROM_PRESSURE:
         return ""
     return (
-        "needs rows of a state that were read at one pressure at different times: here the time in a state goes with it"
+        "needs rows of one pressure that were read at different times: here the time in a state goes with the pressure"
     )
 
 
