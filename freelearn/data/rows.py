@@ -13,6 +13,7 @@ from torch import Tensor
 from freelearn.data.beds import DEAD_LOAD, KINEMATIC
 from freelearn.data.columns import shown_readings
 from freelearn.data.corners import untold, with_calm, with_corners
+from freelearn.data.levels import Levels
 from freelearn.data.states import States, kinematic_state
 
 
@@ -86,12 +87,14 @@ def loads_of(table: pd.DataFrame) -> Tensor:
 @dataclass(frozen=True)
 class Rows:
     """Configurations, what was read there, and the number of their kinematic state (N,). visit: of their visit, (N,),
-    where a state is several visits of one place."""
+    where a state is several visits of one place. levels: where pressures are those of levels that were set, see there.
+    """
 
     states: States
     readings: Readings
     state: np.ndarray
     visit: np.ndarray | None = None
+    levels: Levels | None = None
 
     @property
     def visits(self) -> np.ndarray:
@@ -147,10 +150,11 @@ class Rows:
         there = rows if isinstance(rows, slice) else rows.to(self.loads.device)
         own = rows if isinstance(rows, slice) else rows.cpu().numpy()
         visit = None if self.visit is None else self.visit[own]
-        return Rows(self.states[there], self.readings[there], self.state[own], visit)
+        levels = None if self.levels is None else self.levels.of(there)
+        return Rows(self.states[there], self.readings[there], self.state[own], visit, levels)
 
     def to(self, device: torch.device | str) -> Rows:
         """The same rows with their tensors on a device; themselves where they are there already."""
         if self.loads.device == torch.device(device):
             return self
-        return Rows(self.states.to(device), self.readings.to(device), self.state, self.visit)
+        return Rows(self.states.to(device), self.readings.to(device), self.state, self.visit, self.levels)

@@ -119,6 +119,8 @@ MANY, SEVERAL, ALIKE = 3, 2, 0.9
 
 # Difference in χ² that speaks for neither of two models: two standard deviations of one whitened number.
 COINCIDE = 4.0
+# What rows of one set pressure differ by is the gauge's own where it is told by so many of its standard errors.
+GAUGES_OWN = 4.0
 # Share of the clock's variance that an input explains where the states were measured in its order.
 SORTED = 0.8
 # Reduction of χ² that a block of slipped readings has to explain: there are hundreds of places for one.

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from freelearn.data.accuracy import Accuracy
+from freelearn.data.levels import Levels
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.scatter import huber
 from freelearn.discovery.noise.tails import Tails
@@ -63,6 +64,40 @@ def test_whitening_turns_the_dense_covariance_into_the_identity(sensitivity, fou
     np.testing.assert_allclose(root @ covariance @ root.T, np.eye(2 * ROWS), atol=1e-9)
     stated = dense_covariance(sensitivity, None).diagonal()
     np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), stated, rtol=1e-12)
+
+
+LEVEL = np.array([0, 1, 2, 0, 1, 0, 1, 2, 7, 2, 1, 7])
+
+
+@pytest.mark.parametrize("known", [False, True], ids=["stated", "precisions"])
+def test_rows_of_one_level_err_alike_whatever_their_state(sensitivity, found, known):
+    """By as much as their level's mean, each seen through the row's own answer to the pressure."""
+    scatter, error = found if known else None, np.where(LEVEL == 7, 0.0, 60.0 + 40.0 * LEVEL)
+    levels = Levels(torch.as_tensor(LEVEL), torch.as_tensor(error))
+    whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, scatter, levels=levels)
+    by, level, own = sensitivity[:, :, 2].numpy().reshape(-1), np.repeat(LEVEL, 2), np.repeat(error, 2)
+    alike = np.where(level[:, None] == level, np.outer(by * own, by * own), 0.0)
+    covariance = dense_covariance(sensitivity, scatter) + alike
+    root = root_of(whiten)
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(2 * ROWS), atol=1e-9)
+    stated = (dense_covariance(sensitivity, None) + alike).diagonal()
+    np.testing.assert_allclose(whiten.variance.numpy().reshape(-1), stated, rtol=1e-12)
+    # Of some states alone the levels' errors are the same ones.
+    some = torch.as_tensor(np.flatnonzero(np.isin(STATE, [0, 9])))
+    part = Whitener(
+        sensitivity[some], torch.as_tensor(STATE)[some], ACCURACY, None if scatter is None else scatter.of(some),
+        levels=levels.of(some),
+    )  # fmt: skip
+    loads = torch.randn(len(some), 2, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
+    torch.testing.assert_close(whiten.part(some)(loads), part(loads), rtol=1e-10, atol=1e-10)
+    # What is drawn scatters so: 40,000 draws tell a variance to 0.7 %.
+    generator = torch.Generator().manual_seed(3)
+    drawn = torch.stack([whiten.drawn(generator).reshape(-1) for _ in range(40_000)]).numpy()
+    np.testing.assert_allclose(drawn.var(0), covariance.diagonal(), rtol=0.04)
+    first, second = 0, 6  # forces of the rows 0 and 3: of one level, in two states
+    assert np.corrcoef(drawn[:, first], drawn[:, second])[0, 1] == pytest.approx(
+        covariance[first, second] / np.sqrt(covariance[first, first] * covariance[second, second]), abs=0.02
+    )
 
 
 def test_about_a_model_far_off_readings_weigh_alike_and_a_place_takes_nothing(sensitivity, found):

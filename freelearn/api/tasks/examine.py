@@ -26,6 +26,7 @@ from freelearn.discovery.search.before_after import errors_by_set
 from freelearn.discovery.search.measuring_order import DRIFT, telling_repeat
 from freelearn.discovery.search.next_states import NextState, next_states, telling
 from freelearn.discovery.search.search import Findings
+from freelearn.discovery.search.set_pressures import level_notes
 from freelearn.discovery.search.testable import assumptions
 from freelearn.queries.curves.run_curves import search_curves, search_predictions
 from freelearn.queries.next_measurements.next_recordings import next_recordings
@@ -93,6 +94,7 @@ def examine(task: Task, findings: Findings, measured: Measuring, checks: Sequenc
             f"what was read in {dark} of {len(seen)} rows, right after a move of which too few rows tell when it began "
             "and ended, was left out: record more rows a second"
         )
+    notes += level_notes(rows)
     notes += unshown_notes(findings, task.unshown)
     notes += _closing_notes(last, findings, task.settings.data.accuracy is not None)
     stopping = failing(checks)

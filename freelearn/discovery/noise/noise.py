@@ -12,6 +12,7 @@ from freelearn.common.progress import tell
 from freelearn.data.accuracy import Accuracy
 from freelearn.data.bed_accuracy import sensors, shared
 from freelearn.data.beds import KINEMATIC, Bed
+from freelearn.data.levels import Levels
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
 from freelearn.discovery.noise.memory import Filter
@@ -23,6 +24,8 @@ from freelearn.physics.chain.model import BLOCK, Model
 # Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in
 # numbers that cannot be told from zero, and what is divided by them in none.
 LEAST = 1e-12
+# Variance of what the rows of levels err by alike, in units of what else they err by, that changes nothing.
+SMALLEST_LEVEL = 1e-6
 
 
 def sensitivities(model: Model, states: States) -> Tensor:
@@ -113,7 +116,7 @@ class Noise:
         state, bed = torch.as_tensor(rows.state), rows.states.bed
         return Whitener(
             sensitivity, state, self.accuracy, scatter, bed, rows.readings.present, informative, doubt,
-            clock_of(rows.states), even,
+            clock_of(rows.states), even, rows.levels,
         )  # fmt: skip
 
 
@@ -153,13 +156,15 @@ class Whitener:
         doubt: Tensor | None = None,
         clock: Tensor | None = None,
         even: bool = False,
+        levels: Levels | None = None,
     ) -> None:
         """sensitivity: (N, 2, 2 + pressures), see `sensitivities`. state: (N,) int64, number of each row's kinematic
         state. present: (N, 2) bool, readings that there are, all by default; of the others nothing is left, whatever
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
         default: a push on a tube that hangs loose does not, see Readings.informative_mask. doubt: (2,) SI, standard
         deviation by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a
-        memory. even: see Scatter.even; for a model that is far off."""
+        memory. even: see Scatter.even; for a model that is far off. levels: of pressures, of which
+        all rows that are set to one err alike."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)
@@ -172,11 +177,14 @@ class Whitener:
         own, position = _parts(sensitivity, accuracy, bed, self.told)
         self.doubt, self.even = doubt, even
         # Variance of each load, (N, 2) N², (N·m)²: all of it, shared or not; zero where there is no reading.
-        self.variance = torch.where(present, own + position.square().sum(-1), 0.0)
+        alike = _of_levels(sensitivity, levels)
+        by_level = alike.square().sum(-1)
+        self.variance = torch.where(present, own + position.square().sum(-1) + by_level, 0.0)
         weigh = scatter.even() if scatter is not None and even else scatter
         found = _found(own, position, present, scatter)
         # Variance of every reading as it was found to scatter, (N, 2); zero of readings that do not count.
-        self.scattered = torch.where(found[2], found[0] + found[1].square().sum(-1).nan_to_num(0.0, 0.0, 0.0), 0.0)
+        by_place = found[1].square().sum(-1).nan_to_num(0.0, 0.0, 0.0)
+        self.scattered = torch.where(found[2], found[0] + by_place + by_level, 0.0)
         own, position, counts = _found(own, position, present, weigh) if even else found
         # A reading that does not count tells nothing of the other one of its row.
         both = torch.where(counts.all(-1), self.by_pressure.prod(1).sum(-1), 0.0)
@@ -199,6 +207,18 @@ class Whitener:
         size = size.clamp_min(0)
         share = torch.where(size > 1e-10, (1 - (1 + size).rsqrt()) / size.clamp_min(1e-10), 0.5)
         self.shrink = axes @ (share[:, :, None] * axes.transpose(1, 2))
+        self._know(alike)
+
+    def _know(self, alike: Tensor) -> None:
+        """Takes note of what all rows of a level err by, (N, 2, levels). Of numbers that are independent without it the
+        covariance is I + WWᵀ, with W = Q diag(w)^½ Vᵀ what it does to them, and I − Q diag(1 − (1 + w)^−½) Qᵀ that
+        one's inverse root."""
+        self.alike = alike
+        white = self._whole(alike).flatten(0, 1)
+        size, axes = torch.linalg.eigh(white.T @ white)
+        told = size > SMALLEST_LEVEL
+        self.along = white @ (axes[:, told] * size[told].rsqrt())
+        self.shorter = 1 - (1 + size[told]).rsqrt()
 
     @property
     def count(self) -> int:
@@ -264,12 +284,20 @@ class Whitener:
         part.by_pressure, part.pressure_error = self.by_pressure[rows], self.pressure_error
         part.doubt, part.counts = self.doubt, self.counts[rows]
         part.filter = None if self.filter is None else self.filter.part(rows)
+        part._know(self.alike[rows])
         return part
 
     @torch.no_grad()
     def __call__(self, loads: Tensor) -> Tensor:
         """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
-        columns = loads if loads.ndim == 3 else loads[..., None]
+        white = self._whole(loads if loads.ndim == 3 else loads[..., None])
+        if len(self.shorter):
+            flat = white.flatten(0, 1)
+            white = (flat - self.along @ (self.shorter[:, None] * (self.along.T @ flat))).view(white.shape)
+        return white if loads.ndim == 3 else white[..., 0]
+
+    def _whole(self, columns: Tensor) -> Tensor:
+        """The same (N, 2, k) where levels err by nothing."""
         white = self._forget(self.apart(columns))
         # Everything in place and element by element: products of many 2 × 2 matrices would cost three times as much.
         by_force, by_moment = self.shared[:, 0, :, None], self.shared[:, 1, :, None]
@@ -279,7 +307,7 @@ class Whitener:
         for j in range(2):
             white[:, 0].addcmul_(common[:, j], by_force[:, j], value=-1)
             white[:, 1].addcmul_(common[:, j], by_moment[:, j], value=-1)
-        return white if loads.ndim == 3 else white[..., 0]
+        return white
 
     def apart(self, columns: Tensor) -> Tensor:
         """L⁻¹ times (N, 2, k): each row in units of its own errors, with the position error still in it."""
@@ -298,11 +326,22 @@ class Whitener:
             own = self.filter.colored(own)
         rows = torch.stack([own[:, 0] * self.force, (own[:, 1] + own[:, 0] * self.lean) * self.moment], dim=1)
         rows = rows + (self.places @ place[self.state][..., None])[..., 0]
+        if self.alike.shape[2]:
+            rows = rows + self.alike @ torch.randn(self.alike.shape[2], generator=generator, dtype=torch.float64)
         return torch.where(rows.isfinite(), rows, 0.0)
 
     def gathered(self, rows: Tensor) -> Tensor:
         """Sum over the rows of each state: (N, …) → (states, …)."""
         return torch.zeros(self.states, *rows.shape[1:], dtype=rows.dtype).index_add_(0, self.state, rows)
+
+
+def _of_levels(sensitivity: Tensor, levels: Levels | None) -> Tensor:
+    """What one standard deviation of each level's error does to the loads, (N, 2, levels)."""
+    if levels is None:
+        return sensitivity.new_zeros(len(sensitivity), 2, 0)
+    _, group = torch.unique(levels.group, return_inverse=True)
+    of = torch.nn.functional.one_hot(group).to(sensitivity.dtype)
+    return (sensitivity[:, :, 2] * levels.error[:, None])[..., None] * of[:, None]
 
 
 def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:

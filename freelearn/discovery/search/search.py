@@ -29,6 +29,7 @@ from freelearn.discovery.search.hypotheses import Hypotheses
 from freelearn.discovery.search.hypothesis import Hypothesis, minimal
 from freelearn.discovery.search.measuring_order import DRIFT, confounded, in_order_of
 from freelearn.discovery.search.ranking import Promise
+from freelearn.discovery.search.set_pressures import at_levels
 from freelearn.discovery.search.stability import stability
 from freelearn.discovery.search.stages import explored
 from freelearn.discovery.search.testable import scant
@@ -114,6 +115,8 @@ def search(question: Question, watch: Watch | None = None, reason: Check | None 
         return _untold(question, reason, watch)
     with kept(), ExitStack() as stack:
         prepared, fit, noise = prepare(question)
+        if (as_set := at_levels(prepared, fit, noise)) is not None:
+            prepared, fit, noise = prepare(as_set)
         known = explored(prepared, fit, noise, _so_far)
         ending = ended(prepared, known)
         asked = not _unshown_in(prepared, ending) and asked_beyond(prepared, known, ending)

@@ -1,0 +1,94 @@
+"""Are readings of one set pressure apart by the gauge's own errors, or was the pressure?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hidden_tables import MATERIAL, NOISE, table
+
+from freelearn.data.accuracy import Accuracy
+from freelearn.data.rows import Rows
+from freelearn.discovery.fits.prepare import Question, prepare
+from freelearn.discovery.search.set_pressures import at_levels, set_again
+from freelearn.physics.models.build import build_model
+from freelearn.testing.reference.total_energy import MM, bed_loads, state_of
+
+GAUGE = 0.6  # kPa, four times what is stated
+ACCURACY = Accuracy.engineering(**NOISE)
+
+
+def measured(own, seed=5, effects=None, kpa=GAUGE):
+    """A table whose readings lie beside their levels by so much, of which this share is the gauge's own error and the
+    rest the regulator's, which is there."""
+    generator = np.random.default_rng(seed)
+    made = table(effects or {}, seed, samples=(3,), share=0.3)
+    pressure = made["step"].map(dict(enumerate([*np.linspace(0, 72.5, 8), 36.25, 0.0]))).to_numpy()
+    there = pressure + generator.normal(0, kpa * np.sqrt(1 - own), len(made))
+    loads, balanced = bed_loads(state_of(made.assign(pressure_kpa=there)), *MATERIAL, effects or {})
+    return made.assign(
+        pressure_kpa=there + generator.normal(0, kpa * np.sqrt(own), len(made)),
+        force_n=loads[:, 0] + generator.normal(0, NOISE["force_n"], len(made)),
+        moment_nmm=loads[:, 1] / MM + generator.normal(0, NOISE["moment_nmm"], len(made)),
+        buckled=(~balanced).astype(int),
+    ), pressure
+
+
+def asked(made):
+    return Question(lambda names: build_model("continuum", {}, names), [], Rows.from_table(made), ACCURACY, 0)
+
+
+def answered(made):
+    prepared, fit, noise = prepare(asked(made))
+    return at_levels(prepared, fit, noise)
+
+
+@pytest.mark.parametrize("effects", [{}, {"pressure_gain": {"gain": 0.05}, "end_clamps": {"clamp_length": 4e-3}}])
+def test_what_a_gauge_errs_by_itself_is_taken_off(effects):
+    """Whether the model is right or not: nothing that is missing goes by which reading of a level is high."""
+    made, pressure = measured(1.0, effects=effects)
+    found = answered(made)
+    assert found is not None
+    # Each level is known as well as the mean of its readings.
+    errors = found.rows.states.pressure.numpy() / 1e3 - pressure
+    assert np.abs(errors).max() < 4 * GAUGE / np.sqrt(len(made) / 10)
+    assert found.accuracy.pressure == 0.0
+    assert found.accuracy.force == ACCURACY.force
+    one = found.rows.levels.group == found.rows.levels.group[0]
+    error = float(found.rows.levels.error[0])
+    assert error == pytest.approx(1e3 * GAUGE / np.sqrt(int(one.sum())), rel=0.1)
+
+
+def test_a_regulator_that_scatters_is_left_as_the_gauge_read_it():
+    assert answered(measured(0.0)[0]) is None
+
+
+def test_of_half_each_a_half_is_taken_off():
+    made, _ = measured(0.5)
+    found = answered(made)
+    assert found is not None
+    before, after = Rows.from_table(made).states.pressure, found.rows.states.pressure
+    known = set_again(Rows.from_table(made))
+    share = float(((before - after) * known.beside).sum() / known.beside.square().sum())
+    assert share == pytest.approx(0.5, abs=0.1)
+    assert found.accuracy.pressure == pytest.approx(ACCURACY.pressure * np.sqrt(1 - share), rel=1e-6)
+
+
+def test_levels_are_told_by_the_gaps_between_them():
+    made, pressure = measured(1.0)
+    known = set_again(Rows.from_table(made))
+    # The falling row at half the pressure is a level of its own, and so is the one at rest.
+    levels = {tuple(x) for x in zip(pressure, (made["step"] >= 8).to_numpy(), strict=True)}
+    first = (made["step"] == 0).to_numpy(copy=True)
+    assert len(torch.unique(known.group)) in (len(levels), len(levels) + 1)
+    assert len(torch.unique(known.group[torch.as_tensor(first)])) == 1
+    assert known.variance**0.5 / 1e3 == pytest.approx(GAUGE, rel=0.05)
+
+
+def test_of_pressures_anywhere_of_exact_ones_and_of_a_few_there_are_no_levels():
+    made, pressure = measured(1.0)
+    rows = Rows.from_table(made)
+    anywhere = torch.as_tensor(np.random.default_rng(1).uniform(0, 7e4, len(rows)))
+    for other in (anywhere, torch.as_tensor(pressure * 1e3), torch.zeros(len(rows), dtype=torch.float64)):
+        assert set_again(replace(rows, states=rows.states.replace(pressure=other))) is None
+    assert set_again(rows[:10]) is None
