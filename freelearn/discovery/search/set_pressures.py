@@ -128,6 +128,6 @@ def level_notes(rows: Rows) -> list[str]:
     group, error = rows.levels
     scatter = float((error * torch.bincount(group)[group].sqrt()).median())
     return [
-        f"readings of a pressure that was set again and again differ by {scatter / KPA:.2g} kPa of the gauge's own: the "
-        "search takes them for what those of a level say together"
+        f"readings of a pressure that was set again and again differ by the gauge's own {scatter / KPA:.2g} kPa: the "
+        "search takes each for what those of its level say together"
     ]
