@@ -176,7 +176,16 @@ class WhiteProblem:
         digest = hashlib.sha256(repr((model.name, model.labels(), self.shape, roughly, rival)).encode())
         known = () if self.prior is None else (self.prior.middle, self.prior.covariance)
         memory = () if whiten.filter is None else (whiten.filter.left, whiten.filter.loading, whiten.filter.size)
-        for tensor in (start, whiten.force, whiten.moment, whiten.shared, whiten.shrink, whiten.along, *memory, *known):
+        for tensor in (
+            start,
+            whiten.force,
+            whiten.moment,
+            whiten.shared,
+            whiten.shrink,
+            whiten.of_levels.along,
+            *memory,
+            *known,
+        ):
             digest.update(tensor.detach().numpy().tobytes())
         return digest.hexdigest()[:24]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -62,6 +63,10 @@ def summed_products(columns: Tensor, residual: Tensor, group: Tensor, groups: in
     return torch.zeros(groups, products.shape[1], dtype=products.dtype).index_add_(0, group, products)
 
 
+# Variance that is shared, in units of what is not, which changes nothing.
+NOTHING_SHARED = 1e-6
+
+
 def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
     """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out.
 
@@ -82,6 +87,29 @@ def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
 def left_over(targets: Tensor, columns: Tensor) -> Tensor:
     """What least squares by columns (m, k) leave of targets, (m,) or (m, n)."""
     return targets - columns @ (normal_inverse(columns) @ (columns.T @ targets))
+
+
+class Shared(NamedTuple):
+    """What else independent numbers (n,) of variance one share: of W, what each of some errors of variance one does to
+    them, along (n, k) its axes and shorter (k,) by how much numbers shrink along them to be independent again.
+
+    The covariance is I + WWᵀ, W = Q diag(w)^½ Vᵀ, and I − Q diag(1 − (1 + w)^−½) Qᵀ its inverse root."""
+
+    along: Tensor
+    shorter: Tensor
+
+    @classmethod
+    def of(cls, columns: Tensor) -> Shared:
+        """columns: W, (n, errors)."""
+        size, axes = torch.linalg.eigh(columns.T @ columns)
+        told = size > NOTHING_SHARED
+        return cls(columns @ (axes[:, told] * size[told].rsqrt()), 1 - (1 + size[told]).rsqrt())
+
+    def apart(self, columns: Tensor) -> Tensor:
+        """Numbers (n, m) made independent."""
+        if not len(self.shorter):
+            return columns
+        return columns - self.along @ (self.shorter[:, None] * (self.along.T @ columns))
 
 
 # Least squares of a few unknowns of which some may move to one side only, for many right-hand sides at once.

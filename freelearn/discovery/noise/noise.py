@@ -15,6 +15,7 @@ from freelearn.data.beds import KINEMATIC, Bed
 from freelearn.data.levels import Levels
 from freelearn.data.rows import Rows
 from freelearn.data.states import States
+from freelearn.discovery.noise.linear_algebra import Shared
 from freelearn.discovery.noise.memory import Filter
 from freelearn.discovery.noise.scatter import Scatter, clock_of
 from freelearn.discovery.noise.shapes import both_loads
@@ -24,8 +25,6 @@ from freelearn.physics.chain.model import BLOCK, Model
 # Precision of a reading, in units of the stated one, below which it counts for nothing: ever smaller ones end in
 # numbers that cannot be told from zero, and what is divided by them in none.
 LEAST = 1e-12
-# Variance of what the rows of levels err by alike, in units of what else they err by, that changes nothing.
-SMALLEST_LEVEL = 1e-6
 
 
 def sensitivities(model: Model, states: States) -> Tensor:
@@ -210,15 +209,9 @@ class Whitener:
         self._know(alike)
 
     def _know(self, alike: Tensor) -> None:
-        """Takes note of what all rows of a level err by, (N, 2, levels). Of numbers that are independent without it the
-        covariance is I + WWᵀ, with W = Q diag(w)^½ Vᵀ what it does to them, and I − Q diag(1 − (1 + w)^−½) Qᵀ that
-        one's inverse root."""
+        """Takes note of what all rows of a level err by, (N, 2, levels)."""
         self.alike = alike
-        white = self._whole(alike).flatten(0, 1)
-        size, axes = torch.linalg.eigh(white.T @ white)
-        told = size > SMALLEST_LEVEL
-        self.along = white @ (axes[:, told] * size[told].rsqrt())
-        self.shorter = 1 - (1 + size[told]).rsqrt()
+        self.of_levels = Shared.of(self._whole(alike).flatten(0, 1))
 
     @property
     def count(self) -> int:
@@ -291,9 +284,7 @@ class Whitener:
     def __call__(self, loads: Tensor) -> Tensor:
         """(N, 2) or (N, 2, k), in N and N·m → the same shape, whitened."""
         white = self._whole(loads if loads.ndim == 3 else loads[..., None])
-        if len(self.shorter):
-            flat = white.flatten(0, 1)
-            white = (flat - self.along @ (self.shorter[:, None] * (self.along.T @ flat))).view(white.shape)
+        white = self.of_levels.apart(white.flatten(0, 1)).view(white.shape)
         return white if loads.ndim == 3 else white[..., 0]
 
     def _whole(self, columns: Tensor) -> Tensor:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from freelearn.data.states import States, noise_band
-from freelearn.discovery.noise.linear_algebra import orthonormal
+from freelearn.discovery.noise.linear_algebra import Shared, orthonormal
 from freelearn.discovery.noise.noise import Whitener
 from freelearn.discovery.noise.shapes import monomials
 from freelearn.discovery.noise.structure import ALPHA, ResidualTest, f_test
@@ -111,10 +111,16 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
         spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
     spread = np.nan_to_num(spread, nan=np.inf)
 
+    # What the rows of a level err by alike stands in all differences from it.
+    levels = torch.stack([whiten.alike[p.falling] - _between(p, whiten.alike) for p in pairs])
+
     def chance(i: int) -> float:
-        both = there[:, i]
-        basis = orthonormal(monomials(states[torch.as_tensor(place[both])], 1)[0]).numpy()
-        return _p_value((difference / spread)[both, i], basis)
+        both = torch.as_tensor(there[:, i])
+        unit = torch.as_tensor(spread)[both, i, None]
+        shared = Shared.of((levels[both, i] / unit).nan_to_num())
+        basis = orthonormal(shared.apart(monomials(states[torch.as_tensor(place)[both]], 1)[0]))
+        z = shared.apart(torch.as_tensor(difference)[both, i, None] / unit)
+        return _p_value(z[:, 0].numpy(), basis.numpy())
 
     p_value = min(1.0, len(told) * min(map(chance, told)))
     compared = [difference[there[:, i], i] for i in told]
@@ -138,6 +144,12 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     if states.bed.loads:
         says += ", so friction_hysteresis is at most half of that"
     return ResidualTest(NAME, False, p_value, says, (float(most[0]), float(most[1])))
+
+
+def _between(pair: Comparison, values: Tensor) -> Tensor:
+    """Of the rising rows' values (N, …) that of the falling row's pressure."""
+    between: Tensor = torch.tensordot(torch.as_tensor(pair.share), values[torch.as_tensor(pair.rising)], dims=1)
+    return between
 
 
 def _p_value(z: np.ndarray, basis: np.ndarray) -> float:
