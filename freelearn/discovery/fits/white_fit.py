@@ -176,16 +176,8 @@ class WhiteProblem:
         digest = hashlib.sha256(repr((model.name, model.labels(), self.shape, roughly, rival)).encode())
         known = () if self.prior is None else (self.prior.middle, self.prior.covariance)
         memory = () if whiten.filter is None else (whiten.filter.left, whiten.filter.loading, whiten.filter.size)
-        for tensor in (
-            start,
-            whiten.force,
-            whiten.moment,
-            whiten.shared,
-            whiten.shrink,
-            whiten.of_levels.along,
-            *memory,
-            *known,
-        ):
+        noise = (whiten.force, whiten.moment, whiten.shared, whiten.shrink, whiten.of_levels.along, *memory)
+        for tensor in (start, *noise, *known):
             digest.update(tensor.detach().numpy().tobytes())
         return digest.hexdigest()[:24]
 
