@@ -52,6 +52,14 @@ def test_innovations_turn_the_dense_covariance_into_the_identity(clock):
         np.testing.assert_allclose(w @ dense @ w.T, np.eye(ROWS), atol=1e-12)
 
 
+def test_of_no_columns_there_are_no_innovations(clock):
+    """LAPACK, asked to solve for none, wrote beyond the end of what it was given."""
+    one = torch.ones(len(clock), 2, dtype=torch.float64)
+    filtered = Filter(MEMORY, MEMORY.share * one, 1 - MEMORY.share * one, VISIT, clock)
+    for _ in range(200):
+        assert filtered.innovations(one[..., None][..., :0]).shape == (len(clock), 2, 0)
+
+
 def test_colored_noise_has_these_innovations(clock):
     one = torch.ones(ROWS, 2, dtype=torch.float64)
     filtered = Filter(MEMORY, MEMORY.share * one, 1 - MEMORY.share * one, VISIT, clock)

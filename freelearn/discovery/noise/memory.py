@@ -85,6 +85,9 @@ class Filter:
     def _carried(self, channel: int, kept: Tensor, added: Tensor) -> Tensor:
         """m (N, k) with mₙ₊₁ = φₙ₊₁ (keptₙ mₙ + addedₙ), zero at the first row of a recording."""
         left = self.left[:, channel]
+        if not added.shape[1]:
+            # Of no right-hand side LAPACK writes beyond its end.
+            return added
         band = np.ones((2, len(left)), order="F")
         band[1, :-1] = -(left[1:] * kept[:-1]).numpy()
         known = torch.zeros_like(added)

@@ -1,4 +1,4 @@
-"""Ends tied to their fittings: a shorter part of the tube does all the deforming, or a longer one than was measured."""
+"""Ends tied to their fittings: a shorter part of the tube does all the deforming."""
 
 from torch import Tensor
 
@@ -8,13 +8,13 @@ from freelearn.physics.chain.ports import GeometryEffect
 
 
 class Clamps(Parameters):
-    """clamp_length: at each end; negative where the tube between its fittings is longer than the table says."""
+    """clamp_length: at each end."""
 
     clamp_length: Tensor = parameter(
         "c",
         "m",
         start=2e-3,
-        lower=-1e-2,
+        lower=0.0,
         upper=2e-2,
         none=0.0,
         scale=2e-3,
@@ -25,16 +25,12 @@ class Clamps(Parameters):
 class EndClamps(GeometryEffect[Clamps]):
     """A length c at each end is clamped: L and l both shrink by 2c, so stretch and twist rate grow.
 
-    Fittings that are counted in the table's length are the same: what neither stretches nor turns is no actuator. A
-    length that was measured too short is a c below zero.
+    Fittings that are counted in the table's length are the same: what neither stretches nor turns is no actuator.
     """
 
     name = "end_clamps"
     place = 3
-    suspect = (
-        "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length. Too "
-        "soft: it is longer than the table says."
-    )
+    suspect = "The sample is too stiff in stretch and twist alike; its ends are glued or clamped over a visible length."
     source = "Tondu & Lopez (2000), end fittings of McKibben actuators"
     parameter_class = Clamps
 
