@@ -63,10 +63,6 @@ def summed_products(columns: Tensor, residual: Tensor, group: Tensor, groups: in
     return torch.zeros(groups, products.shape[1], dtype=products.dtype).index_add_(0, group, products)
 
 
-# Variance that is shared, in units of what is not, which changes nothing.
-NOTHING_SHARED = 1e-6
-
-
 def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
     """(CᵀC)⁺ of columns C (m, k), (k, k), formed at column length one; `smallest`: relative eigenvalues left out.
 
@@ -87,6 +83,10 @@ def normal_inverse(columns: Tensor, smallest: float = 1e-12) -> Tensor:
 def left_over(targets: Tensor, columns: Tensor) -> Tensor:
     """What least squares by columns (m, k) leave of targets, (m,) or (m, n)."""
     return targets - columns @ (normal_inverse(columns) @ (columns.T @ targets))
+
+
+# Variance that is shared, in units of what is not, which changes nothing.
+NOTHING_SHARED = 1e-6
 
 
 class Shared(NamedTuple):

@@ -162,8 +162,7 @@ class Whitener:
         they are said to be. told: (N, 2) bool, those that tell something of their state's position error, all by
         default: a push on a tube that hangs loose does not, see Readings.informative_mask. doubt: (2,) SI, standard
         deviation by which the model is wrong in every reading. clock: (N,) s, of a log, whose scatter may have a
-        memory. even: see Scatter.even; for a model that is far off. levels: of pressures, of which
-        all rows that are set to one err alike."""
+        memory. even: see Scatter.even; for a model that is far off. levels: of the pressures, see there."""
         if present is None:
             measured = torch.tensor([q in bed.measured for q in bed.readings])
             present = measured.expand(len(state), 2)

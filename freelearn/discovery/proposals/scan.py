@@ -133,16 +133,15 @@ class Scan:
         """One for each place, inputs and form, the most promising shapes; best first. pairs: of inputs too.
 
         The chance of each is that of noise, times the forms that were tried with all their shapes (Bonferroni)."""
-        places = pushes.places
-        told = [place for place in places if place.energy and pushes.told(place.inputs[0])]
+        told = [place for place in pushes.places if place.energy and pushes.told(place.inputs[0])]
         jobs = [partial(self._energy, place, pushes) for place in told]
-        jobs += [partial(self._of_inputs, inputs, places, pushes) for inputs in _sets(places, pushes, pairs)]
+        jobs += [partial(self._of_inputs, inputs, pushes) for inputs in _sets(pushes, pairs)]
         looked = side_by_side(jobs)
         tried = sum(count for _, count in looked)
         found = sorted((guess for guesses, _ in looked for guess in guesses), key=lambda g: -g.worth)
         return [replace(g, p_value=min(1.0, tried * float(chdtrc(g.form.count, g.gain)))) for g in found]
 
-    def _of_inputs(self, inputs: Inputs, places: Sequence[Place], pushes: Pushes) -> Looked:
+    def _of_inputs(self, inputs: Inputs, pushes: Pushes) -> Looked:
         """Every form of these inputs, at every place that has them."""
         scaled = [pushes.scaled(i) for i in inputs]
         signed = all(pushes.signed(i) for i in inputs)
@@ -152,7 +151,7 @@ class Scan:
         whole = [x.mean(1, keepdim=True) for x in scaled]
         of_block = Terms.of_forms(forms, signed, partial(_values, whole)) if self.rows.states.members else terms
         looked = list[Looked]()
-        for place in places:
+        for place in pushes.places:
             if place.energy or not set(inputs) <= set(place.inputs) or told_elsewhere(place, inputs):
                 continue
             if place.potential:
@@ -225,14 +224,14 @@ def price(constants: int, inputs: int, readings: int) -> float:
     return each * constants + (SECOND_INPUT + each) * (inputs - 1)
 
 
-def _sets(places: Sequence[Place], pushes: Pushes, pairs: bool) -> list[Inputs]:
+def _sets(pushes: Pushes, pairs: bool) -> list[Inputs]:
     """Inputs alone, and in twos, on which something unknown at some place may depend."""
-    known = [i for i in dict.fromkeys(i for p in places if not p.energy for i in p.inputs) if pushes.told(i)]
+    known = [i for i in dict.fromkeys(i for p in pushes.places if not p.energy for i in p.inputs) if pushes.told(i)]
     alone: list[Inputs] = [(i,) for i in known]
     if not pairs:
         return alone
     return alone + [
-        pair for pair in combinations(known, 2) if any(set(pair) <= set(p.inputs) for p in places)
+        pair for pair in combinations(known, 2) if any(set(pair) <= set(p.inputs) for p in pushes.places)
     ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,16 +104,15 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
         few = "too few falling-pressure rows beside rising ones to compare"
         return ResidualTest(NAME, None, None, few)
     noise = whiten.own.numpy()
-    residual = raw.numpy()
     place = np.array([pair.falling for pair in pairs])
-    difference = np.array([residual[p.falling] - p.share @ residual[p.rising] for p in pairs])
+    difference = _differences(pairs, raw.numpy())
     # A model that has run away may have a noise in its place whose square is beyond every number: as good as unread.
     with np.errstate(over="ignore", invalid="ignore"):
         spread = np.array([np.sqrt(noise[p.falling] ** 2 + p.share**2 @ noise[p.rising] ** 2) for p in pairs])
     spread = np.nan_to_num(spread, nan=np.inf)
 
     # What the rows of a level err by alike stands in all differences from it.
-    levels = torch.stack([whiten.alike[p.falling] - _between(p, whiten.alike) for p in pairs])
+    levels = torch.as_tensor(_differences(pairs, whiten.alike.numpy()))
 
     def chance(i: int) -> float:
         both = torch.as_tensor(there[:, i])
@@ -146,10 +146,9 @@ def rising_falling(raw: Tensor, states: States, state: np.ndarray, whiten: White
     return ResidualTest(NAME, False, p_value, says, (float(most[0]), float(most[1])))
 
 
-def _between(pair: Comparison, values: Tensor) -> Tensor:
-    """Of the rising rows' values (N, …) that of the falling row's pressure."""
-    between: Tensor = torch.tensordot(torch.as_tensor(pair.share), values[torch.as_tensor(pair.rising)], dims=1)
-    return between
+def _differences(pairs: Sequence[Comparison], values: np.ndarray) -> np.ndarray:
+    """Values (N, …) of falling rows less what rising ones have at their pressure, (pairs, …)."""
+    return np.array([values[p.falling] - np.tensordot(p.share, values[p.rising], 1) for p in pairs])
 
 
 def _p_value(z: np.ndarray, basis: np.ndarray) -> float:

@@ -115,20 +115,9 @@ def unclocked(columns: Collection[str], rows: Rows) -> str:
     anything unknown may be a function."""
     if TIME in columns:
         return ""
-    order, within = np.arange(len(rows), dtype=float), rows.states.sample.numpy()
     inputs = [x.numpy() for x in imposed(rows.states).values()]
-    told, whole = 0.0, 0.0
-    for sample in np.unique(within):
-        own = within == sample
-        columns_of = [np.ones(own.sum())]
-        for x in inputs:
-            size = np.ptp(x[own])
-            if size > 0:
-                columns_of += [(x[own] - x[own].mean()) / size, ((x[own] - x[own].mean()) / size) ** 2]
-        design, target = np.stack(columns_of, axis=1), order[own] - order[own].mean()
-        left = target - design @ np.linalg.lstsq(design, target, rcond=None)[0]
-        told, whole = told + float(target @ target - left @ left), whole + float(target @ target)
-    if whole and told <= SORTED * whole:
+    order, sample = np.arange(len(rows), dtype=float), rows.states.sample.numpy()
+    if _unfollowed(order, inputs, sample, degree=2) >= 1 - SORTED:
         return ""
     return f"needs the column {TIME}: the order of the rows is that of what was imposed"
 
@@ -195,7 +184,7 @@ def _relaxation(rows: Rows) -> str:
     if rows.states.members:
         return ""
     # Where the pressure only rises, step by step, the stress of later rows is that of higher pressures.
-    apart = _unfollowed(dwell, rows.states.pressure.numpy(), rows.states.sample.numpy())
+    apart = _unfollowed(dwell, [rows.states.pressure.numpy()], rows.states.sample.numpy(), degree=3)
     if apart >= APART_FROM_PRESSURE:
         return ""
     return (
@@ -203,14 +192,20 @@ def _relaxation(rows: Rows) -> str:
     )
 
 
-def _unfollowed(target: np.ndarray, pressure: np.ndarray, sample: np.ndarray) -> float:
-    """Share of a number's variance within each sample that no cubic of the pressure follows."""
+def _unfollowed(target: np.ndarray, inputs: Sequence[np.ndarray], sample: np.ndarray, degree: int) -> float:
+    """Share of the target's variance (N,) within samples that no polynomials of the inputs, (N,) each, follow; zero
+    where it does not vary."""
     left, whole = 0.0, 0.0
     for one in np.unique(sample):
-        own, x = target[sample == one] - target[sample == one].mean(), pressure[sample == one]
-        cubic = np.vander((x - x.mean()) / max(float(np.ptp(x)), 1e-300), 4)
-        left += float(np.square(own - cubic @ np.linalg.lstsq(cubic, own, rcond=None)[0]).sum())
-        whole += float(np.square(own).sum())
+        own = sample == one
+        columns = [np.ones(own.sum())]
+        for x in inputs:
+            size = np.ptp(x[own])
+            if size > 0:
+                columns += [((x[own] - x[own].mean()) / size) ** power for power in range(1, degree + 1)]
+        design, wanted = np.stack(columns, axis=1), target[own] - target[own].mean()
+        rest = wanted - design @ np.linalg.lstsq(design, wanted, rcond=None)[0]
+        left, whole = left + float(rest @ rest), whole + float(wanted @ wanted)
     return left / whole if whole else 0.0
 
 
