@@ -92,3 +92,18 @@ def test_of_pressures_anywhere_of_exact_ones_and_of_a_few_there_are_no_levels():
     for other in (anywhere, torch.as_tensor(pressure * 1e3), torch.zeros(len(rows), dtype=torch.float64)):
         assert set_again(replace(rows, states=rows.states.replace(pressure=other))) is None
     assert set_again(rows[:10]) is None
+
+
+def test_a_level_of_few_readings_is_taken_for_their_mean_too():
+    """What their mean errs by is told of all of them: it has to be the mean's."""
+    made, pressure = measured(1.0)
+    rare = np.flatnonzero((pressure == 36.25).astype(bool))[3:]
+    made = made.drop(index=rare).reset_index(drop=True)
+    before, found = Rows.from_table(made), answered(made)
+    three = torch.as_tensor(np.flatnonzero(np.delete(pressure, rare) == 36.25))
+    assert len(three) == 3
+    after = found.rows.states.pressure[three]
+    torch.testing.assert_close(after, before.states.pressure[three].mean().expand(3), rtol=1e-12, atol=0)
+    error = found.rows.levels.error[three]
+    assert float(error[0]) == pytest.approx(1e3 * GAUGE / np.sqrt(3), rel=0.1)
+    assert torch.equal(error, error[:1].expand(3))

@@ -32,14 +32,14 @@ WIDEST = 8.0
 ALIKE = 1e-9
 # A smaller share of the scatter is left as the gauge read it.
 LEAST_SHARE = 0.2
-# Fewer levels, or rows of one, tell nothing.
+# Fewer levels, or rows for each, tell nothing.
 FEWEST_LEVELS, FEWEST_ROWS = 3, 4
 
 
 @dataclass(frozen=True)
 class SetAgain:
     """Rows of levels. group: of rows of one level, sample and direction, (N,) int64; beside: by how much each row's
-    reading lies above their mean, (N,) Pa, zero where they are few; count: of their rows, (N,)."""
+    reading lies above their mean, (N,) Pa; count: of their rows, (N,)."""
 
     group: Tensor
     beside: Tensor
@@ -48,7 +48,7 @@ class SetAgain:
     @property
     def variance(self) -> float:
         """Of readings of one level, Pa²."""
-        free = float((1 - 1 / self.count)[self.beside != 0].sum())
+        free = float((1 - 1 / self.count).sum())
         return float(self.beside.square().sum()) / max(free, 1.0)
 
 
@@ -66,7 +66,7 @@ def set_again(rows: Rows) -> SetAgain | None:
     group = torch.as_tensor(level)
     count = torch.bincount(group).double()
     mean = torch.zeros_like(count).index_add_(0, group, states.pressure) / count
-    beside = torch.where(count[group] >= FEWEST_ROWS, states.pressure - mean[group], 0.0)
+    beside = states.pressure - mean[group]
     known = SetAgain(group, beside, count[group])
     # Two levels taken for one lie farther apart than readings of one do.
     apart = float(beside.abs().max()) > WIDEST * math.sqrt(known.variance)
