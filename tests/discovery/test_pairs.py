@@ -69,3 +69,19 @@ def test_what_bounds_forbid_promises_nothing(linear):
     one, other = ({pair.names: pair.evidence for pair in each.best(6)} for each in (free, bound))
     assert all((other[names] < one[names] - 1) == ("b" in names) for names in one)
     assert bound.best(1)[0].names == ("a", "c")
+
+
+def test_two_effects_that_do_the_same_have_an_answer_however_large_they_are(linear):
+    columns, measured, _ = linear
+    columns[:, 4] = columns[:, 0]
+    for size in (1.0, 1e9):
+        # Of the large ones what tells the two apart, their priors, is below the last digit of their products.
+        found = {pair.names: pair.evidence for pair in pairs(size * columns, measured, np.eye(5)).best(6)}
+        whole = 1 + 2 * size**2 * columns[:, 0] @ columns[:, 0]
+        gain = 2 * size**2 * (columns[:, 0] @ measured) ** 2 / whole
+        expected = 0.5 * gain - 0.5 * np.log(whole) + ODDS["a"] + ODDS["d"]
+        if size == 1.0:
+            assert found["a", "d"] == pytest.approx(expected)
+        else:
+            # No more than it can be.
+            assert found["a", "d"] < expected

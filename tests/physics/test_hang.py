@@ -12,9 +12,15 @@ from scipy.optimize import root
 from freelearn.data.beds import DEAD_LOAD, KINEMATIC, MM
 from freelearn.data.rows import Readings, Rows
 from freelearn.data.states import States
+from freelearn.data.warm_start import Near
 from freelearn.discovery.noise.noise import sensitivities
+from freelearn.physics.chain.dead_load import PLACE
+from freelearn.physics.chain.ports import MountEffect
 from freelearn.physics.chain.prediction import Status
+from freelearn.physics.effects.boundary.compliances import AxialSpring
+from freelearn.physics.effects.registry import make_effects
 from freelearn.physics.models.build import build_model
+from freelearn.physics.models.continuum import Continuum
 from freelearn.testing.contract_checks import members_are_alone, parameter_derivatives
 from freelearn.testing.small_tables import random_table
 
@@ -107,6 +113,53 @@ def test_play_in_twist_is_taken_up_under_a_dead_load():
     distance, found = there_and_back(model, States.from_table(random_table(60, 5)))
     assert found.double().mean() > 0.97
     assert distance[found].max() < 1e-8
+
+
+class Belt(MountEffect[AxialSpring]):
+    """l = l read + c F (1 + 4 (l/L − 1)): a mount that gives the more the farther out it stands."""
+
+    name = "belt"
+    parameter_class = AxialSpring
+
+    def impose(self, states: States, loads: torch.Tensor, p: AxialSpring) -> States:
+        farther = 1 + 4 * (states.length / states.reference_length - 1)
+        return states.replace(length=states.length + p.compliance * loads[..., 0] * farther)
+
+
+def on_a_belt() -> Continuum:
+    """A cell that reads a tenth too much hangs on the belt, too."""
+    gained = make_effects(["force_gain"], "continuum")
+    model = Continuum(effects=[Belt(), *gained])
+    model.set_values(VALUES["continuum"] | {"belt.compliance": 2e-4, "force_gain.gain": 0.1})
+    return model
+
+
+def test_a_mount_that_gives_otherwise_at_each_place_is_inverted():
+    model, states = on_a_belt(), States.from_table(random_table(60, 5))
+    distance, found = there_and_back(model, states)
+    assert found.double().mean() > 0.97
+    assert distance[found].max() < 1e-8
+    states = hung(model, states[stable(model, states)])
+    states = states[model(states).status == Status.OK]
+    parameter_derivatives(model, states, {"C1": 1e-4, "C2": 1e-4, "belt.compliance": 2e-7, "force_gain.gain": 1e-4})
+
+
+def test_two_steps_from_where_a_mount_was_seen_are_right_to_second_order():
+    model, states = on_a_belt(), States.from_table(random_table(60, 5))
+    states = hung(model, states[stable(model, states)])
+    with torch.no_grad():
+        rest, status = model(states)
+        states, rest = states[status == Status.OK], rest[status == Status.OK]
+        errors = []
+        for size in (4e-3, 1e-3):
+            seen = rest + size * torch.stack([states.reference_length, torch.ones_like(states.length)], -1)
+            seen = seen + torch.stack([states.reference_length, 0 * states.twist], -1)
+            near = states.replace(near=Near({PLACE: seen}))
+            off = (model(near).loads - rest) / size
+            errors.append(float((off.abs() / torch.stack([states.reference_length, 0 * rest[:, 1] + 1], -1)).median()))
+    assert errors[0] < 1e-3
+    # As a share of what was missed: what is left of it goes with its square.
+    assert errors[1] < errors[0] / 3
 
 
 def test_a_force_offset_is_an_error_of_the_hung_weight():

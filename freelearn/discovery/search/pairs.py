@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from freelearn.discovery.noise.linear_algebra import bounded_least_squares
+from freelearn.discovery.noise.linear_algebra import RIDGE, bounded_least_squares
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,11 @@ class Pairs:
         # The unknown that changes nothing stands there several times, each time for itself.
         apart = (across == nothing) & (np.arange(places.shape[1])[:, None] != np.arange(places.shape[1]))
         gram, prior, slope = gram[across, down], np.where(apart, 0.0, prior[across, down]), slope[across]
-        gain = (slope * np.linalg.solve(gram + np.linalg.inv(prior), slope)).sum((1, 2))
+        root = np.linalg.cholesky(prior)
+        inner, own_slope = _inner(gram, root), root.swapaxes(1, 2) @ slope
+        gain = (own_slope * np.linalg.solve(inner, own_slope)).sum((1, 2))
         odds = np.array([self.odds[name] for name in names])
-        added = 0.5 * gain - 0.5 * _occam(gram, prior) + odds[one] + odds[other]
+        added = 0.5 * gain - 0.5 * np.linalg.slogdet(inner)[1] + odds[one] + odds[other]
         return [((names[one[k]], names[other[k]]), float(added[k])) for k in np.argsort(-added, kind="stable")]
 
 
@@ -96,6 +98,11 @@ def linear_evidence(
 
 def _occam(gram: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Twice the logarithm of how much wider the prior is than what the rows leave of it: matrices (…, k, k) → (…)."""
-    root = np.linalg.cholesky(covariance)
-    inner = np.eye(gram.shape[-1]) + root.swapaxes(-1, -2) @ gram @ root
-    return np.asarray(np.linalg.slogdet(inner)[1])
+    return np.asarray(np.linalg.slogdet(_inner(gram, np.linalg.cholesky(covariance)))[1])
+
+
+def _inner(gram: np.ndarray, root: np.ndarray) -> np.ndarray:
+    """1 + Lᵀ G L, of priors' roots L and matrices G, (…, k, k) each: positive definite, if only just where two effects
+    do the same and 1 is below the last digit of what they do."""
+    one, known = np.eye(gram.shape[-1]), root.swapaxes(-1, -2) @ gram @ root
+    return np.asarray(known * (1 + RIDGE * one) + one)

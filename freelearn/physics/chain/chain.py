@@ -12,10 +12,10 @@ from torch import Tensor
 from freelearn.common.errors import UserError
 from freelearn.data.beds import DEAD_LOAD, INFLATION
 from freelearn.data.states import States
-from freelearn.physics.chain.dead_load import solve_dead_load
+from freelearn.physics.chain.dead_load import End, solve_dead_load
 from freelearn.physics.chain.effect import Effect
 from freelearn.physics.chain.history import along
-from freelearn.physics.chain.mount import Settled, settle
+from freelearn.physics.chain.mount import Settled, before_mount, settle
 from freelearn.physics.chain.parameters import Parameter
 from freelearn.physics.chain.play import take_up
 from freelearn.physics.chain.ports import (
@@ -99,7 +99,7 @@ class Chain(RawVector):
     def steady(self, states: States, values: Values) -> Prediction:
         """`chain` of every row by itself, without effects of the history."""
         if states.bed is DEAD_LOAD:
-            return solve_dead_load(states, values, self.shown_loads, self.rows_of)
+            return self._hung(states, values) if self._mounts else self._at_rest(states, values)
         settled, shown = self._shown(states, values)
         if states.bed is not INFLATION:
             return shown
@@ -111,9 +111,35 @@ class Chain(RawVector):
         readings = torch.stack([shown.loads[..., 0], swollen], dim=-1)
         return Prediction(readings, shown.status)
 
-    def shown_loads(self, states: States, values: Values) -> Prediction:
-        """Force and moment (N, 2) that the sensors show at the states imposed, of every row by itself."""
-        return self._shown(states, values).prediction
+    def _at_rest(self, states: States, values: Values, end: End | None = None) -> Prediction:
+        """Elongation and twist (N, 2) at which the actuator's end carries the loads imposed. end: as solve_dead_load
+        has it."""
+
+        def sensed(at: States, values: Values) -> Prediction:
+            found = self._rested(at, values)
+            return found.with_loads(self.sensed(found.loads, at, values))
+
+        return solve_dead_load(states, values, sensed, self.rows_of, end)
+
+    def _hung(self, states: States, values: Values) -> Prediction:
+        """The same of the mount, which gives way under these loads: the actuator's end first, which knows of them all
+        that there is, and then the mount. So none is searched for inside the search for the other."""
+        hung = torch.stack([states.force, states.moment], dim=-1)
+        still = {name: value.detach() for name, value in values.items()}
+        rest = torch.stack([states.reference_length, 0 * states.twist], dim=-1)
+
+        def end(seen: Tensor) -> Tensor:
+            at = self._mounted(states.replace(length=seen[:, 0], twist=seen[:, 1]), hung, still)
+            return torch.stack([at.length, at.twist], dim=-1)
+
+        found = self._at_rest(states, values, end)
+        place = found.loads + rest
+        if self._measurement:
+            # What the cells show of them is imposed, not what is carried.
+            there = self._rested(states.replace(length=place[:, 0], twist=place[:, 1]), values)
+            hung = there.loads
+        seen = before_mount(states, place, hung, values, self._mounted)
+        return Prediction(seen.loads - rest, torch.maximum(found.status, seen.status))
 
     def unsensed(self, states: States, values: Values) -> Prediction:
         """Force and moment (N, 2) on the mount of every row by itself, before the sensors."""

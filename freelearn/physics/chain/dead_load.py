@@ -43,20 +43,25 @@ Values = dict[str, Tensor]
 # The loads that the sensors would show at a state, and the values of some rows (RawVector.rows_of).
 Loads = Callable[[States, Values], Prediction]
 RowsOf = Callable[[Values, Tensor], Values]
+# Where the actuator's end is that a camera sees at a place (N, 2), under the loads imposed.
+End = Callable[[Tensor], Tensor]
 
 
-def solve_dead_load(states: States, values: Values, loads: Loads, rows_of: RowsOf) -> Prediction:
+def solve_dead_load(
+    states: States, values: Values, loads: Loads, rows_of: RowsOf, end: End | None = None
+) -> Prediction:
     """Elongation [m] and twist [rad] at which the chain gives the loads imposed, (N, 2), with exact first derivatives.
 
     Solves τ(q, P) = (F, M) for q = (l, φ) from the reference state, by Newton's method with bounded steps that follow
     the load where the stiffness −∂τ/∂q is not positive, so that it ends in stable states only. One more Newton step,
     with the stiffness cut from the derivative, has the derivative of the implicit function theorem (see mount).
     A row that does not settle, or not in a stable state, has no equilibrium. Where `near` holds a place (N, 2), two
-    steps from there are all.
+    steps from there are all, or from the end of it, where a mount is between.
     """
     near, way = states.near, states.on_the_way()
     if near is not None and PLACE in near.held:
-        found = _two_steps(way, near.held[PLACE], values, loads)
+        seen = near.held[PLACE]
+        found = _two_steps(way, seen if end is None else end(seen), values, loads)
         near.arrive(way.near)
         return found
     exact = torch.is_grad_enabled()

@@ -33,6 +33,8 @@ NEARBY = 3e-3
 TOLERANCE = 1e-11
 # Largest change in one iteration: of the length, in reference lengths, and of the twist [rad].
 LARGEST = (0.05, 0.3)
+# Iterations of the way back through a mount.
+BACK = 8
 # By these names States.near keeps q and A.
 PLACE, STIFFNESS = "mount", "mount stiffness"
 
@@ -83,6 +85,31 @@ def settle(states: States, values: Values, impose: Impose, loads: Loads, rows_of
     status = torch.where(at.settled, prediction.status, Status.NO_EQUILIBRIUM).to(torch.uint8)
     agreed = states.replace(length=at.q[:, 0] + step[:, 0], twist=at.q[:, 1] + step[:, 1])
     return Settled(agreed, Prediction(prediction.loads + moved, status))
+
+
+def before_mount(states: States, place: Tensor, loads: Tensor, values: Values, impose: Impose) -> Prediction:
+    """Where the table says (N, 2) that actuators end at a place (N, 2), of mounts that carry these loads (N, 2): what
+    impose makes the other way around, by Newton's method, with exact first derivatives.
+
+    A row whose place the mount reaches from nowhere, or only snapped through, counts as one without equilibrium."""
+
+    def imposed(q: Tensor, loads: Tensor, values: Values) -> Tensor:
+        return _place(impose(states.replace(length=q[:, 0], twist=q[:, 1]), loads, values))
+
+    size = _size(states)
+    with torch.no_grad():
+        fixed = {name: value.detach() for name, value in values.items()}
+        q, carried = place.detach(), loads.detach()
+        # Of a spring, whose way is that of its load wherever it stands, one is all.
+        for _ in range(BACK):
+            there, rate = rows_jacobian(lambda at: imposed(at, carried, fixed), q, states.doubled)
+            step = divide(place.detach() - there, rate)
+            q = q + step
+            settled = (step.abs() <= TOLERANCE * size).all(-1) & (determinant(rate) > 0)
+            if all_if_known(settled):
+                break
+    q = q + divide(place - imposed(q, loads, values), rate)
+    return Prediction(q, torch.where(settled, Status.OK, Status.NO_EQUILIBRIUM).to(torch.uint8))
 
 
 class _Solution(NamedTuple):
