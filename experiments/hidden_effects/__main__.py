@@ -7,7 +7,8 @@ muscles taught, hidden in helices and in braids, on the kinematic and the isomet
 --plan moves: measured as by `laboratory`, actuators that lean and walls that lag behind, alone, and beside and against
 what they may be taken for. --plan wrong: tables that were mapped wrongly, of which the fault has to be said and nothing
 claimed. --plan regular: even steps at even places, by gauges of three grades, and places visited three times. --plan
-scattered: every row a place of its own, or places as coarse encoders read them. --plan sessions: samples that differ in
+scattered: every row a place of its own, or places as coarse encoders read them. --plan blocks: several actuators side
+by side on one load cell. --plan sessions: samples that differ in
 their rubber, their fibers or their sensors, or a zero that wanders. --plan few: tables of few states, judged by states
 between those that were measured. --plan time: logs with effects of the history, integrated by small steps; held and
 hung: on beds that hold and that hang. --plan unknown: random smooth functions of place and pressure added to what a
@@ -15,8 +16,8 @@ laboratory measures, of which no effect of the library may be claimed.
 
 Prints, writes to outputs/hidden_effects, or hidden_ and the name of another plan, and plots recovery against size, the
 confusion matrix, what slipped, false alarms, coverage of the 95 % intervals and time; of the plan few it writes tables,
-of the plans time, held, hung, unknown, regular, scattered and sessions it only prints. Data sets already done are not
-done again.
+of the plans time, held, hung, unknown, regular, scattered, blocks and sessions it only prints. Data sets already done
+are not done again.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from hidden_effects.blocks import blocks, report_blocks
 from hidden_effects.few import few
 from hidden_effects.over_time import held, hung, over_time, report_time
 from hidden_effects.plan import PLANS, some
@@ -55,6 +57,7 @@ OUT = {
     "regular": Path("outputs/hidden_regular"),
     "scattered": Path("outputs/hidden_scattered"),
     "sessions": Path("outputs/hidden_sessions"),
+    "blocks": Path("outputs/hidden_blocks"),
 }
 
 
@@ -76,6 +79,10 @@ def examine(job: dict) -> dict:
         from hidden_effects.scattered import examine_scattered
 
         return examine_scattered(job)
+    if "block" in job:
+        from hidden_effects.blocks import examine_block
+
+        return examine_block(job)
     if "recordings" in job:
         from hidden_effects.over_time import examine_time
 
@@ -106,13 +113,14 @@ def main() -> None:
         "regular": regular,
         "scattered": scattered,
         "sessions": sessions,
+        "blocks": blocks,
     }
     parser.add_argument("--plan", choices=plans, default="clean")
     parser.add_argument(
         "--seeds",
         type=int,
         default=1,
-        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 28, 36, 72 or 14 data sets each",
+        help="rounds of the plan: 139, 211, 90, 36, 24, 69, 60, 24, 67, 30, 28, 36, 72, 14 or 40 data sets each",
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--most", type=int, help="stop after this many data sets, spread over the plan")
@@ -149,6 +157,9 @@ def main() -> None:
         return
     if arguments.plan == "scattered":
         report_scattered(results)
+        return
+    if arguments.plan == "blocks":
+        report_blocks(results)
         return
     if arguments.plan == "sessions":
         from hidden_effects.examine_sessions import report_sessions

@@ -8,8 +8,9 @@ from torch import Tensor
 
 
 class Levels(NamedTuple):
-    """Of N rows. group: number of the level that each was set to, (N,) int64. error: by how much all rows of it err
-    alike [Pa], (N,): one standard deviation of what their readings' mean leaves."""
+    """Of N rows and k pressures. group: number of the level that each was set to, (N, k) int64. error: by how much all
+    rows of it err alike [Pa], (N, k): one standard deviation of what their readings' mean leaves; 0 of pressures that
+    were set to none."""
 
     group: Tensor
     error: Tensor

@@ -73,7 +73,7 @@ LEVEL = np.array([0, 1, 2, 0, 1, 0, 1, 2, 7, 2, 1, 7])
 def test_rows_of_one_level_err_alike_whatever_their_state(sensitivity, found, known):
     """By as much as their level's mean, each seen through the row's own answer to the pressure."""
     scatter, error = found if known else None, np.where(LEVEL == 7, 0.0, 60.0 + 40.0 * LEVEL)
-    levels = Levels(torch.as_tensor(LEVEL), torch.as_tensor(error))
+    levels = Levels(torch.as_tensor(LEVEL)[:, None], torch.as_tensor(error)[:, None])
     whiten = Whitener(sensitivity, torch.as_tensor(STATE), ACCURACY, scatter, levels=levels)
     by, level, own = sensitivity[:, :, 2].numpy().reshape(-1), np.repeat(LEVEL, 2), np.repeat(error, 2)
     alike = np.where(level[:, None] == level, np.outer(by * own, by * own), 0.0)

@@ -329,9 +329,15 @@ def _of_levels(sensitivity: Tensor, levels: Levels | None) -> Tensor:
     """What one standard deviation of each level's error does to the loads, (N, 2, levels)."""
     if levels is None:
         return sensitivity.new_zeros(len(sensitivity), 2, 0)
-    _, group = torch.unique(levels.group, return_inverse=True)
-    of = torch.nn.functional.one_hot(group).to(sensitivity.dtype)
-    return (sensitivity[:, :, 2] * levels.error[:, None])[..., None] * of[:, None]
+    each = []
+    for group, error, slope in zip(
+        levels.group.unbind(1), levels.error.unbind(1), sensitivity[:, :, 2:].unbind(2), strict=True
+    ):
+        _, number = torch.unique(group, return_inverse=True)
+        of = torch.nn.functional.one_hot(number).to(slope.dtype)
+        each.append((slope * error[:, None])[..., None] * of[:, None])
+    found = torch.cat(each, dim=2)
+    return found[:, :, (found != 0).any(0).any(0)]
 
 
 def whitened_basis(basis: Tensor, whiten: Whitener) -> Tensor:

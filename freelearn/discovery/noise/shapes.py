@@ -91,6 +91,9 @@ BINS, WAVES = 24, 6
 # Rows or kinematic states for each shape where single readings and position errors are to be told from it, and fewest
 # bins that are worth having.
 SHARING, FEWEST_BINS = 4, 4
+# Where several pressures leave too few rows for polynomials in all of them, powers of each alone up to this one: what a
+# block's actuators do adds up. Rows for each shape then.
+HIGHEST_ALONE, SHARING_ALONE = 3, 3
 
 
 # Share of a pressure's range by which it is moved to see how shapes change with it.
@@ -231,7 +234,9 @@ def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
     degree = max(d for d in range(POOLED_DEGREE + 1) if comb(d + axes, axes) * SHARING <= len(states) or d == 0)
     low, _ = monomials(states, 1)
     order = torch.linspace(-1, 1, len(states), dtype=torch.float64)[:, None]
-    kinds = [monomials(states, degree)[0], torch.cat([states.direction[:, None] * low, order], dim=1)]
+    smooth = monomials(states, degree)[0]
+    smooth = torch.cat([smooth, *_powers_alone(states, degree, len(states) // SHARING_ALONE - smooth.shape[1])], dim=1)
+    kinds = [smooth, torch.cat([states.direction[:, None] * low, order], dim=1)]
     bearable = min(visits // SHARING, BINS)
     if bearable >= FEWEST_BINS:
         kinds += [binned(x, states, bearable) for x in _places(states).values()]
@@ -239,6 +244,15 @@ def generic(states: States, visits: int) -> tuple[Tensor, Tensor]:
     kinds.append(history(states))
     kind = torch.cat([torch.full((columns.shape[1],), i) for i, columns in enumerate(kinds)])
     return torch.cat(kinds, dim=1), kind
+
+
+def _powers_alone(states: States, degree: int, most: int) -> list[Tensor]:
+    """Powers above a degree of each of several pressures, (N, pressures) each; at most so many columns in all."""
+    pressures = torch.stack([scaled(x) for x in states.inputs()[2:]], dim=1)
+    count = pressures.shape[1]
+    if count == 1:
+        return []
+    return [pressures**power for power in range(degree + 1, HIGHEST_ALONE + 1) if count * (power - degree) <= most]
 
 
 def _places(states: States) -> dict[str, Tensor]:

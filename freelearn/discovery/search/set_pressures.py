@@ -18,6 +18,7 @@ from torch import Tensor
 from freelearn.data.beds import KPA
 from freelearn.data.levels import Levels
 from freelearn.data.rows import Rows
+from freelearn.data.states import States
 from freelearn.discovery.fits.prepare import Prepared, Question
 from freelearn.discovery.fits.white_fit import WhiteFit
 from freelearn.discovery.noise.linear_algebra import left_over
@@ -38,39 +39,53 @@ FEWEST_LEVELS, FEWEST_ROWS = 3, 4
 
 @dataclass(frozen=True)
 class SetAgain:
-    """Rows of levels. group: of rows of one level, sample and direction, (N,) int64; beside: by how much each row's
-    reading lies above their mean, (N,) Pa; count: of their rows, (N,)."""
+    """Rows of levels, and k pressures. group: of rows of one level, sample and direction, (N, k) int64; beside: by how
+    much each row's reading lies above their mean, (N, k) Pa; count: of their rows, (N, k)."""
 
     group: Tensor
     beside: Tensor
     count: Tensor
 
     @property
-    def variance(self) -> float:
-        """Of readings of one level, Pa²."""
-        free = float((1 - 1 / self.count).sum())
-        return float(self.beside.square().sum()) / max(free, 1.0)
+    def variance(self) -> Tensor:
+        """Of readings of one level, (k,) Pa²."""
+        free = (1 - 1 / self.count).sum(0).clamp_min(1.0)
+        return self.beside.square().sum(0) / free
 
 
 def set_again(rows: Rows) -> SetAgain | None:
-    """None where the pressures are no such levels, or read alike."""
+    """None where no pressures are such levels, or all that are read alike."""
     states = rows.states
-    if states.members or states.recording is not None:
+    if states.recording is not None:
         return None
+    actuators = states.members or (states,)
+    each = [_set_again(actuator, states.sample) for actuator in actuators]
+    if all(one is None for one in each):
+        return None
+    # A pressure that is set to none lies beside nothing.
+    nothing = torch.zeros_like(states.pressure)
+    none = SetAgain(nothing.long(), nothing, nothing + len(states))
+    group, beside, count = (
+        torch.stack([getattr(one or none, name) for one in each], dim=1) for name in ("group", "beside", "count")
+    )
+    return SetAgain(group, beside, count)
+
+
+def _set_again(actuator: States, sample: Tensor) -> SetAgain | None:
+    """The same of one pressure: (N,) each."""
     # A regulator may stay short of a level from one side, and one sample's of another's.
-    keys = np.stack([states.direction.numpy(), states.sample.numpy()], axis=1)
+    keys = np.stack([actuator.direction.numpy(), sample.numpy()], axis=1)
     kind = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
-    level = _levels(states.pressure.numpy(), kind)
+    level = _levels(actuator.pressure.numpy(), kind)
     if level is None:
         return None
     group = torch.as_tensor(level)
     count = torch.bincount(group).double()
-    mean = torch.zeros_like(count).index_add_(0, group, states.pressure) / count
-    beside = states.pressure - mean[group]
-    known = SetAgain(group, beside, count[group])
+    mean = torch.zeros_like(count).index_add_(0, group, actuator.pressure) / count
+    known = SetAgain(group, actuator.pressure - mean[group], count[group])
     # Two levels taken for one lie farther apart than readings of one do.
-    apart = float(beside.abs().max()) > WIDEST * math.sqrt(known.variance)
-    return None if apart or not bool((beside != 0).any()) else known
+    apart = float(known.beside.abs().max()) > WIDEST * math.sqrt(float(known.variance))
+    return None if apart or not bool((known.beside != 0).any()) else known
 
 
 def _levels(pressure: np.ndarray, kind: np.ndarray) -> np.ndarray | None:
@@ -105,7 +120,7 @@ def at_levels(prepared: Prepared, fit: WhiteFit, noise: Noise) -> Question | Non
         return None
     beside = known.beside[torch.as_tensor(prepared.kept)]
     spanned = fit.jacobian.flatten(0, 1)
-    column = noise.whitener()(noise.sensitivity[:, :, 2] * beside[:, None]).reshape(-1)
+    column = noise.whitener()((noise.sensitivity[:, :, 2:] * beside[:, None]).sum(-1)).reshape(-1)
     column, left = left_over(column, spanned), left_over(fit.residual.reshape(-1), spanned)
     size = float(column.square().sum())
     if not size:
@@ -116,7 +131,9 @@ def at_levels(prepared: Prepared, fit: WhiteFit, noise: Noise) -> Question | Non
     share = 1.0 if share + 2 * error > 1 else share
     rows = question.rows
     levels = Levels(known.group, (share * known.variance / known.count).sqrt())
-    states = rows.states.replace(pressure=rows.states.pressure - share * known.beside)
+    first, second, *pressures = rows.states.inputs()
+    right = [pressure - share * beside for pressure, beside in zip(pressures, known.beside.unbind(1), strict=True)]
+    states = rows.states.with_inputs([first, second, *right])
     accuracy = replace(question.accuracy, pressure=question.accuracy.pressure * math.sqrt(1 - share))
     return replace(question, rows=replace(rows, states=states, levels=levels), accuracy=accuracy)
 
@@ -125,8 +142,12 @@ def level_notes(rows: Rows) -> list[str]:
     """What a reader should know of pressures that were taken at their levels, in words."""
     if rows.levels is None:
         return []
-    group, error = rows.levels
-    scatter = float((error * torch.bincount(group)[group].sqrt()).median())
+    sizes = [
+        float((error * torch.bincount(group)[group].sqrt()).median())
+        for group, error in zip(rows.levels.group.unbind(1), rows.levels.error.unbind(1), strict=True)
+        if bool(error.any())
+    ]
+    scatter = max(sizes)
     return [
         f"readings of a pressure that was set again and again differ by the gauge's own {scatter / KPA:.2g} kPa: the "
         "search takes each for what those of its level say together"
