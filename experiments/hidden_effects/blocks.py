@@ -17,8 +17,11 @@ import pandas as pd
 
 from freelearn.testing.reference import other_beds
 
+Effects = dict[str, dict[str, float]]
+
 NONE, SHARED, OWN, UNKNOWN = "none", "shared", "own", "unknown"
-# What all actuators share, and what each has of its own, SI; of pressures in units of the highest, of moduli in C1.
+# What all actuators share, and what each has of its own: its parameter, and as much of it as is usual, SI; of pressures
+# in units of the highest, of moduli in C1.
 SHARES: dict[str, tuple[str, float, str]] = {
     "force_gain": ("gain", 0.06, ""),
     "length_offset": ("length", 1e-3, ""),
@@ -36,10 +39,14 @@ HAS: dict[str, tuple[str, float, str]] = {
     "fiber_modulus": ("log_ratio", 0.3, ""),
 }
 LEAK, BENT = "a leak", "a cell that bends"
+# What an effect changes of the largest force or moment (root mean square, C1 and C2 as they were), where up to so many
+# times the usual does.
+SIZES, MOST = (0.03, 0.08), 3.0
 # What the one loses of the highest pressure, and by what share of the largest force the other is off there.
 LOST, OFF = 0.15, 0.1
+EXACT = dict.fromkeys(other_beds.ACCURACY, 0.0)
 WAYS = ("in turn", "grid", "at random")
-# Offsets of the cells are the block's; a threshold and a clamp have one sign.
+# What has one sign.
 ONE_WAY = {"end_clamps", "fiber_stiffening", "wall_stiffening", "threshold_pressure"}
 READ, GAUGE, SET = (0.002, 0.005, 0.01), (0.0005, 0.003), {"elongation_mm": 0.05, "twist_deg": 0.2}
 
@@ -88,16 +95,21 @@ def make(job: Mapping[str, Any]) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, 
     asked = asked.drop(columns=[*other_beds.DESIGN_COLUMNS, "pressure_kpa"])
     names = [f"pressure_{n}_kpa" for n in designs]
     asked[names] = np.tile(pressures.round(1), (places, 1))
-    exact = other_beds.measure_block(
-        asked, designs, c1, c2, {n: {} for n in designs}, 0, dict.fromkeys(other_beds.ACCURACY, 0.0)
-    )
+    exact = other_beds.measure_block(asked, designs, c1, c2, {n: {} for n in designs}, 0, EXACT)
     largest = {name: float(exact.loc[exact["buckled"] == 0, name].abs().max()) for name in ("force_n", "moment_nmm")}
     read, gauge = float(generator.choice(READ)), float(generator.choice(GAUGE))
     accuracy = other_beds.ACCURACY | SET | {"pressure_kpa": gauge * most}
     accuracy |= {name: read * size for name, size in largest.items()}
+    hidden = _hidden(job, generator, designs, {"": 1.0, "C1": c1, "pressure": 1e3 * most})
+    size, times = float(generator.uniform(*SIZES)), 1.0
+    for _ in range(8 if job["kind"] in (SHARED, OWN) else 0):
+        changed = other_beds.measure_block(asked, designs, c1, c2, _times(hidden, times), 0, EXACT)
+        both = (changed["buckled"] == 0) & (exact["buckled"] == 0)
+        off = max(float(((changed - exact).loc[both, name] ** 2).mean() ** 0.5) / largest[name] for name in largest)
+        times = min(times * float(np.clip(size / max(off, 1e-9), 0.3, 3)), MOST)
     table = other_beds.measure_block(
-        _leaking(asked, most) if LEAK in job["hidden"] else asked, designs, c1, c2,
-        _hidden(job, generator, designs, {"": 1.0, "C1": c1, "pressure": 1e3 * most}), job["seed"], accuracy,
+        _leaking(asked, most) if LEAK in job["hidden"] else asked,
+        designs, c1, c2, _times(hidden, times), job["seed"], accuracy,
     )  # fmt: skip
     if LEAK in job["hidden"]:
         table[names[0]] = asked[names[0]] + generator.normal(0, accuracy["pressure_kpa"], len(table))
@@ -110,6 +122,14 @@ def make(job: Mapping[str, Any]) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, 
     return table, members, accuracy
 
 
+def _times(hidden: Mapping[int, Effects], times: float) -> dict[int, Effects]:
+    """The same effects, so many times as large."""
+    return {
+        n: {name: {p: times * size for p, size in sizes.items()} for name, sizes in effects.items()}
+        for n, effects in hidden.items()
+    }
+
+
 def _leaking(asked: pd.DataFrame, most: float) -> pd.DataFrame:
     """The first actuator is under less than its gauge tells, the more so the more that is."""
     told = asked["pressure_1_kpa"]
@@ -118,14 +138,14 @@ def _leaking(asked: pd.DataFrame, most: float) -> pd.DataFrame:
 
 def _hidden(
     job: Mapping[str, Any], generator: np.random.Generator, designs: Mapping[int, Any], units: Mapping[str, float]
-) -> dict[int, dict[str, dict[str, float]]]:
+) -> dict[int, Effects]:
     """Of each actuator, the effect that the job hides."""
     if job["kind"] not in (SHARED, OWN):
         return {n: {} for n in designs}
     (name,) = job["hidden"]
     parameter, size, unit = (SHARES if job["kind"] == SHARED else HAS)[name]
     signs = np.ones(len(designs)) if name in ONE_WAY else generator.choice([-1.0, 1.0], len(designs))
-    sizes = size * units[unit] * generator.uniform(0.8, 1.5) * signs
+    sizes = size * units[unit] * signs
     if job["kind"] == SHARED:
         sizes[:] = sizes[0]
     else:

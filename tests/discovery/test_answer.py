@@ -7,13 +7,21 @@ import pytest
 from freelearn.discovery.search.answer import _with_beside, answered
 
 
-class Sets:
-    """Sets of effects with their χ² and their evidence."""
+def labelled(names, parameters):
+    return SimpleNamespace(labels=lambda: ["C1", *(f"{n}.size[{k}]" for n in names for k in range(parameters))])
 
-    def __init__(self, known):
+
+class Sets:
+    """Sets of effects with their χ² and their evidence, each effect with so many parameters. known beforehand: how much
+    less probable the values of some sets are than those of others."""
+
+    def __init__(self, known, unusual=None, parameters=1):
         self.found = {
             frozenset(names): SimpleNamespace(
-                effects=names, key=frozenset(names), fit=SimpleNamespace(chi2=chi2), evidence=-chi2 / 2 - 3 * len(names)
+                effects=names,
+                key=frozenset(names),
+                fit=SimpleNamespace(chi2=chi2, model=labelled(names, parameters)),
+                evidence=-chi2 / 2 - 3 * len(names) - (unusual or {}).get(names, 0.0),
             )
             for names, chi2 in known.items()
         }
@@ -56,3 +64,25 @@ def test_it_stands_beside_where_something_is_left_without_it_and_nothing_with_it
 def test_what_explains_more_than_a_form_of_the_lag_is_claimed():
     answer = answered(Sets(SETS | {(SLOW,): 60e3}))
     assert sorted(next(iter(each)) for each in answer.classes) == [ZERO, SLOW]
+
+
+# Four actuators' gains are large, and half of that with walls of other thicknesses would be more usual.
+GAIN, WALLS = "pressure_gain", "wall_thickness"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "gained", "both"), [(1, 5.0, False), (1, 7.0, True), (4, 9.0, False), (4, 10.0, True)]
+)
+def test_what_only_unusual_values_ask_for_is_not_claimed(parameters, gained, both):
+    """By chance four parameters take nine and a half off χ² in one of twenty, and two six."""
+    sets = Sets({(): 900.0, (GAIN,): 100.0 + gained, (WALLS,): 400.0, (GAIN, WALLS): 100.0}, {(GAIN,): 9.0}, parameters)
+    answer = answered(sets)
+    assert answer.close[0][0].key == {GAIN, WALLS}
+    assert set(answer.shown.effects) == ({GAIN, WALLS} if both else {GAIN})
+    assert [next(iter(each)) for each in answer.classes] == list(answer.shown.effects)
+    assert answer.imitated == []
+
+
+def test_one_effect_alone_that_the_model_as_it_is_would_need_unusual_values_for_is_claimed():
+    answer = answered(Sets({(): 103.0, (WALLS,): 100.0}, {(): 9.0}))
+    assert answer.shown.effects == (WALLS,)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from scipy.special import chdtrc
+
 from freelearn.discovery.fits.journal import ahead
 from freelearn.discovery.fits.left_out import paired
 from freelearn.discovery.fits.prepare import Prepared
@@ -109,7 +111,11 @@ def _shown(
     imitated = list[str]()
     while shown.effects:
         close = [h for h in known if h.evidence >= shown.evidence - TIES]
-        doubted = [n for n in shown.effects if _doubted(n, shown, close, weights)]
+        doubted = [
+            n
+            for n in shown.effects
+            if _doubted(n, shown, close, weights) or _unasked(n, shown, by_key.get(shown.key - {n}))
+        ]
         doubtful = doubted + [n for n in shown.effects if n not in doubted and _imitated(hypotheses, shown, n)]
         fewer = [by_key[shown.key - {name}] for name in doubtful if shown.key - {name} in by_key]
         # Whichever it is: that nothing at all is missing may be out of the question.
@@ -125,6 +131,18 @@ def _doubted(name: str, shown: Hypothesis, close: Sequence[Hypothesis], weights:
     """Whether sets that have neither the effect nor what stands in for it are too probable."""
     members = set(_class(name, shown, close))
     return sum(weight for key, weight in weights.items() if not key & members) > 1 - SURE
+
+
+def _unasked(name: str, shown: Hypothesis, without: Hypothesis | None) -> bool:
+    """Whether the rows themselves say too little for an effect beside others: fitted with it they are missed by as much
+    as without, and what speaks for it is that two usual values are more probable than a larger one. Nothing asks for
+    two."""
+    if without is None or not without.effects:
+        return False
+    count = sum(label.startswith(f"{name}.") for label in shown.fit.model.labels())
+    gain = max(without.fit.chi2 - shown.fit.chi2, 0.0)
+    # Of one parameter odds of 20 to 1 in the rows' likelihood, which by chance have that of two.
+    return float(chdtrc(max(count, 2), gain)) > 1 - SURE
 
 
 def _class(name: str, shown: Hypothesis, close: Sequence[Hypothesis]) -> dict[str, Hypothesis]:
