@@ -110,7 +110,7 @@ def ends(values: ArrayLike, reach: ArrayLike, log: ArrayLike) -> tuple[np.ndarra
     on_log = np.asarray(log, dtype=bool) & (value > 0)
     # The exponent of a parameter that has gone to zero may overflow: its upper end then is infinite, and truly so.
     with np.errstate(over="ignore"):
-        factor = np.exp(reach / np.where(on_log, value, 1.0))
+        factor = np.exp(np.where(on_log, reach / np.where(on_log, value, 1.0), 0.0))
         return np.where(on_log, value / factor, value - reach), np.where(on_log, value * factor, value + reach)
 
 

@@ -75,6 +75,10 @@ def test_intervals_are_those_of_student_and_on_the_logarithm_of_what_is_fitted_s
     low, high = interval([0.0, 1.0], [1.0, np.nan], [True, True], 3)
     assert (low[0], high[0]) == pytest.approx((-reach, reach))
     assert np.isnan([low[1], high[1]]).all()
+    # However far: without a word of a number that is too large (a warning is an error here).
+    low, high = interval([0.0, 1e-9], [1e4, 1e4], [True, True], 3)
+    assert (low[0], high[0]) == pytest.approx((-1e4 * reach, 1e4 * reach))
+    assert (low[1], high[1]) == (0.0, np.inf)
 
 
 def test_moduli_of_the_continuum_model_have_positive_skewed_intervals():
