@@ -7,7 +7,7 @@ import pytest
 from freelearn.discovery.search.answer import _with_beside, answered
 
 
-def labelled(names, parameters):
+def labeled(names, parameters):
     return SimpleNamespace(labels=lambda: ["C1", *(f"{n}.size[{k}]" for n in names for k in range(parameters))])
 
 
@@ -20,7 +20,7 @@ class Sets:
             frozenset(names): SimpleNamespace(
                 effects=names,
                 key=frozenset(names),
-                fit=SimpleNamespace(chi2=chi2, model=labelled(names, parameters)),
+                fit=SimpleNamespace(chi2=chi2, model=labeled(names, parameters)),
                 evidence=-chi2 / 2 - 3 * len(names) - (unusual or {}).get(names, 0.0),
             )
             for names, chi2 in known.items()
