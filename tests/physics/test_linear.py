@@ -43,7 +43,7 @@ def test_stiffness_is_positive_definite_within_the_bounds_of_a_fit(a, b, couplin
     ka, kb, kc = (values[name] for name in ("ka", "kb", "kc"))
     assert ka > 0
     assert kb > 0
-    # kc is made of the sum of two exponents of at most 12, which is rounded by 2e-15: so much, and each product's share.
+    # kc is made of a sum of two exponents of at most 12, which is rounded by 2e-15; products add their share.
     assert ka * kb - kc * kc >= -4e-15 * ka * kb
 
 
