@@ -7,7 +7,6 @@ size, or one that is in no library: an actuator that leaks, or a load cell that 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from itertools import product
 from typing import Any
@@ -154,52 +153,37 @@ def _hidden(
 
 
 def examine_block(job: dict[str, Any]) -> dict[str, Any]:
-    """Makes a table, looks at it and searches it as discover.py does, and says what came out; all JSON."""
-    import torch
+    """Makes a table, searches it, and says what came out; all JSON."""
+    from hidden_effects.searched import searched
 
-    import freelearn as fl
-
-    torch.set_num_threads(1)
     table, members, accuracy = make(job)
     stated = {name: size for name, size in accuracy.items() if name != "outer_diameter_mm"}
-    began = time.perf_counter()
-    found = fl.discover(table, members=members, accuracy=fl.Accuracy(**stated), progress=False)
-    return job | {
-        "verdict": found.verdict, "classes": found.content["classes"], "rows": len(table), "actuators": len(members),
-        "says": found.content["says"], "formulas": [proposal["formula"] for proposal in found.content["proposals"]],
-        "seconds": time.perf_counter() - began,
-    }  # fmt: skip
+    return searched(job, table, stated, members) | {"actuators": len(members)}
 
 
 def report_blocks(results: list[dict[str, Any]]) -> None:
     """Prints how often nothing is named where nothing hides, what hides is in the answer, and what is not right."""
     from hidden_effects.rates import answer, rate, rates_table, seconds
+    from hidden_effects.searched import judged
     from rich.console import Console
 
-    from freelearn.discovery.referee.referee import CLAIMS
-    from freelearn.physics.effects.registry import EFFECTS
-
-    console, frame = Console(width=120), pd.DataFrame(results)
-    claims = frame["classes"].map(bool) & frame["verdict"].isin(CLAIMS)
-    both = [(set(hidden), classes) for hidden, classes in zip(frame["hidden"], frame["classes"], strict=True)]
-    listed = pd.Series([any(hidden & set(some) for some in classes) for hidden, classes in both])
-    more = pd.Series(
-        [any(not hidden & set(some) and set(some) & set(EFFECTS) for some in classes) for hidden, classes in both]
-    )
+    console, frame = Console(width=120), judged(results)
+    frame = frame.assign(wrong=frame["claims"] & frame["of_library"])
     none, unknown = (frame[frame["kind"] == kind] for kind in (NONE, UNKNOWN))
     rows = [
-        *rate("nothing hidden: nothing claimed", none, ~claims[none.index], "≥ 97"),
+        *rate("nothing hidden: nothing claimed", none, ~none["claims"], "≥ 97"),
         *rate("nothing hidden: adequate", none, none["verdict"] == "adequate", ""),
     ]
     for kind, words in ((SHARED, "one effect that all share"), (OWN, "one effect, of each its own")):
         one = frame[frame["kind"] == kind]
-        rows += rate(f"{words}: claimed", one, claims[one.index] & listed[one.index], "")
-        rows += rate(f"{words}: listed, claimed or not", one, listed[one.index], "")
+        rows += rate(f"{words}: claimed", one, one["claims"] & one["there"], "")
+        rows += rate(f"{words}: listed, claimed or not", one, one["there"], "")
     hiding = frame[frame["kind"] != NONE]
-    rows += rate("something of the library claimed that is not there", hiding, (claims & more)[hiding.index], "≤ 3")
-    rows += rate("in no library: no effect of it claimed", unknown, ~(claims & more)[unknown.index], "≥ 90")
+    rows += rate("something of the library claimed that is not there", hiding, hiding["wrong"], "≤ 3")
+    rows += rate("in no library: no effect of it claimed", unknown, ~unknown["wrong"], "≥ 90")
     console.print(rates_table(f"{len(frame)} tables, plan blocks", rows))
-    for r in frame[(claims & more) | (frame["kind"].isin([SHARED, OWN]) & ~listed)].to_dict("records"):
+    missed = frame["wrong"] | (frame["kind"].isin([SHARED, OWN]) & ~frame["there"])
+    for r in frame[missed].to_dict("records"):
         text = f"  {r['number']} {r['actuators']} actuators, {r['block']}, {r['rows']} rows: {answer(r)}"
         console.print(text, markup=False, soft_wrap=True)
     console.print(seconds(frame))

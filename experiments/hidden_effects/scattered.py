@@ -7,7 +7,6 @@ nothing.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -91,45 +90,29 @@ def make(job: Mapping[str, Any]) -> tuple[pd.DataFrame, dict[str, float]]:
 
 
 def examine_scattered(job: dict[str, Any]) -> dict[str, Any]:
-    """Makes a table, looks at it and searches it as discover.py does, and says what came out; all JSON."""
-    import torch
+    """Makes a table, searches it, and says what came out; all JSON."""
+    from hidden_effects.searched import searched
 
-    import freelearn as fl
-
-    torch.set_num_threads(1)
-    table, accuracy = make(job)
-    began = time.perf_counter()
-    found = fl.discover(table, accuracy=fl.Accuracy(**accuracy), progress=False)
-    return job | {
-        "verdict": found.verdict, "classes": found.content["classes"], "rows": len(table),
-        "says": found.content["says"], "formulas": [proposal["formula"] for proposal in found.content["proposals"]],
-        "seconds": time.perf_counter() - began,
-    }  # fmt: skip
+    return searched(job, *make(job))
 
 
 def report_scattered(results: list[dict[str, Any]]) -> None:
     """Prints how often nothing is named where nothing hides, what hides is in the answer, and what is not right."""
     from hidden_effects.rates import answer, rate, rates_table, seconds
+    from hidden_effects.searched import judged
     from rich.console import Console
 
-    from freelearn.discovery.referee.referee import CLAIMS
-
-    console, frame = Console(width=120), pd.DataFrame(results)
-    claims = frame["classes"].map(bool) & frame["verdict"].isin(CLAIMS)
-    hidden = [set(names) for names in frame["hidden"]]
-    there = pd.Series(
-        [bool(h) and any(h & set(c) for c in each) for h, each in zip(hidden, frame["classes"], strict=True)]
-    )
-    more = pd.Series([any(not h & set(c) for c in each) for h, each in zip(hidden, frame["classes"], strict=True)])
+    console, frame = Console(width=120), judged(results)
     rows = []
     for way in WAYS:
         none = frame[(frame["scattered"] == way) & (frame["kind"] == "none")]
         one = frame[(frame["scattered"] == way) & (frame["kind"] == "one")]
-        rows += rate(f"{way}, nothing hidden: nothing claimed", none, ~claims[none.index], "≥ 97")
+        rows += rate(f"{way}, nothing hidden: nothing claimed", none, ~none["claims"], "≥ 97")
         rows += rate(f"{way}, nothing hidden: adequate", none, none["verdict"] == "adequate", "")
-        rows += rate(f"{way}, one effect: claimed", one, claims[one.index] & there[one.index], "")
-        rows += rate(f"{way}, one effect: something else claimed", one, claims[one.index] & more[one.index], "≤ 3")
+        rows += rate(f"{way}, one effect: claimed", one, one["claims"] & one["there"], "")
+        rows += rate(f"{way}, one effect: something else claimed", one, one["claims"] & one["more"], "≤ 3")
     console.print(rates_table(f"{len(frame)} tables, plan scattered", rows))
-    for r in frame[(claims & more) | ((frame["kind"] == "one") & ~there)].to_dict("records"):
+    missed = (frame["claims"] & frame["more"]) | ((frame["kind"] == "one") & ~frame["there"])
+    for r in frame[missed].to_dict("records"):
         console.print(f"  {r['number']} {r['bed']}, {r['scattered']}: {answer(r)}", markup=False, soft_wrap=True)
     console.print(seconds(frame))

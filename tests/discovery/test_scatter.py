@@ -3,12 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from linear_bed import ACCURACY, NOISE, SHORT, TRUE, bench, jacobian, predicted, sensitivity, student
 
 from freelearn.data.accuracy import Accuracy
+from freelearn.data.columns import with_members
+from freelearn.data.states import States
 from freelearn.discovery.noise.scatter import scatter
+from freelearn.discovery.noise.shapes import generic
 from freelearn.discovery.noise.tails import LOAD, PRESSURE
 from freelearn.testing.reference.laboratory import KINDS
 
@@ -213,3 +217,28 @@ def test_of_few_states_places_are_thought_misstated_as_readings_are_by_less(time
     np.testing.assert_allclose(found.deviations, times, rtol=0.5)
     assert least < found.position < most
     assert not seen(bench(9)).assumed
+
+
+@pytest.mark.parametrize(("rows", "power", "follows"), [(34, 2, True), (34, 3, False), (60, 3, True), (20, 2, False)])
+def test_of_several_pressures_powers_of_each_are_smooth_before_all_products_are(rows, power, follows):
+    """A block of four actuators in two places: polynomials in all six quantities would need 112 rows."""
+    generator = np.random.default_rng(1)
+    columns = {"sample": 1, "step": np.arange(rows) % (rows // 2), "buckled": 0, "force_n": 1.0, "moment_nmm": 1.0}
+    place = np.repeat([-2.0, 3.0], rows // 2)
+    made = pd.DataFrame({**columns, "elongation_mm": place, "twist_deg": 10 * place, "time_s": np.arange(rows)})
+    for n in range(1, 5):
+        made[f"pressure_{n}_kpa"] = generator.uniform(0, 60, rows)
+    design = {
+        "gamma_deg": 40.0,
+        "gamma2_deg": np.nan,
+        "length_mm": 100.0,
+        "inner_radius_mm": 5.0,
+        "outer_radius_mm": 6.5,
+    }
+    states = States.from_table(with_members(made, pd.DataFrame([{"member": n, **design} for n in range(1, 5)])))
+    shapes, kind = generic(states, 2)
+    smooth = shapes[:, kind == 0].numpy()
+    wanted = (made["pressure_2_kpa"].to_numpy() / 60) ** power
+    left = wanted - smooth @ np.linalg.lstsq(smooth, wanted, rcond=None)[0]
+    assert (np.abs(left).max() < 1e-10) == follows
+    assert smooth.shape[1] <= rows / 3 + 1

@@ -9,7 +9,7 @@ is nearer to what was there; what it errs by is common to its rows.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import torch
@@ -58,21 +58,18 @@ def set_again(rows: Rows) -> SetAgain | None:
     states = rows.states
     if states.recording is not None:
         return None
-    actuators = states.members or (states,)
-    each = [_set_again(actuator, states.sample) for actuator in actuators]
+    each = [_set_again(actuator, states.sample) for actuator in states.members or (states,)]
     if all(one is None for one in each):
         return None
     # A pressure that is set to none lies beside nothing.
-    nothing = torch.zeros_like(states.pressure)
+    nothing = torch.zeros(len(states), 1, dtype=torch.float64)
     none = SetAgain(nothing.long(), nothing, nothing + len(states))
-    group, beside, count = (
-        torch.stack([getattr(one or none, name) for one in each], dim=1) for name in ("group", "beside", "count")
-    )
-    return SetAgain(group, beside, count)
+    columns = [one or none for one in each]
+    return SetAgain(*(torch.cat([getattr(c, f.name) for c in columns], dim=1) for f in fields(SetAgain)))
 
 
 def _set_again(actuator: States, sample: Tensor) -> SetAgain | None:
-    """The same of one pressure: (N,) each."""
+    """The same of one actuator's pressure."""
     # A regulator may stay short of a level from one side, and one sample's of another's.
     keys = np.stack([actuator.direction.numpy(), sample.numpy()], axis=1)
     kind = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
@@ -82,7 +79,7 @@ def _set_again(actuator: States, sample: Tensor) -> SetAgain | None:
     group = torch.as_tensor(level)
     count = torch.bincount(group).double()
     mean = torch.zeros_like(count).index_add_(0, group, actuator.pressure) / count
-    known = SetAgain(group, actuator.pressure - mean[group], count[group])
+    known = SetAgain(group[:, None], (actuator.pressure - mean[group])[:, None], count[group][:, None])
     # Two levels taken for one lie farther apart than readings of one do.
     apart = float(known.beside.abs().max()) > WIDEST * math.sqrt(float(known.variance))
     return None if apart or not bool((known.beside != 0).any()) else known
@@ -142,12 +139,10 @@ def level_notes(rows: Rows) -> list[str]:
     """What a reader should know of pressures that were taken at their levels, in words."""
     if rows.levels is None:
         return []
-    sizes = [
+    scatter = max(
         float((error * torch.bincount(group)[group].sqrt()).median())
         for group, error in zip(rows.levels.group.unbind(1), rows.levels.error.unbind(1), strict=True)
-        if bool(error.any())
-    ]
-    scatter = max(sizes)
+    )
     return [
         f"readings of a pressure that was set again and again differ by the gauge's own {scatter / KPA:.2g} kPa: the "
         "search takes each for what those of its level say together"

@@ -115,11 +115,10 @@ class Chain(RawVector):
         """Elongation and twist (N, 2) at which the actuator's end carries the loads imposed. end: as solve_dead_load
         has it."""
 
-        def sensed(at: States, values: Values) -> Prediction:
-            found = self._rested(at, values)
-            return found.with_loads(self.sensed(found.loads, at, values))
+        def shown(at: States, values: Values) -> Prediction:
+            return self._seen(self._rested(at, values), at, values)
 
-        return solve_dead_load(states, values, sensed, self.rows_of, end)
+        return solve_dead_load(states, values, shown, self.rows_of, end)
 
     def _hung(self, states: States, values: Values) -> Prediction:
         """The same of the mount, which gives way under these loads: the actuator's end first, which knows of them all
@@ -136,8 +135,7 @@ class Chain(RawVector):
         place = found.loads + rest
         if self._measurement:
             # What the cells show of them is imposed, not what is carried.
-            there = self._rested(states.replace(length=place[:, 0], twist=place[:, 1]), values)
-            hung = there.loads
+            hung = self._rested(states.replace(length=place[:, 0], twist=place[:, 1]), values).loads
         seen = before_mount(states, place, hung, values, self._mounted)
         return Prediction(seen.loads - rest, torch.maximum(found.status, seen.status))
 
@@ -160,7 +158,11 @@ class Chain(RawVector):
     def _shown(self, states: States, values: Values) -> Settled:
         """The state that the mount leaves, and force and moment that the sensors show there."""
         states, found = self._reached(states, values)
-        return Settled(states, found.with_loads(self.sensed(found.loads, states, values)))
+        return Settled(states, self._seen(found, states, values))
+
+    def _seen(self, found: Prediction, states: States, values: Values) -> Prediction:
+        """What the sensors show of loads on the mount."""
+        return found.with_loads(self.sensed(found.loads, states, values))
 
     @property
     def yielding(self) -> list[Effect[Any]]:
